@@ -1,0 +1,121 @@
+"""Read and write the arm file (``stribeck.arm/1``)."""
+
+from __future__ import annotations
+
+import tomllib
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter
+
+from stribeck.arm.text import SCHEMA, write_arm
+from stribeck.arm.values import Arm, EffectEntry, Joint
+from stribeck.errors import InputError
+from stribeck.outputs import whole_file
+from stribeck.textfile import check_schema, load_toml, structure
+
+
+@cache
+def _adapter() -> TypeAdapter[Arm]:
+    return TypeAdapter(Arm)
+
+
+def load_arm(path: Path | str) -> Arm:
+    """Read an arm file.
+
+    Parameters
+    ----------
+    path : path
+        A TOML file of at most 1 MiB.
+
+    Raises
+    ------
+    InputError
+        One line: the file, the key, what was found there and what to do.
+    """
+    path = Path(path)
+    return _from_table(load_toml(path), str(path))
+
+
+def save_arm(arm: Arm, path: Path | str) -> None:
+    """Write an arm file, whole or not at all; `load_arm` gives the same arm back."""
+    text = arm_to_toml(arm)
+    with whole_file(path) as part:
+        part.write_text(text, encoding="utf-8")
+
+
+def arm_to_toml(arm: Arm) -> str:
+    """Return the text of the arm file; every number reads back exactly.
+
+    Raises
+    ------
+    InputError
+        When the arm holds a value that `load_arm` would refuse, so that no unreadable file is ever written.
+    """
+    text = write_arm(arm)
+    _from_table(tomllib.loads(text), f"arm {arm.name!r}")
+    return text
+
+
+def _from_table(data: dict[str, Any], source: str) -> Arm:
+    table = check_schema(data, SCHEMA, source)
+    joints = table.get("joints")
+    if isinstance(joints, list):
+        table["joints"] = [_lift_backward(joint, k, source) for k, joint in enumerate(joints)]
+    arm = structure(table, _adapter(), source)
+    _check(arm, source)
+    return arm
+
+
+def _lift_backward(joint: Any, k: int, source: str) -> Any:
+    """Move ``friction.backward`` up to the joint, the constants it leaves out filled from the forward ones."""
+    if not isinstance(joint, dict):
+        return joint
+    if "backward" in joint:
+        raise InputError(f"{source}: joints[{k}].backward is not a known key", "", "write [joints.friction.backward]")
+    if not isinstance(joint.get("friction"), dict):
+        return joint
+    forward = dict(joint["friction"])
+    backward = forward.pop("backward", {})
+    if isinstance(backward, dict):
+        backward = {**forward, **backward}
+    return {**joint, "friction": forward, "backward": backward}
+
+
+def _check(arm: Arm, source: str) -> None:
+    """Check what the types alone cannot say."""
+    seen: set[str] = set()
+    for k, joint in enumerate(arm.joints):
+        _check_joint(joint, f"{source}: joints[{k}]", arm.n)
+        if joint.name in seen:
+            raise InputError(
+                f"{source}: joints[{k}].name is used twice", repr(joint.name), "give each joint its own name"
+            )
+        seen.add(joint.name)
+    for k, entry in enumerate(arm.effects):
+        _check_effect(entry, f"{source}: effects[{k}]", arm.names)
+
+
+def _check_joint(joint: Joint, where: str, n: int) -> None:
+    if joint.kind == "prismatic" and n > 1:
+        raise InputError(
+            f"{where}.kind: a prismatic joint can only be a single axis",
+            f"{n} joints",
+            "use revolute joints, or one axis",
+        )
+    reach = joint.com[0] ** 2 + joint.com[1] ** 2
+    if joint.kind == "revolute" and joint.inertia + joint.rotor_inertia + joint.mass * reach <= 0.0:
+        raise InputError(f"{where} has no inertia about its axis", "", "give inertia, rotor_inertia or com")
+
+
+def _check_effect(entry: EffectEntry, where: str, names: tuple[str, ...]) -> None:
+    known = f"the arm's joints are {', '.join(names)}"
+    for i, name in enumerate(entry.joints):
+        if name not in names:
+            raise InputError(f"{where}.joints[{i}] is not a joint of this arm", repr(name), known)
+    if len(set(entry.joints)) < len(entry.joints):
+        raise InputError(f"{where}.joints names a joint twice", ", ".join(entry.joints), "name each joint once")
+    for name in entry.parameters:
+        if name not in entry.joints:
+            raise InputError(f"{where}.parameters has a joint that is not in joints", repr(name), known)

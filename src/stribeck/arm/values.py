@@ -1,0 +1,120 @@
+"""The arm as frozen values, with the bounds that each number must keep.
+
+A planar serial chain of revolute joints, base to tip, or one prismatic axis. All numbers are SI; for a prismatic
+axis rad becomes m, N m becomes N and kg m^2 becomes kg.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Annotated, Literal
+
+from pydantic import ConfigDict, Field
+
+Finite = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
+NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
+Name = Annotated[str, Field(min_length=1, max_length=100)]
+
+_STRICT = ConfigDict(extra="forbid")
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Tustin friction ``C0 + C1 exp(-|dq|/alpha) + C2 |dq|``, opposing the motion.
+
+    Tustin (1947), eq. (1) of Popovic, Goldenberg, Shimoga and Hui. Units: `C0`, `C1` N m; `C2` N m s/rad;
+    `alpha` rad/s.
+    """
+
+    __pydantic_config__ = _STRICT
+
+    C0: NotNegative
+    C1: NotNegative
+    C2: NotNegative
+    alpha: Positive
+
+
+@dataclass(frozen=True)
+class Joint:
+    """One joint and the link that it moves.
+
+    Attributes
+    ----------
+    name, kind : str
+        ``kind`` is ``"revolute"`` or ``"prismatic"``.
+    length : float
+        From this joint's axis to the next (last joint: to the tip), m.
+    mass : float
+        kg.
+    com : tuple of 2 floats
+        Centre of mass in the link frame (x along the link), m.
+    inertia, rotor_inertia : float
+        About the centre of mass, and of the rotor reflected to the joint, kg m^2.
+    friction, backward : Friction
+        Constants for dq > 0 and for dq < 0; equal where friction is symmetric.
+    torque_limit : float or None
+        N m.
+    encoder_resolution : float or None
+        rad.
+    """
+
+    __pydantic_config__ = _STRICT
+
+    name: Name
+    kind: Literal["revolute", "prismatic"]
+    length: NotNegative
+    mass: Positive
+    com: tuple[Finite, Finite]
+    inertia: NotNegative
+    rotor_inertia: NotNegative
+    friction: Friction
+    backward: Friction
+    torque_limit: Positive | None = None
+    encoder_resolution: NotNegative | None = None
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """How well the nominal values are known: relative, one standard deviation."""
+
+    __pydantic_config__ = _STRICT
+
+    inertial: Positive = 0.1
+    friction: Positive = 1.0
+
+
+@dataclass(frozen=True)
+class EffectEntry:
+    """An effect beyond the nominal model: its name, its joints, and its parameters as joint -> parameter -> value (SI)."""
+
+    __pydantic_config__ = _STRICT
+
+    effect: Name
+    joints: Annotated[tuple[Name, ...], Field(min_length=1)]
+    parameters: Mapping[str, Mapping[str, Finite]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Arm:
+    """An arm: `gravity` in the arm's plane and base frame, m/s^2; `sample_time` of the controller, s."""
+
+    __pydantic_config__ = _STRICT
+
+    name: Name
+    gravity: tuple[Finite, Finite]
+    joints: Annotated[tuple[Joint, ...], Field(min_length=1)]
+    sample_time: Positive | None = None
+    tolerance: Tolerance = Tolerance()
+    effects: tuple[EffectEntry, ...] = ()
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return len(self.joints)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Joint names, base to tip."""
+        return tuple(joint.name for joint in self.joints)

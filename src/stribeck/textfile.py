@@ -1,0 +1,122 @@
+"""Small text files from others: read whole within a bound, parsed as TOML, and fitted strictly to a declared type."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import tomllib
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import TypeAdapter, ValidationError
+
+from stribeck.errors import InputError
+
+LARGEST_TEXT_FILE = 1 << 20
+"""Bytes; a file of parameters larger than this is taken for a mistake."""
+
+_T = TypeVar("_T")
+
+# Pydantic's error types, in our words; {} takes the bound from the error's context.
+_WORDS = {
+    "greater_than": "must be greater than {gt}",
+    "greater_than_equal": "must not be less than {ge}",
+    "less_than_equal": "must not be greater than {le}",
+    "finite_number": "must be finite",
+    "float_type": "must be a number",
+    "int_type": "must be a whole number",
+    "string_type": "must be text in quotes",
+    "string_too_short": "must not be empty",
+    "string_too_long": "must have at most {max_length} characters",
+    "literal_error": "must be {expected}",
+    "too_short": "must have at least {min_length} entries",
+    "too_long": "must have at most {max_length} entries",
+    "tuple_type": "must be an array",
+    "list_type": "must be an array",
+    "dict_type": "must be a table",
+    "dataclass_type": "must be a table",
+}
+
+
+def explain_unreadable(path: Path, error: OSError) -> InputError:
+    """Word an operating system's refusal (no such file, a folder, no permission) as an input error."""
+    return InputError(
+        f"{path}: cannot be read", (error.strerror or str(error)).lower(), "give the path of a readable file"
+    )
+
+
+def load_toml(path: Path) -> dict[str, Any]:
+    """Read a TOML file of at most 1 MiB.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be read, is too large, is not UTF-8 or is not TOML.
+    """
+    try:
+        with path.open("rb") as stream:
+            raw = stream.read(LARGEST_TEXT_FILE + 1)
+    except OSError as error:
+        raise explain_unreadable(path, error) from error
+    if len(raw) > LARGEST_TEXT_FILE:
+        raise InputError(
+            f"{path}: too large for a parameter file", "more than 1 MiB", "give the TOML file, not a recording"
+        )
+    try:
+        return tomllib.loads(raw.decode("utf-8"))
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: not a text file in UTF-8", f"byte {error.start}", "give a TOML file") from error
+    except (ValueError, RecursionError) as error:  # tomllib's own error is a ValueError
+        raise InputError(f"{path}: not valid TOML", str(error), "correct the file at that place") from error
+
+
+def check_schema(data: dict[str, Any], schema: str, source: str) -> dict[str, Any]:
+    """Return `data` without its ``schema`` entry, which must be `schema`."""
+    found = data.get("schema")
+    if found != schema:
+        what = f"{source}: schema is missing" if found is None else f"{source}: schema must be {schema!r}"
+        raise InputError(what, "" if found is None else repr(found), f'write schema = "{schema}" at the top')
+    return {key: value for key, value in data.items() if key != "schema"}
+
+
+def structure(data: Mapping[str, Any], adapter: TypeAdapter[_T], source: str) -> _T:
+    """Fit plain data to the type of `adapter`; the first mismatch becomes a one-line `InputError` with its key path."""
+    try:
+        return adapter.validate_python(data)
+    except ValidationError as error:
+        details = error.errors(include_url=False)
+        # An unknown key is usually the misspelling of one that is then reported missing: say that one first.
+        first = next((d for d in details if d["type"] == "unexpected_keyword_argument"), details[0])
+        raise _explain(first, adapter, source) from error
+
+
+def key_path(location: Iterable[int | str]) -> str:
+    """Write a location as ``joints[1].mass``."""
+    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in location)
+    return text.removeprefix(".")
+
+
+def _explain(detail: Any, adapter: TypeAdapter[_T], source: str) -> InputError:
+    kind, location = detail["type"], tuple(detail["loc"])
+    key = key_path(location)
+    if kind == "unexpected_keyword_argument":
+        return InputError(f"{source}: {key} is not a known key", "", _suggest(str(location[-1]), adapter))
+    if kind == "missing":
+        return InputError(f"{source}: {key} is missing", "", "add it")
+    words = _WORDS.get(kind, detail["msg"]).format(**detail.get("ctx", {}))
+    return InputError(f"{source}: {key} {words}", _show(detail["input"]), "correct the value")
+
+
+def _suggest(key: str, adapter: TypeAdapter[_T]) -> str:
+    near = difflib.get_close_matches(key, _declared_names(adapter.json_schema()), n=1)
+    return f"did you mean {near[0]!r}?" if near else "remove it"
+
+
+def _declared_names(schema: dict[str, Any]) -> list[str]:
+    tables = [schema, *schema.get("$defs", {}).values()]
+    return sorted({name for table in tables for name in table.get("properties", {})})
+
+
+def _show(value: Any) -> str:
+    return json.dumps(value, default=str, ensure_ascii=False)
