@@ -1,0 +1,1 @@
+"""Effects of the actuator channel, one file each."""

@@ -1,0 +1,32 @@
+"""First-order lag of the torque behind its command."""
+
+from __future__ import annotations
+
+from typing import final
+
+from stribeck.model.effect import ActuatorEffect, Expression, Parameter, Parameters, Scale, Signals, States
+
+
+@final
+class ActuatorLag(ActuatorEffect):
+    """The bandwidth of a current loop or a drive, as one pole."""
+
+    name = "actuator_lag"
+    channel = "actuator"
+    equation = r"T \dot\tau = u - \tau"
+    symptom = "a residual in proportion to the rate of the command"
+    source = "Canudas de Wit, Noel, Aubin & Brogliato (1991); paper, section 5 (actuator dynamics)"
+    parameters = (Parameter("time_constant", "s", "time constant", 0.0, 1e-5, 0.5),)
+    states = ("torque",)
+
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        return ({"time_constant": 0.01},)
+
+    def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
+        return x["torque"]
+
+    def derivatives(self, s: Signals, x: States, p: Parameters) -> dict[str, Expression]:
+        return {"torque": (s.torque - x["torque"]) / p["time_constant"]}
+
+    def initial(self, s: Signals, p: Parameters) -> dict[str, Expression]:
+        return {"torque": s.torque}

@@ -1,0 +1,23 @@
+"""Pure delay of the torque behind its command."""
+
+from __future__ import annotations
+
+from typing import final
+
+from stribeck.model.effect import ActuatorEffect, Parameter, Scale
+
+
+@final
+class Delay(ActuatorEffect):
+    """A transport delay: computation, bus and drive. The machinery delays the command itself."""
+
+    name = "delay"
+    channel = "actuator"
+    equation = r"\tau(t) = u(t - T)"
+    symptom = "a residual in proportion to the rate of the command, with a phase that grows with frequency"
+    source = "paper, section 5 (communication delay)"
+    parameters = (Parameter("time", "s", "delay", 0.0, 0.0, 0.2),)
+    delays = "command"
+
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        return ({"time": 0.01},)

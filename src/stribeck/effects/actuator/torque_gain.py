@@ -1,0 +1,28 @@
+"""Wrong torque constant."""
+
+from __future__ import annotations
+
+from typing import final
+
+from stribeck.model.effect import ActuatorEffect, Expression, Parameter, Parameters, Scale, Signals, States
+
+
+@final
+class TorqueGain(ActuatorEffect):
+    """The motor gives a constant multiple of the commanded torque."""
+
+    name = "torque_gain"
+    channel = "actuator"
+    equation = r"\tau = g\,u"
+    symptom = "inertia, gravity and friction all seem scaled by the same factor"
+    source = "Gautier & Briot (2014), identification of drive gains"
+    parameters = (Parameter("gain", "1", "torque per commanded torque", 1.0, 0.2, 5.0),)
+
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        return ({"gain": 0.9}, {"gain": 1.1})
+
+    def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
+        return p["gain"] * torque
+
+    def command_scale(self, p: Parameters) -> Expression:
+        return p["gain"]

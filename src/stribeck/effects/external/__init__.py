@@ -1,0 +1,1 @@
+"""Effects of the external channel, one file each."""

@@ -1,0 +1,29 @@
+"""Cables or hoses that pull a joint back."""
+
+from __future__ import annotations
+
+from typing import final
+
+from stribeck.model.effect import Expression, ExternalEffect, Parameter, Parameters, Scale, Signals, States
+
+
+@final
+class CableSpring(ExternalEffect):
+    """A linear spring on the joint's link."""
+
+    name = "cable_spring"
+    channel = "external"
+    equation = r"\tau = k (q - q_0)"
+    symptom = "a static torque that grows with the joint's own position, whatever the pose of the others"
+    source = "Sousa & Cortesao (2014)"
+    parameters = (
+        Parameter("stiffness", "N m/rad", "stiffness", 0.0, 0.0),
+        Parameter("rest", "rad", "position without torque", 0.0, -20.0, 20.0),
+    )
+
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        size = 0.1 * scale.torque / scale.travel
+        return ({"stiffness": size, "rest": 0.0},)
+
+    def torque(self, s: Signals, x: States, p: Parameters) -> Expression:
+        return p["stiffness"] * (s.link_position - p["rest"])

@@ -1,0 +1,1 @@
+"""Effects of the friction channel, one file each."""

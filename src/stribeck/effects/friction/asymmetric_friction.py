@@ -1,0 +1,34 @@
+"""Dissimilar friction in the two directions of motion."""
+
+from __future__ import annotations
+
+from typing import final
+
+import casadi as ca
+
+from stribeck.model.effect import Expression, FrictionEffect, Parameter, Parameters, Scale, Signals, States, positive_part
+
+
+@final
+class AsymmetricFriction(FrictionEffect):
+    """Half the difference between forward and backward friction, on the Coulomb and the viscous term."""
+
+    name = "asymmetric_friction"
+    channel = "friction"
+    equation = r"G_\pm = G \pm \Delta_0, \quad B = C_2 v + \Delta_2 |v|"
+    symptom = "a residual whose sign does not turn with the direction of motion, only while the joint moves"
+    source = "Popovic, Goldenberg, Shimoga & Hui, section 2.1; Armstrong (1991)"
+    parameters = (
+        Parameter("coulomb", "N m", "half the difference of the Coulomb levels, forward less backward"),
+        Parameter("viscous", "N m s/rad", "half the difference of the viscous constants, forward less backward"),
+    )
+
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        size = 0.1 * max(scale.friction, 0.02 * scale.torque)
+        return ({"coulomb": size, "viscous": 0.0}, {"coulomb": 0.0, "viscous": size / scale.speed})
+
+    def level(self, level: Expression, direction: float, s: Signals, x: States, p: Parameters) -> Expression:
+        return positive_part(level + direction * p["coulomb"])
+
+    def viscous(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
+        return torque + p["viscous"] * ca.fabs(s.velocity)

@@ -1,0 +1,28 @@
+"""Friction that grows with the torque that the joint transmits."""
+
+from __future__ import annotations
+
+from typing import final
+
+import casadi as ca
+
+from stribeck.model.effect import Expression, FrictionEffect, Parameter, Parameters, Scale, Signals, States
+
+
+@final
+class LoadDependentFriction(FrictionEffect):
+    """A sliding level with a share of the load's magnitude."""
+
+    name = "load_dependent_friction"
+    channel = "friction"
+    equation = r"G = G_0 + \mu |\tau_\mathrm{load}|"
+    symptom = "a residual against the direction of motion, in proportion to the transmitted torque"
+    source = "Hamon, Gautier & Garrec (2010); Duclusaud, Passault & Ly (2025)"
+    parameters = (Parameter("ratio", "1", "friction torque per transmitted torque", 0.0, 0.0, 0.9),)
+    uses_load = True
+
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        return ({"ratio": 0.08},)
+
+    def level(self, level: Expression, direction: float, s: Signals, x: States, p: Parameters) -> Expression:
+        return level + p["ratio"] * ca.fabs(s.load)

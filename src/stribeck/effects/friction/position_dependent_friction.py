@@ -1,0 +1,37 @@
+"""Friction that varies with the joint's position."""
+
+from __future__ import annotations
+
+from typing import final
+
+import casadi as ca
+
+from stribeck.model.effect import Expression, FrictionEffect, Parameter, Parameters, Scale, Signals, States, positive_part
+
+
+@final
+class PositionDependentFriction(FrictionEffect):
+    """A sliding level modulated by one harmonic of the position."""
+
+    name = "position_dependent_friction"
+    channel = "friction"
+    equation = r"G = G_0 (1 + a \sin N q + b \cos N q)"
+    symptom = "a residual against the direction of motion that repeats with position"
+    source = "Armstrong-Helouvry (1991), ch. 4; Popovic & Goldenberg (1998)"
+    parameters = (
+        Parameter("sine", "1", "relative amplitude of the sine", 0.0, -2.0, 2.0),
+        Parameter("cosine", "1", "relative amplitude of the cosine", 0.0, -2.0, 2.0),
+        Parameter("harmonic", "1/rad", "cycles per turn", 1.0, 0.2, 60.0),
+    )
+
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        harmonics = (1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0)
+        return tuple(
+            {"sine": 0.1 * (part == 0), "cosine": 0.1 * (part == 1), "harmonic": harmonic}
+            for harmonic in harmonics
+            for part in (0, 1)
+        )
+
+    def level(self, level: Expression, direction: float, s: Signals, x: States, p: Parameters) -> Expression:
+        phase = p["harmonic"] * s.position
+        return positive_part(level * (1.0 + p["sine"] * ca.sin(phase) + p["cosine"] * ca.cos(phase)))

@@ -1,0 +1,44 @@
+"""Elastic micro-motion before sliding, as a bristle."""
+
+from __future__ import annotations
+
+import math
+from typing import final
+
+import casadi as ca
+
+from stribeck.model.effect import Expression, FrictionEffect, Parameter, Parameters, Scale, Signals, States
+
+
+@final
+class Presliding(FrictionEffect):
+    """A bristle of stiffness sigma_0 and damping sigma_1 in place of the sign function.
+
+    The state is the bristle's torque b = sigma_0 z, which stays of the size of the friction level.
+    """
+
+    name = "presliding"
+    channel = "friction"
+    equation = r"\dot b = \sigma_0 (v - |v| b / G(v)), \quad \tau_f = b + \sigma_1 \dot b / \sigma_0 + C_2 v"
+    symptom = "a residual at velocity reversals that grows with the distance moved since, not with time"
+    source = "Dahl (1968); LuGre: Canudas de Wit, Olsson, Astrom & Lischinsky (1995)"
+    parameters = (
+        Parameter("stiffness", "N m/rad", "bristle stiffness", math.inf, 1e-2, 1e9, log=True),
+        Parameter("damping", "N m s/rad", "bristle damping", 0.0, 0.0),
+    )
+    states = ("torque",)
+    bristle = True
+
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        level = max(scale.friction, 0.01 * scale.torque)
+        return tuple({"stiffness": level / (part * scale.travel), "damping": 0.0} for part in (0.003, 0.015, 0.06))
+
+    def bristle_torque(self, level: Expression, s: Signals, x: States, p: Parameters) -> Expression:
+        return x["torque"] + p["damping"] * (s.velocity - ca.fabs(s.velocity) * x["torque"] / _floor(level))
+
+    def bristle_derivatives(self, level: Expression, s: Signals, x: States, p: Parameters) -> dict[str, Expression]:
+        return {"torque": p["stiffness"] * (s.velocity - ca.fabs(s.velocity) * x["torque"] / _floor(level))}
+
+
+def _floor(level: Expression) -> Expression:
+    return ca.fmax(level, 1e-9)

@@ -1,0 +1,95 @@
+"""The one list of effects; third parties add theirs through the entry point group ``stribeck.effects``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from importlib.metadata import entry_points
+
+from stribeck.arm import Arm, EffectEntry
+from stribeck.effects.actuator.actuator_lag import ActuatorLag
+from stribeck.effects.actuator.delay import Delay
+from stribeck.effects.actuator.torque_gain import TorqueGain
+from stribeck.effects.external.cable_spring import CableSpring
+from stribeck.effects.friction.asymmetric_friction import AsymmetricFriction
+from stribeck.effects.friction.load_dependent_friction import LoadDependentFriction
+from stribeck.effects.friction.position_dependent_friction import PositionDependentFriction
+from stribeck.effects.friction.presliding import Presliding
+from stribeck.effects.rigid_body.gravity_tilt import GravityTilt
+from stribeck.effects.rigid_body.payload import Payload
+from stribeck.effects.sensing.encoder_eccentricity import EncoderEccentricity
+from stribeck.effects.transmission.backlash import Backlash
+from stribeck.effects.transmission.joint_flexibility import JointFlexibility
+from stribeck.errors import InputError
+from stribeck.model.effect import Effect
+from stribeck.model.layout import Placed
+
+_OWN: tuple[type[Effect], ...] = (
+    AsymmetricFriction,
+    Presliding,
+    LoadDependentFriction,
+    PositionDependentFriction,
+    ActuatorLag,
+    Delay,
+    TorqueGain,
+    JointFlexibility,
+    Backlash,
+    EncoderEccentricity,
+    Payload,
+    GravityTilt,
+    CableSpring,
+)
+
+
+@cache
+def registry() -> Mapping[str, Effect]:
+    """Return every known effect by name, the library's own first."""
+    effects: dict[str, Effect] = {kind.name: kind() for kind in _OWN}
+    for point in entry_points(group="stribeck.effects"):
+        effect = point.load()()
+        effects.setdefault(effect.name, effect)
+    return effects
+
+
+def effect_named(name: str) -> Effect:
+    """Return one effect by its contract name; raise :class:`InputError` where there is none."""
+    try:
+        return registry()[name]
+    except KeyError:
+        known = ", ".join(registry())
+        raise InputError("unknown effect", name, f"use one of: {known}") from None
+
+
+def placed_effects(arm: Arm) -> tuple[Placed, ...]:
+    """Return the effects of an arm file, each at its joints, parameters checked."""
+    return tuple(_place(arm, entry, joint) for entry in arm.effects for joint in entry.joints)
+
+
+def _place(arm: Arm, entry: EffectEntry, joint: str) -> Placed:
+    effect = effect_named(entry.effect)
+    given = dict(entry.parameters.get(joint, {}))
+    known = {parameter.name for parameter in effect.parameters}
+    for name in given:
+        if name not in known:
+            raise InputError(f"unknown parameter of {effect.name}", name, f"use one of: {', '.join(sorted(known))}")
+    for parameter in effect.parameters:
+        value = given.get(parameter.name, parameter.null)
+        if not parameter.lower <= value <= parameter.upper and value != parameter.null:
+            where = f"{effect.name} of joint {joint}: {parameter.name}"
+            raise InputError(where, f"{value:g}", f"give {parameter.lower:g} to {parameter.upper:g} {parameter.unit}")
+    return Placed(effect, arm.names.index(joint), given)
+
+
+def entries_of(arm: Arm, placed: tuple[Placed, ...]) -> tuple[EffectEntry, ...]:
+    """Return placed effects as arm-file entries, effects of one name gathered over joints."""
+    grouped: dict[str, list[Placed]] = {}
+    for place in placed:
+        grouped.setdefault(place.effect.name, []).append(place)
+    return tuple(
+        EffectEntry(
+            name,
+            tuple(arm.names[place.joint] for place in places),
+            {arm.names[place.joint]: dict(place.values) for place in places},
+        )
+        for name, places in grouped.items()
+    )

@@ -1,0 +1,1 @@
+"""Effects of the rigid-body channel, one file each."""

@@ -1,0 +1,33 @@
+"""A base that is not level."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import final
+
+from stribeck.model.effect import Body, Parameter, Parameters, RigidBodyEffect, Scale
+
+
+@final
+class GravityTilt(RigidBodyEffect):
+    """A change of gravity in the arm's plane, as a tilted base gives it."""
+
+    name = "gravity_tilt"
+    channel = "rigid_body"
+    equation = r"g \to g + (g_x, g_y)"
+    symptom = "a static torque at every joint that depends on the pose as gravity does"
+    source = "Khalil & Dombre (2002), ch. 9"
+    parameters = (
+        Parameter("x", "m/s^2", "change of gravity along the base frame's x", 0.0, -20.0, 20.0),
+        Parameter("y", "m/s^2", "change of gravity along the base frame's y", 0.0, -20.0, 20.0),
+    )
+    whole_arm = True
+
+    def sites(self, n: int) -> tuple[int, ...]:
+        return (0,)
+
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        return ({"x": 0.5, "y": 0.0}, {"x": 0.0, "y": 0.5})
+
+    def body(self, body: Body, joint: int, p: Parameters) -> Body:
+        return replace(body, gravity=(body.gravity[0] + p["x"], body.gravity[1] + p["y"]))

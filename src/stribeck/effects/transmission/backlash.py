@@ -1,0 +1,43 @@
+"""Play between motor and link."""
+
+from __future__ import annotations
+
+import math
+from typing import final
+
+import casadi as ca
+
+from stribeck.model.effect import Expression, Parameter, Parameters, Scale, TransmissionEffect
+
+
+@final
+class Backlash(TransmissionEffect):
+    """A spring with a dead zone between motor and link; the encoder is on the motor.
+
+    The damper acts in contact only, and the faces never pull.
+    """
+
+    name = "backlash"
+    channel = "transmission"
+    equation = r"\tau = k\,\mathrm{dz}_{\Delta/2}(\theta - q) + d\,(\dot\theta - \dot q)\,[\text{in contact}]"
+    symptom = "a pulse in the residual wherever the transmitted torque changes sign"
+    source = "Nordin & Gutman (2002)"
+    parameters = (
+        Parameter("gap", "rad", "full width of the play", 0.0, 0.0, 0.5),
+        Parameter("stiffness", "N m/rad", "contact stiffness", math.inf, 1e-2, 1e8, log=True),
+        Parameter("damping", "N m s/rad", "contact damping", 0.0, 1e-6, 1e5, log=True),
+    )
+
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        rate = 6.2832 * 15.0
+        contact = {"stiffness": scale.inertia * rate**2, "damping": 2 * 0.3 * scale.inertia * rate}
+        return tuple({"gap": part * scale.travel, **contact} for part in (0.004, 0.012, 0.03))
+
+    def transmitted(self, deflection: Expression, rate: Expression, p: Parameters) -> Expression:
+        half = 0.5 * p["gap"]
+        over = ca.fmax(deflection - half, 0.0) + ca.fmin(deflection + half, 0.0)
+        push = p["stiffness"] * over + p["damping"] * rate * ca.if_else(ca.fabs(over) > 0.0, 1.0, 0.0)
+        return ca.if_else(over > 0.0, ca.fmax(push, 0.0), ca.fmin(push, 0.0))
+
+    def deflection(self, torque: Expression, p: Parameters) -> Expression:
+        return torque / p["stiffness"] + 0.5 * p["gap"] * ca.sign(torque)

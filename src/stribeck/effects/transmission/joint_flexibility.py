@@ -1,0 +1,38 @@
+"""Elastic drive between motor and link."""
+
+from __future__ import annotations
+
+import math
+from typing import final
+
+from stribeck.model.effect import Expression, Parameter, Parameters, Scale, TransmissionEffect
+
+
+@final
+class JointFlexibility(TransmissionEffect):
+    """A linear torsion spring and damper between motor and link; the encoder is on the motor."""
+
+    name = "joint_flexibility"
+    channel = "transmission"
+    equation = r"\tau = k (\theta - q) + d (\dot\theta - \dot q)"
+    symptom = "a lightly damped resonance in the residual, and inertia that seems to grow with frequency"
+    source = "Spong (1987)"
+    parameters = (
+        Parameter("stiffness", "N m/rad", "torsional stiffness", math.inf, 1e-2, 1e8, log=True),
+        Parameter("damping", "N m s/rad", "torsional damping", 0.0, 1e-6, 1e5, log=True),
+    )
+
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        return tuple(
+            {
+                "stiffness": scale.inertia * (6.2832 * hertz) ** 2,
+                "damping": 2 * 0.1 * scale.inertia * 6.2832 * hertz,
+            }
+            for hertz in (4.0, 8.0, 16.0)
+        )
+
+    def transmitted(self, deflection: Expression, rate: Expression, p: Parameters) -> Expression:
+        return p["stiffness"] * deflection + p["damping"] * rate
+
+    def deflection(self, torque: Expression, p: Parameters) -> Expression:
+        return torque / p["stiffness"]

@@ -1,0 +1,164 @@
+"""Recorded runs made ready for the cut: smoothed motion, centred command, stuck samples, the analysis filter.
+
+Motion and torque pass the same zero-phase filters, so that filtering changes the balance of neither side.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import signal
+
+from stribeck.arm import Arm
+from stribeck.identify.noise import position_noise
+from stribeck.run import Run
+
+NOISE_SHARE = 0.02  # encoder noise after filtering may be this share of the torque
+CUTOFF_RANGE = (5.0, 40.0)  # Hz
+MOST_OF_RATE = 0.2  # cutoff as a share of the sample rate, at most
+SMOOTHING = 2.5  # the motion's filter lies this far above the analysis cutoff
+OVERSAMPLING = 3.0  # analysis samples per second over the cutoff
+STUCK_TIME = 0.04  # s
+STILL = 1e-3  # of the rms speed: slower is at rest
+
+
+@dataclass(frozen=True)
+class Conditioned:
+    """One run on its uniform grid of N samples, with its M analysis samples.
+
+    ``position``, ``velocity``, ``acceleration``, ``command``, ``command_rate``, ``stuck`` are (N, n);
+    ``velocity_sd`` and ``noise`` (n,); ``analysis_time`` (M,); ``taps`` the low-pass (odd length).
+    """
+
+    name: str
+    time: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+    command: np.ndarray
+    command_rate: np.ndarray
+    velocity_sd: np.ndarray
+    stuck: np.ndarray
+    noise: np.ndarray
+    taps: np.ndarray
+    decimation: int
+    run: Run
+
+    @property
+    def sample_time(self) -> float:
+        """Step of the uniform grid, s."""
+        return float(self.time[1] - self.time[0])
+
+    @property
+    def analysis_index(self) -> np.ndarray:
+        """Samples (M,) at which filtered signals are kept; the filter's edges are dropped."""
+        half = len(self.taps) // 2
+        return np.arange(half, len(self.time) - half, self.decimation)
+
+    def filtered(self, values: np.ndarray) -> np.ndarray:
+        """Return values (K, ...) low-passed, rows i centred on sample i * decimation + half the taps' length."""
+        reach = len(self.taps) - 1
+        lead = -reach % self.decimation  # so that a kept row falls on the first whole window
+        padded = np.concatenate([np.zeros((lead, *values.shape[1:])), values])
+        full = signal.upfirdn(self.taps, padded, up=1, down=self.decimation, axis=0)
+        count = (len(values) - 1 - reach) // self.decimation + 1
+        first = (reach + lead) // self.decimation
+        return np.asarray(full[first : first + max(count, 0)])
+
+
+def cutoff_frequency(arm: Arm, runs: Sequence[Run], inertia: np.ndarray) -> float:
+    """Return the analysis cutoff (Hz): as high as encoder noise, differentiated twice, allows.
+
+    Parameters
+    ----------
+    inertia : array (n,)
+        Inertia that each joint moves, kg m^2.
+    """
+    best = CUTOFF_RANGE[1]
+    for run in runs:
+        for j in range(run.n):
+            noise = position_noise(run.q[:, j], run.sample_time, arm.joints[j].encoder_resolution)
+            allowed = NOISE_SHARE * float(np.sqrt(np.mean(run.tau[:, j] ** 2))) + 1e-12
+            ratio = allowed / (inertia[j] * noise * (2 * np.pi) ** 2)
+            best = min(best, float((ratio**2 * 2.5 / run.sample_time) ** 0.2), MOST_OF_RATE / run.sample_time)
+    return max(best, min(CUTOFF_RANGE[0], MOST_OF_RATE / max(run.sample_time for run in runs)))
+
+
+def condition(arm: Arm, run: Run, cutoff: float, noise: np.ndarray | None = None) -> Conditioned:
+    """Return one uniform run conditioned at an analysis cutoff (Hz).
+
+    Parameters
+    ----------
+    noise : array (n,) or None
+        Position noise, rad; estimated from the run where None.
+    """
+    h = run.sample_time
+    if noise is None:
+        noise = np.array(
+            [position_noise(run.q[:, j], h, arm.joints[j].encoder_resolution) for j in range(run.n)]
+        )
+    smooth, gain = _smoother(min(SMOOTHING * cutoff, 0.4 / h), h)
+    position = smooth(run.q)
+    velocity = np.gradient(position, h, axis=0)
+    acceleration = _second_difference(position, h)
+    command = run.tau.copy()
+    command[1:] = 0.5 * (run.tau[1:] + run.tau[:-1])  # zero-order hold, centred on the sample
+    speed = np.sqrt(np.mean(velocity**2, axis=0))
+    velocity_sd = np.maximum(gain * noise, 0.5 * STILL * speed + 1e-9)
+    return Conditioned(
+        name=run.name,
+        time=run.t,
+        position=position,
+        velocity=velocity,
+        acceleration=acceleration,
+        command=command,
+        command_rate=np.gradient(command, h, axis=0),
+        velocity_sd=velocity_sd,
+        stuck=_stuck(velocity, np.maximum(3.0 * gain * noise, STILL * speed), h),
+        noise=noise,
+        taps=_low_pass(cutoff, h),
+        decimation=max(1, int(1.0 / (OVERSAMPLING * cutoff * h))),
+        run=run,
+    )
+
+
+def _smoother(cutoff: float, h: float):  # type: ignore[no-untyped-def]
+    """Return a zero-phase low-pass for positions and the velocity noise that unit position noise leaves."""
+    sos = signal.butter(3, cutoff, fs=1.0 / h, output="sos")
+    frequency = np.linspace(0.0, 0.5 / h, 400)
+    amplitude = 1.0 / (1.0 + (frequency / cutoff) ** 6)
+    slope = amplitude * np.sin(2 * np.pi * frequency * h) / h
+    gain = float(np.sqrt(np.mean(slope**2)))
+
+    def smooth(values: np.ndarray) -> np.ndarray:
+        pad = min(len(values) - 1, int(3.0 / (cutoff * h)) + 1)
+        return np.asarray(signal.sosfiltfilt(sos, values, axis=0, padlen=pad))
+
+    return smooth, gain
+
+
+def _second_difference(position: np.ndarray, h: float) -> np.ndarray:
+    acceleration = np.zeros_like(position)
+    acceleration[1:-1] = (position[2:] - 2 * position[1:-1] + position[:-2]) / h**2
+    return acceleration
+
+
+def _low_pass(cutoff: float, h: float) -> np.ndarray:
+    length = int(3.3 / (cutoff * h)) | 1
+    taps = signal.firwin(max(length, 3), cutoff, fs=1.0 / h, window=("kaiser", 5.0))
+    return np.asarray(taps)
+
+
+def _stuck(velocity: np.ndarray, threshold: np.ndarray, h: float) -> np.ndarray:
+    """Return 1.0 where a joint stays below its threshold for at least STUCK_TIME."""
+    width = max(3, round(STUCK_TIME / h))
+    stuck = np.zeros_like(velocity)
+    for j in range(velocity.shape[1]):
+        slow = np.abs(velocity[:, j]) < threshold[j]
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], slow.astype(int), [0]])))
+        for start, stop in zip(edges[::2], edges[1::2], strict=True):
+            if stop - start >= width:
+                stuck[start:stop, j] = 1.0
+    return stuck

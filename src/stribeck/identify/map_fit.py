@@ -1,0 +1,274 @@
+"""Maximum a posteriori fit with IPOPT: the residual along recorded motion, within the arm file's tolerances."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from stribeck.identify.residual import Residual
+from stribeck.model.layout import Entry, values_of
+
+PRIOR_LIMIT = 3.0  # standard deviations that re-tuning may move a nominal value
+GOOD = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
+
+
+@dataclass(frozen=True)
+class Weights:
+    """How much a residual row counts: ``sd`` (n,) in N m and the rows that count as one, ``correlation`` (n,)."""
+
+    sd: np.ndarray
+    correlation: np.ndarray
+
+    @property
+    def scale(self) -> np.ndarray:
+        """Factor (n,) that turns a residual in N m into one of unit information."""
+        return np.asarray(1.0 / (self.sd * np.sqrt(self.correlation)))
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fit and how it ended.
+
+    Attributes
+    ----------
+    entries : tuple of Entry
+        All parameters; ``p`` (p,) their fitted values, ``free`` the indices that were fitted.
+    residual : array (M, n)
+        Residual at ``p``, N m. ``jacobian`` (M, n, p).
+    misfit, prior : float
+        Half the weighted sum of squares, and half the prior's chi-square.
+    status : str
+        IPOPT's return status. ``ok`` tells whether it is a solution.
+    at_limit : tuple of str
+        Keys of nominal values that the data push to PRIOR_LIMIT standard deviations.
+    """
+
+    entries: tuple[Entry, ...]
+    p: np.ndarray
+    free: np.ndarray
+    residual: np.ndarray
+    jacobian: np.ndarray
+    misfit: float
+    prior: float
+    status: str
+    iterations: int
+    at_limit: tuple[str, ...]
+
+    @property
+    def ok(self) -> bool:
+        """Whether the solver found a solution."""
+        return self.status in GOOD
+
+    @property
+    def cost(self) -> float:
+        """Misfit and prior together."""
+        return self.misfit + self.prior
+
+    def value(self, key: str) -> float:
+        """Return one fitted value."""
+        return float(self.p[[entry.key for entry in self.entries].index(key)])
+
+
+class _Problem:
+    """The fit in scaled coordinates z: nominal values in standard deviations, effect parameters in their scale."""
+
+    def __init__(self, residual: Residual, weights: Weights, start: np.ndarray, scales: Mapping[str, float]) -> None:
+        self.residual, self.weights, self.entries = residual, weights, residual.path.entries
+        self.p0 = values_of(self.entries)
+        self.free = np.array([i for i, entry in enumerate(self.entries) if entry.sd > 0.0], dtype=int)
+        self.log = np.array([self.entries[i].log for i in self.free], dtype=bool)
+        self.has_prior = np.array([np.isfinite(self.entries[i].sd) for i in self.free], dtype=bool)
+        self.unit = np.array([self._unit(self.entries[i], scales) for i in self.free])
+        self.origin = np.where(self.has_prior, self.p0[self.free], 0.0)
+        self.start = np.clip(self._scaled(start), *self.bounds())
+        self._cache: tuple[bytes, Any] | None = None
+
+    @staticmethod
+    def _unit(entry: Entry, scales: Mapping[str, float]) -> float:
+        if np.isfinite(entry.sd):
+            return entry.sd
+        return 1.0 if entry.log else scales.get(entry.key, 1.0)
+
+    def _scaled(self, p: np.ndarray) -> np.ndarray:
+        values = p[self.free]
+        linear = (values - self.origin) / self.unit
+        return np.where(self.log, np.log(np.where(self.log, np.maximum(values, 1e-300), 1.0)), linear)
+
+    def physical(self, z: np.ndarray) -> np.ndarray:
+        """Return all parameter values (p,) at scaled coordinates."""
+        p = self.p0.copy()
+        p[self.free] = np.where(self.log, np.exp(np.where(self.log, z, 0.0)), self.origin + self.unit * z)
+        return p
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return lower and upper bounds of z."""
+        lower = np.array([self.entries[i].lower for i in self.free])
+        upper = np.array([self.entries[i].upper for i in self.free])
+        safe = np.where(self.log, np.maximum(lower, 1e-300), 1.0)
+        low = np.where(self.log, np.log(safe), (lower - self.origin) / self.unit)
+        high = np.where(self.log, np.log(np.where(self.log, upper, 1.0)), (upper - self.origin) / self.unit)
+        limit = np.where(self.has_prior, PRIOR_LIMIT, np.inf)
+        return np.maximum(low, -limit), np.minimum(high, limit)
+
+    def evaluate(self, z: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        """Return cost, gradient and Gauss-Newton Hessian at z."""
+        key = z.tobytes()
+        if self._cache is None or self._cache[0] != key:
+            self._cache = (key, self._compute(z))
+        return self._cache[1]  # type: ignore[no-any-return]
+
+    def _compute(self, z: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        p = self.physical(z)
+        r, jacobian = self.residual(p)
+        slope = np.where(self.log, p[self.free], self.unit)
+        weighted = (r * self.weights.scale).ravel()
+        columns = (jacobian[:, :, self.free] * self.weights.scale[None, :, None]).reshape(len(weighted), -1) * slope
+        prior = np.where(self.has_prior, z, 0.0)
+        cost = 0.5 * float(weighted @ weighted) + 0.5 * float(prior @ prior)
+        return cost, columns.T @ weighted + prior, columns.T @ columns + np.diag(self.has_prior.astype(float))
+
+
+class _Gradient(ca.Callback):  # type: ignore[misc]
+    """(z, p) -> cost and gradient, in the form that CasADi's NLP interface asks for."""
+
+    def __init__(self, problem: _Problem) -> None:
+        ca.Callback.__init__(self)
+        self.problem = problem
+        self.construct("gradient", {})
+
+    def get_n_in(self) -> int:
+        return 2
+
+    def get_n_out(self) -> int:
+        return 2
+
+    def get_sparsity_in(self, i: int) -> ca.Sparsity:
+        return ca.Sparsity.dense(len(self.problem.free), 1) if i == 0 else ca.Sparsity(0, 0)
+
+    def get_sparsity_out(self, i: int) -> ca.Sparsity:
+        return ca.Sparsity.dense(1 if i == 0 else len(self.problem.free), 1)
+
+    def eval(self, arg: Sequence[Any]) -> list[Any]:
+        cost, gradient, _ = self.problem.evaluate(arg[0].full().ravel())
+        return [cost, gradient]
+
+
+class _Cost(ca.Callback):  # type: ignore[misc]
+    """z -> cost."""
+
+    def __init__(self, problem: _Problem) -> None:
+        ca.Callback.__init__(self)
+        self.problem = problem
+        self.construct("cost", {})
+
+    def get_sparsity_in(self, i: int) -> ca.Sparsity:
+        return ca.Sparsity.dense(len(self.problem.free), 1)
+
+    def eval(self, arg: Sequence[Any]) -> list[Any]:
+        return [self.problem.evaluate(arg[0].full().ravel())[0]]
+
+
+class _Hessian(ca.Callback):  # type: ignore[misc]
+    """(z, p, lam_f, lam_g) -> upper triangle of the Gauss-Newton Hessian."""
+
+    def __init__(self, problem: _Problem) -> None:
+        ca.Callback.__init__(self)
+        self.problem = problem
+        self.construct("hessian", {})
+
+    def get_n_in(self) -> int:
+        return 4
+
+    def get_sparsity_in(self, i: int) -> ca.Sparsity:
+        return [ca.Sparsity.dense(len(self.problem.free), 1), ca.Sparsity(0, 0), ca.Sparsity.dense(1, 1),
+                ca.Sparsity(0, 1)][i]  # fmt: skip
+
+    def get_sparsity_out(self, i: int) -> ca.Sparsity:
+        return ca.Sparsity.upper(len(self.problem.free))
+
+    def eval(self, arg: Sequence[Any]) -> list[Any]:
+        hessian = self.problem.evaluate(arg[0].full().ravel())[2]
+        return [ca.triu(ca.DM(hessian * float(arg[2])))]
+
+
+def fit(
+    residual: Residual,
+    weights: Weights,
+    start: np.ndarray | None = None,
+    scales: Mapping[str, float] | None = None,
+    *,
+    iterations: int = 40,
+    tolerance: float = 1e-4,
+) -> Fit:
+    """Fit the free parameters of a path to recorded runs.
+
+    Parameters
+    ----------
+    residual : Residual
+    weights : Weights
+        Of the rows, per joint.
+    start : array (p,) or None
+        Where to start; the nominal values where None.
+    scales : mapping
+        Typical size of each effect parameter by key, for conditioning.
+    iterations : int
+        At most so many IPOPT iterations.
+    tolerance : float
+        On the scaled gradient, relative to the cost's own uncertainty of one unit.
+
+    Notes
+    -----
+    Gauss-Newton Hessian, exact gradient; nominal values stay within PRIOR_LIMIT prior standard deviations.
+    """
+    p0 = values_of(residual.path.entries) if start is None else start
+    problem = _Problem(residual, weights, p0, scales or {})
+    cost, gradient, hessian = _Cost(problem), _Gradient(problem), _Hessian(problem)
+    z = ca.MX.sym("z", len(problem.free))
+    options = {
+        "grad_f": gradient,
+        "hess_lag": hessian,
+        "print_time": False,
+        "calc_lam_p": False,
+        "no_nlp_grad": True,
+        "ipopt": {
+            "print_level": 0,
+            "sb": "yes",
+            "max_iter": iterations,
+            "tol": tolerance,
+            "acceptable_tol": 10 * tolerance,
+            "acceptable_iter": 3,
+            "mu_strategy": "adaptive",
+            "nlp_scaling_method": "none",
+            "bound_relax_factor": 0.0,
+            "honor_original_bounds": "yes",
+        },
+    }
+    solver = ca.nlpsol("fit", "ipopt", {"x": z, "f": cost(z)}, options)
+    lower, upper = problem.bounds()
+    solution = solver(x0=problem.start, lbx=lower, ubx=upper)
+    return _result(problem, solution["x"].full().ravel(), solver.stats())
+
+
+def _result(problem: _Problem, z: np.ndarray, stats: Mapping[str, Any]) -> Fit:
+    p = problem.physical(z)
+    r, jacobian = problem.residual(p)
+    weighted = r * problem.weights.scale
+    prior = np.where(problem.has_prior, z, 0.0)
+    pushed = np.abs(prior) > PRIOR_LIMIT - 1e-2
+    keys = tuple(problem.entries[i].key for i, flag in zip(problem.free, pushed, strict=True) if flag)
+    return Fit(
+        entries=problem.entries,
+        p=p,
+        free=problem.free,
+        residual=r,
+        jacobian=jacobian,
+        misfit=0.5 * float(np.sum(weighted**2)),
+        prior=0.5 * float(prior @ prior),
+        status=str(stats["return_status"]),
+        iterations=int(stats["iter_count"]),
+        at_limit=keys,
+    )

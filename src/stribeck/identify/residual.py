@@ -1,0 +1,119 @@
+"""The filtered residual of a signal path over recorded runs, and its Jacobian."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+
+from stribeck.identify.conditioning import Conditioned
+from stribeck.model.cut import CHUNK, Cut
+from stribeck.model.path import SignalPath
+
+SAMPLES = 40_000  # evaluated at a time: bounds the memory of the Jacobian
+
+
+class Residual:
+    """Residual torque of a path along conditioned runs, in N m of command, at the analysis samples.
+
+    Parameters
+    ----------
+    path : SignalPath
+    runs : sequence of Conditioned
+        The rows of all results are those of the runs, one after the other.
+    """
+
+    def __init__(self, path: SignalPath, runs: Sequence[Conditioned]) -> None:
+        self.path, self.runs = path, tuple(runs)
+        steps = {round(run.sample_time, 9): run.sample_time for run in runs}
+        self._cuts = {key: Cut(path, step) for key, step in steps.items()}
+
+    def _cut(self, run: Conditioned) -> Cut:
+        return self._cuts[round(run.sample_time, 9)]
+
+    @cached_property
+    def rows(self) -> int:
+        """Number of analysis samples."""
+        return sum(len(run.analysis_index) for run in self.runs)
+
+    def __call__(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the residual (M, n) and its Jacobian (M, n, p) at physical parameter values (p,)."""
+        parts = [self._one(run, p) for run in self.runs]
+        return np.concatenate([r for r, _ in parts]), np.concatenate([jacobian for _, jacobian in parts])
+
+    def _one(self, run: Conditioned, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        cut, n, width = self._cut(run), self.path.n, len(p)
+        delays = self._delays(p)
+        drive = self._drive(run, delays)
+        states = self._states(cut, drive, p, delays)
+        outputs = []
+        half = len(run.taps)
+        for begin in range(0, len(run.time), SAMPLES):
+            lo, hi = max(0, begin - half), min(len(run.time), begin + SAMPLES + half)
+            residual, jacobian = cut.evaluate(drive[:, lo:hi], states[:, lo:hi], p, delays)
+            values = np.concatenate([residual.full(), jacobian.full()]).T
+            outputs.append(_keep(run, values, lo, begin, min(begin + SAMPLES, len(run.time))))
+        merged = np.concatenate(outputs)
+        return merged[:, :n], merged[:, n:].reshape(-1, width, n).transpose(0, 2, 1)
+
+    def stages(self, run: Conditioned, p: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the unfiltered residual and stage torques of one run, each (N, n), N m of command."""
+        cut, n = self._cut(run), self.path.n
+        delays = self._delays(p)
+        drive = self._drive(run, delays)
+        states = self._states(cut, drive, p, delays)
+        residual, stages = cut.balance(drive, states, p, delays)
+        names = ("actuator", "rotor", "load", "friction")
+        out = {name: stages.full()[i * n : (i + 1) * n].T for i, name in enumerate(names)}
+        return {"residual": residual.full().T, **out}
+
+    def _delays(self, p: np.ndarray) -> np.ndarray:
+        """Return the present value of each effect's delay (0 without one), s."""
+        delays = np.zeros(len(self.path.placed))
+        for i, entry in enumerate(self.path.entries):
+            owner = entry.owner
+            if isinstance(owner, int) and entry.name == "time" and self.path.placed[owner].effect.delays:
+                delays[owner] = p[i]
+        return delays
+
+    def _drive(self, run: Conditioned, delays: np.ndarray) -> np.ndarray:
+        """Return the drive (1 + 7 n, N), the command delayed."""
+        command, rate = run.command, run.command_rate
+        for k, place in enumerate(self.path.placed):
+            if place.effect.delays == "command" and delays[k] > 0.0:
+                command, rate = command.copy(), rate.copy()
+                shifted = run.time - delays[k]
+                for signal in (command, rate):
+                    signal[:, place.joint] = np.interp(shifted, run.time, signal[:, place.joint])
+        spread = np.broadcast_to(run.velocity_sd, run.position.shape)
+        columns = (run.time[:, None], run.position, run.velocity, run.acceleration, command, rate, spread, run.stuck)
+        return np.concatenate(columns, axis=1).T
+
+    def _states(self, cut: Cut, drive: np.ndarray, p: np.ndarray, delays: np.ndarray) -> np.ndarray:
+        """Return states and sensitivities (nx (1 + active), N) along one run."""
+        samples = drive.shape[1]
+        width = cut.nx * (1 + len(cut.active))
+        if width == 0:
+            return np.zeros((0, samples))
+        state = cut.begin(drive[:, 0], p, delays).full()
+        out = np.empty((width, samples))
+        out[:, :1] = state
+        many_p, many_delays = np.repeat(p[:, None], CHUNK, axis=1), np.repeat(delays[:, None], CHUNK, axis=1)
+        for begin in range(0, samples - 1, CHUNK):
+            index = np.minimum(np.arange(begin, begin + CHUNK + 1), samples - 1)
+            chunk = drive[:, index]
+            after = cut.follow(out[:, begin], chunk[:, :-1], chunk[:, 1:], many_p, many_delays).full()
+            stop = min(begin + CHUNK, samples - 1)
+            out[:, begin + 1 : stop + 1] = after[:, : stop - begin]
+        return out
+
+
+def _keep(run: Conditioned, values: np.ndarray, lo: int, begin: int, end: int) -> np.ndarray:
+    """Return the filtered rows whose analysis sample lies in [begin, end), from values that start at lo."""
+    wanted = run.analysis_index
+    wanted = wanted[(wanted >= begin) & (wanted < end)]
+    if len(wanted) == 0:
+        return np.zeros((0, values.shape[1]))
+    half = len(run.taps) // 2
+    return run.filtered(values[wanted[0] - half - lo : wanted[-1] + half + 1 - lo])

@@ -1,0 +1,1 @@
+"""The signal path, symbolic: rigid body, Tustin friction, and their composition with effects."""

@@ -1,0 +1,320 @@
+"""The path cut at the measured joint: recorded motion in, the torque that does not balance out.
+
+Everything upstream of the cut is driven by the recorded command, everything downstream by the recorded motion.
+States (a friction bristle, an actuator lag, a flexible joint's link) follow the same drive.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+
+from stribeck.model.effect import ActuatorEffect, Expression, FrictionEffect, Signals
+from stribeck.model.path import SignalPath
+from stribeck.model.rigid_body import inverse_dynamics, mass_matrix
+
+DRIVE = ("time", "position", "velocity", "acceleration", "command", "command_rate", "velocity_sd", "stuck")
+SUBSTEP = 1e-3  # s, longest step of a flexible joint's link
+CHUNK = 256  # samples that one compiled recursion advances
+
+
+@dataclass(frozen=True)
+class Drive:
+    """The recorded signals of all joints at one sample, each (n, 1) symbolic but ``time`` (1, 1).
+
+    ``command`` is the command averaged over the sample before and after, as zero-order hold implies;
+    ``command_rate`` its time derivative; ``velocity_sd`` the uncertainty of the velocity; ``stuck`` 1 or 0.
+    """
+
+    time: Any
+    position: Any
+    velocity: Any
+    acceleration: Any
+    command: Any
+    command_rate: Any
+    velocity_sd: Any
+    stuck: Any
+
+    @staticmethod
+    def symbols(n: int, suffix: str = "") -> Drive:
+        """Return fresh symbols."""
+        return Drive(*[ca.SX.sym(f"{name}{suffix}", 1 if name == "time" else n) for name in DRIVE])
+
+    @property
+    def stacked(self) -> Any:
+        """All signals, one column (1 + 7 n, 1)."""
+        return ca.vertcat(*[getattr(self, name) for name in DRIVE])
+
+
+class Cut:
+    """Compiled cut of a signal path.
+
+    Parameters
+    ----------
+    path : SignalPath
+    sample_time : float
+        Step of the uniform grid on which the states advance, s.
+
+    Attributes
+    ----------
+    active : tuple of int
+        Parameters on which the states depend (columns that the sensitivity recursion carries).
+    """
+
+    def __init__(self, path: SignalPath, sample_time: float) -> None:
+        self.path, self.sample_time, self.n = path, sample_time, path.n
+        self.delay_at = ca.SX.sym("T0", len(path.placed))
+        self.drive = Drive.symbols(path.n)
+        self.nx = path.x.numel()
+
+    # --- the stages on one sample -------------------------------------------------------------------------
+
+    def _command(self, d: Drive, joint: int) -> Expression:
+        """Return the command, delayed. The data are delayed by T0 already; the rest is to first order."""
+        command = d.command[joint]
+        for k, effect in self.path.at(joint, ActuatorEffect):
+            if effect.delays == "command":
+                command = command - d.command_rate[joint] * (self.path.parameters(k)["time"] - self.delay_at[k])
+        return command
+
+    def _motion(self, d: Drive) -> list[Signals]:
+        """Return the true signals of each joint on the motor side; the link's where it is rigid."""
+        signals = []
+        for j in range(self.n):
+            y, dy, ddy = d.position[j], d.velocity[j], d.acceleration[j]
+            q = self.path.true_position(j, y)
+            slope = ca.jacobian(q, y) if isinstance(q, ca.SX) else 1.0
+            curve = ca.jacobian(slope, y) if isinstance(slope, ca.SX) else 0.0
+            dq, ddq = slope * dy, slope * ddy + curve * dy**2
+            signals.append(Signals(d.time, q, dq, ddq, q, dq))
+        return signals
+
+    def signals(self, d: Drive, x: Any) -> tuple[list[Signals], dict[int, Expression]]:
+        """Return the signals of every joint, load included, and the link accelerations of flexible joints."""
+        path, motion = self.path, self._motion(d)
+        transmitted: dict[int, Expression] = {}
+        for j in path.flexible:
+            k, effect = path.transmission(j)  # type: ignore[misc]
+            ql, dql = x[path.state_index(f"link[{j}].position")], x[path.state_index(f"link[{j}].velocity")]
+            s = motion[j]
+            transmitted[j] = effect.transmitted(s.position - ql, s.velocity - dql, path.parameters(k))
+            motion[j] = s.at(link_position=ql, link_velocity=dql)
+        load, acceleration = self._link_torques(motion, x, transmitted)
+        full = [s.at(load=load[j]) for j, s in enumerate(motion)]
+        full = [s.at(torque=path.actuated(j, self._command(d, j), s, x)) for j, s in enumerate(full)]
+        return full, acceleration
+
+    def _link_torques(
+        self, motion: list[Signals], x: Any, transmitted: dict[int, Expression]
+    ) -> tuple[list[Expression], dict[int, Expression]]:
+        path, body = self.path, self.path.body()
+        q, dq = [s.link_position for s in motion], [s.link_velocity for s in motion]
+        external = [path.external(j, s, x) for j, s in enumerate(motion)]
+        known = [0.0 if j in transmitted else s.acceleration for j, s in enumerate(motion)]
+        bias = inverse_dynamics(body, q, dq, known, prismatic=path.prismatic)
+        load = [bias[j] + external[j] for j in range(self.n)]
+        if not transmitted:
+            return load, {}
+        flexible = list(path.flexible)
+        mass = mass_matrix(body, q, prismatic=path.prismatic)
+        unbalanced = ca.vertcat(*[transmitted[j] - load[j] for j in flexible])
+        swing = ca.solve(mass[flexible, flexible], unbalanced)
+        for j in range(self.n):
+            load[j] = transmitted[j] if j in transmitted else load[j] + ca.mtimes(mass[j, flexible], swing)
+        return load, {j: swing[i] for i, j in enumerate(flexible)}
+
+    def _friction(self, joint: int, s: Signals, d: Drive, x: Any, needed: Expression) -> Expression:
+        """Return friction without its viscous part, given the torque ``needed`` to hold the joint where stuck."""
+        path = self.path
+        bristle = path.bristle(joint)
+        if bristle is not None:
+            k, effect = bristle
+            level = self._moving_level(joint, s, x)
+            return effect.bristle_torque(level, s, path.states(k, x), path.parameters(k))
+        speed = ca.fabs(s.velocity)
+        forward, backward = (path.level(joint, speed, way, s, x) for way in (1.0, -1.0))
+        probable = 0.5 * (1.0 + ca.erf(s.velocity / (ca.sqrt(2.0) * d.velocity_sd[joint])))
+        sliding = probable * forward - (1.0 - probable) * backward
+        up, down = (path.level(joint, 0.0, way, s, x) for way in (1.0, -1.0))
+        held = ca.fmax(ca.fmin(needed, up), -down)
+        return ca.if_else(d.stuck[joint] > 0.5, held, sliding)
+
+    def _moving_level(self, joint: int, s: Signals, x: Any) -> Expression:
+        speed = ca.fabs(s.velocity)
+        forward, backward = (self.path.level(joint, speed, way, s, x) for way in (1.0, -1.0))
+        return ca.if_else(s.velocity >= 0, forward, backward)
+
+    def residual(self, d: Drive, x: Any) -> tuple[Any, dict[str, Any]]:
+        """Return the unbalanced torque (n, 1) in units of the command, and the torques of each stage (n, 1)."""
+        path = self.path
+        signals, _ = self.signals(d, x)
+        rows, stages = [], []
+        for j, s in enumerate(signals):
+            rotor = path.rotor(j) * s.acceleration
+            needed = s.torque - rotor - s.load
+            viscous = path.viscous(j, s, x)
+            friction = self._friction(j, s, d, x, needed - viscous) + viscous
+            scale = path.command_scale(j)
+            rows.append((needed - friction) / scale)
+            stages.append((s.torque / scale, rotor / scale, s.load / scale, friction / scale))
+        names = ("actuator", "rotor", "load", "friction")
+        return ca.vertcat(*rows), {name: ca.vertcat(*[s[i] for s in stages]) for i, name in enumerate(names)}
+
+    # --- states -------------------------------------------------------------------------------------------
+
+    def derivatives(self, d: Drive, x: Any) -> Any:
+        """Return the time derivative (nx, 1) of the states under the drive."""
+        path = self.path
+        signals, acceleration = self.signals(d, x)
+        out: list[Expression] = []
+        for j in path.flexible:
+            out += [signals[j].link_velocity, acceleration[j]]
+        for k, place in enumerate(path.placed):
+            effect, s, p = place.effect, signals[place.joint], path.parameters(k)
+            if isinstance(effect, FrictionEffect) and effect.bristle:
+                level = self._moving_level(place.joint, s, x)
+                rates = effect.bristle_derivatives(level, s, path.states(k, x), p)
+            elif effect.states:
+                upstream = s.at(torque=self._upstream(k, d, s, x))
+                rates = effect.derivatives(upstream, path.states(k, x), p)
+            else:
+                continue
+            out += [rates[name] for name in effect.states]
+        return ca.vertcat(*out)
+
+    def _upstream(self, k: int, d: Drive, s: Signals, x: Any) -> Expression:
+        """Return the torque that enters the k-th effect: the actuator's output for all but actuator effects."""
+        place = self.path.placed[k]
+        if not isinstance(place.effect, ActuatorEffect):
+            return s.torque
+        torque = self._command(d, place.joint)
+        for other, effect in self.path.at(place.joint, ActuatorEffect):
+            if other == k:
+                break
+            torque = effect.torque(torque, s, self.path.states(other, x), self.path.parameters(other))
+        return torque
+
+    def start(self, d: Drive) -> Any:
+        """Return the states (nx, 1) with which a recording starts."""
+        path = self.path
+        motion = self._motion(d)
+        body = path.body()
+        still = [0.0] * self.n
+        static = inverse_dynamics(body, [s.position for s in motion], still, still, prismatic=path.prismatic)
+        out: list[Expression] = []
+        for j in path.flexible:
+            k, effect = path.transmission(j)  # type: ignore[misc]
+            out += [motion[j].position - effect.deflection(static[j], path.parameters(k)), motion[j].velocity]
+        for k, place in enumerate(path.placed):
+            s = motion[place.joint].at(torque=self._command(d, place.joint))
+            values = place.effect.initial(s, path.parameters(k))
+            out += [values[name] for name in place.effect.states]
+        return ca.vertcat(*out)
+
+    def advance(self, now: Drive, after: Drive, x: Any) -> Any:
+        """Return the states one sample later; motion and command run linearly between the samples."""
+        mean = (after.position - now.position) / self.sample_time
+        first, last = _with(now, velocity=mean), _with(after, velocity=mean)
+        links = 2 * len(self.path.flexible)
+        out = [self._swing(first, last, x, links)] if links else []
+        if self.nx > links:
+            out.append(self._relax(first, last, x)[links:])
+        return ca.vertcat(*out)
+
+    def _swing(self, now: Drive, after: Drive, x: Any, links: int) -> Any:
+        """Advance the link states by the linearly implicit midpoint rule: A-stable, second order."""
+        steps = max(1, round(self.sample_time / SUBSTEP))
+        h = self.sample_time / steps
+        state, rest, middle = ca.SX.sym("link", links), x[links:], Drive.symbols(self.n, "_mid")
+        rate = self.derivatives(middle, ca.vertcat(state, rest))[:links]
+        system = ca.SX.eye(links) - h / 2 * ca.jacobian(rate, state)
+        one = ca.Function("one", [state, rest, middle.stacked, self.path.p, self.delay_at],
+                          [state + h * ca.solve(system, rate)])  # fmt: skip
+        link = x[:links]
+        for i in range(steps):
+            f = (i + 0.5) / steps
+            between = now.stacked + f * (after.stacked - now.stacked)
+            link = one(link, rest, between, self.path.p, self.delay_at)
+        return link
+
+    def _relax(self, now: Drive, after: Drive, x: Any) -> Any:
+        """Advance each effect state by an exponential step, exact for a linear law under linear forcing."""
+        state = ca.SX.sym("state", self.nx)
+        h = self.sample_time
+        rate_now, rate_after = self.derivatives(now, state), self.derivatives(after, state)
+        middle = 0.5 * (rate_now + rate_after)
+        slope = ca.vertcat(*[ca.jacobian(middle[i], state[i]) for i in range(self.nx)])
+        z = h * slope
+        near = ca.fabs(z) < 1e-4
+        safe = ca.if_else(near, 1.0, z)
+        phi1 = ca.if_else(near, 1 + z / 2 + z**2 / 6, ca.expm1(safe) / safe)
+        phi2 = ca.if_else(near, 0.5 + z / 6, (phi1 - 1) / safe)
+        step = state + h * (phi1 * rate_now + phi2 * (rate_after - rate_now))
+        return ca.substitute(step, state, x)
+
+    # --- compiled -----------------------------------------------------------------------------------------
+
+    @cached_property
+    def active(self) -> tuple[int, ...]:
+        """Parameters on which the states depend."""
+        if self.nx == 0:
+            return ()
+        after = Drive.symbols(self.n, "1")
+        depends = ca.vertcat(self.advance(self.drive, after, self.path.x), self.start(self.drive))
+        rows = ca.jacobian(depends, self.path.p).sparsity()
+        return tuple(sorted({int(c) for c in rows.get_triplet()[1]}))
+
+    @cached_property
+    def begin(self) -> ca.Function:
+        """(drive, p, T0) -> states and their sensitivities, stacked (nx (1 + active), 1)."""
+        start = self.start(self.drive)
+        sensitivity = ca.jacobian(start, self.path.p)[:, list(self.active)]
+        return ca.Function(
+            "begin",
+            [self.drive.stacked, self.path.p, self.delay_at],
+            [ca.densify(ca.vertcat(start, ca.vec(sensitivity)))],
+        )
+
+    @cached_property
+    def follow(self) -> ca.Function:
+        """(states, drives (., CHUNK + 1 as pairs), p, T0) -> states at the next CHUNK samples."""
+        after = Drive.symbols(self.n, "1")
+        moved = self.advance(self.drive, after, self.path.x)
+        carried = ca.SX.sym("S", self.nx, len(self.active))
+        through = ca.mtimes(ca.jacobian(moved, self.path.x), carried)
+        sensitivity = through + ca.jacobian(moved, self.path.p)[:, list(self.active)]
+        state = ca.vertcat(self.path.x, ca.vec(carried))
+        step = ca.Function(
+            "step",
+            [state, self.drive.stacked, after.stacked, self.path.p, self.delay_at],
+            [ca.densify(ca.vertcat(moved, ca.vec(sensitivity)))],
+        )
+        return step.mapaccum("follow", CHUNK)
+
+    @cached_property
+    def evaluate(self) -> ca.Function:
+        """(drive, states, p, T0) -> residual (n, 1), its Jacobian by parameter (n, p) and the stages."""
+        carried = ca.SX.sym("S", self.nx, len(self.active))
+        residual, stages = self.residual(self.drive, self.path.x)
+        jacobian = ca.SX(ca.densify(ca.jacobian(residual, self.path.p)))
+        if self.nx:
+            jacobian[:, list(self.active)] += ca.mtimes(ca.jacobian(residual, self.path.x), carried)
+        state = ca.vertcat(self.path.x, ca.vec(carried))
+        inputs = [self.drive.stacked, state, self.path.p, self.delay_at]
+        return ca.Function("evaluate", inputs, [ca.densify(residual), ca.densify(ca.vec(jacobian))])
+
+    @cached_property
+    def balance(self) -> ca.Function:
+        """(drive, states, p, T0) -> residual (n, 1) and the stages' torques stacked (4 n, 1)."""
+        carried = ca.SX.sym("S", self.nx, len(self.active))
+        residual, stages = self.residual(self.drive, self.path.x)
+        state = ca.vertcat(self.path.x, ca.vec(carried))
+        inputs = [self.drive.stacked, state, self.path.p, self.delay_at]
+        return ca.Function("balance", inputs, [ca.densify(residual), ca.densify(ca.vertcat(*stages.values()))])
+
+
+def _with(drive: Drive, **changes: Any) -> Drive:
+    return Drive(**{name: changes.get(name, getattr(drive, name)) for name in DRIVE})

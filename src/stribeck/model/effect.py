@@ -1,0 +1,230 @@
+"""What an effect is: a change to exactly one stage of the signal path.
+
+One declaration serves every use of the model. The hooks take and return CasADi expressions, so the same law
+is fitted along a recorded motion, simulated forward, linearised and exported. A hook that a class leaves out
+passes its stage through unchanged.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+import casadi as ca
+
+Expression = Any
+"""A CasADi expression (``casadi.SX``, scalar unless said otherwise) or a float."""
+
+Parameters = Mapping[str, Expression]
+States = Mapping[str, Expression]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter of an effect.
+
+    Attributes
+    ----------
+    name, unit, description : str
+        As they appear in the arm file and in reports.
+    null : float
+        The value at which the effect vanishes; infinite where it vanishes in a limit (a stiffness).
+    lower, upper : float
+        Physical bounds. Both must be positive where ``log`` is set.
+    log : bool
+        Fitted in its logarithm: for positive values whose order of magnitude is unknown.
+    """
+
+    name: str
+    unit: str
+    description: str
+    null: float = 0.0
+    lower: float = -math.inf
+    upper: float = math.inf
+    log: bool = False
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Typical magnitudes of one joint in the data at hand, from which an effect takes its starting values.
+
+    Attributes
+    ----------
+    torque, friction : float
+        Root mean square command and Coulomb friction, N m.
+    speed : float
+        Root mean square velocity, rad/s.
+    travel : float
+        Range of position, rad.
+    inertia : float
+        Inertia that the joint moves, others held, kg m^2.
+    sample_time : float
+        s.
+    """
+
+    torque: float
+    friction: float
+    speed: float
+    travel: float
+    inertia: float
+    sample_time: float
+    length: float = 1.0
+
+
+@dataclass(frozen=True)
+class Signals:
+    """What a law may depend on at one joint and one instant (CasADi scalars, SI).
+
+    ``position``, ``velocity``, ``acceleration`` are true ones on the motor side; ``link_position`` and
+    ``link_velocity`` those of the link; ``torque`` is the actuator's, ``load`` the torque handed to the link.
+    """
+
+    time: Expression
+    position: Expression
+    velocity: Expression
+    acceleration: Expression
+    link_position: Expression
+    link_velocity: Expression
+    torque: Expression = 0.0
+    load: Expression = 0.0
+
+    def at(self, **changes: Expression) -> Signals:
+        """Return a copy with some signals replaced."""
+        return replace(self, **changes)
+
+
+@dataclass(frozen=True)
+class Body:
+    """Inertial parameters of a planar chain, each a tuple over joints, and gravity in the base frame."""
+
+    mass: tuple[Expression, ...]
+    com_x: tuple[Expression, ...]
+    com_y: tuple[Expression, ...]
+    inertia: tuple[Expression, ...]
+    length: tuple[Expression, ...]
+    gravity: tuple[Expression, Expression]
+
+    def with_link(self, joint: int, **values: Expression) -> Body:
+        """Return a copy with values of one link replaced (``mass``, ``com_x``, ``com_y``, ``inertia``)."""
+        changed = {name: _put(getattr(self, name), joint, value) for name, value in values.items()}
+        return replace(self, **changed)
+
+
+def _put(values: tuple[Expression, ...], index: int, value: Expression) -> tuple[Expression, ...]:
+    return (*values[:index], value, *values[index + 1 :])
+
+
+class Effect(ABC):
+    """Base of all effects; subclass one of the stage classes below, never this one."""
+
+    name: ClassVar[str]
+    channel: ClassVar[str]
+    parameters: ClassVar[tuple[Parameter, ...]]
+    equation: ClassVar[str]
+    symptom: ClassVar[str]
+    source: ClassVar[str]
+    states: ClassVar[tuple[str, ...]] = ()
+    delays: ClassVar[str | None] = None
+    """The signal that the parameter ``time`` delays: ``"command"``, ``"velocity"`` or None."""
+    whole_arm: ClassVar[bool] = False
+    """True where the effect belongs to the arm and is declared once, at the joint named in ``sites``."""
+
+    def sites(self, n: int) -> tuple[int, ...]:
+        """Return the joints (indices) at which the effect can sit on an arm of ``n`` joints."""
+        return tuple(range(n))
+
+    def applies(self, arm: Any, joint: int) -> bool:
+        """Return whether the effect is a candidate for this arm and joint at all."""
+        return True
+
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        """Return trial values from which a fit starts, clear of the null, most likely first."""
+        raise NotImplementedError  # every final class states its own
+
+    def derivatives(self, s: Signals, x: States, p: Parameters) -> dict[str, Expression]:
+        """Return the time derivative of each state."""
+        return {}
+
+    def initial(self, s: Signals, p: Parameters) -> dict[str, Expression]:
+        """Return the states in which a recording starts."""
+        return dict.fromkeys(self.states, 0.0)
+
+
+class ActuatorEffect(Effect):
+    """A change between the command and the torque at the motor."""
+
+    def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
+        """Return the torque after this stage from the one before it, N m."""
+        return torque
+
+    def command_scale(self, p: Parameters) -> Expression:
+        """Return d(torque)/d(command) at rest: residuals are divided by it to stay in units of the command."""
+        return 1.0
+
+
+class TransmissionEffect(Effect):
+    """A compliance between motor and link; the link then has a position and velocity of its own."""
+
+    def transmitted(self, deflection: Expression, rate: Expression, p: Parameters) -> Expression:
+        """Return the torque handed to the link from the deflection (motor minus link, rad) and its rate."""
+        raise NotImplementedError
+
+    def deflection(self, torque: Expression, p: Parameters) -> Expression:
+        """Return the static deflection (rad) under a torque: where a recording starts."""
+        raise NotImplementedError
+
+
+class FrictionEffect(Effect):
+    """A change of joint friction, tau_f = sign(v) G + B with G the sliding level and B the rest."""
+
+    uses_load: ClassVar[bool] = False
+    bristle: ClassVar[bool] = False
+    """True where a state carries the friction instead of its sign: there is no stuck mode then."""
+
+    def level(self, level: Expression, direction: float, s: Signals, x: States, p: Parameters) -> Expression:
+        """Return the sliding level G (N m, at least 0) for motion in ``direction`` (+1 or -1)."""
+        return level
+
+    def viscous(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
+        """Return the part B (N m) that has no sign function."""
+        return torque
+
+    def bristle_torque(self, level: Expression, s: Signals, x: States, p: Parameters) -> Expression:
+        """Return the friction torque without B that replaces sign(v) G (only where ``bristle``)."""
+        raise NotImplementedError
+
+    def bristle_derivatives(self, level: Expression, s: Signals, x: States, p: Parameters) -> dict[str, Expression]:
+        """Return the derivatives of the bristle's states, given the level for the present direction."""
+        raise NotImplementedError
+
+
+class RigidBodyEffect(Effect):
+    """A change of the inertial parameters or of gravity."""
+
+    def body(self, body: Body, joint: int, p: Parameters) -> Body:
+        """Return the changed body."""
+        return body
+
+
+class ExternalEffect(Effect):
+    """A torque on the link from outside the model."""
+
+    def torque(self, s: Signals, x: States, p: Parameters) -> Expression:
+        """Return the torque that the drive must overcome, N m."""
+        raise NotImplementedError
+
+
+class SensingEffect(Effect):
+    """A change between the true motor position and the recorded one."""
+
+    def measured(self, position: Expression, p: Parameters) -> Expression:
+        """Return the recorded position from the true one, rad."""
+        return position
+
+
+def positive_part(value: Expression) -> Expression:
+    """Return max(value, 0)."""
+    return ca.fmax(value, 0.0)

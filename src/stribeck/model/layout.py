@@ -1,0 +1,114 @@
+"""The vector of all model parameters: names, units, values, priors and bounds, in one order."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from stribeck.arm import Arm
+from stribeck.model.effect import Effect
+
+INERTIAL = {"mass": "kg", "com_x": "m", "com_y": "m", "inertia": "kg m^2", "rotor_inertia": "kg m^2"}
+FRICTION = {"C0": "N m", "C1": "N m", "C2": "N m s/rad", "alpha": "rad/s"}
+_POSITIVE = {"mass": 1e-6, "alpha": 1e-6}
+
+
+@dataclass(frozen=True)
+class Placed:
+    """An effect at a joint (index), with its parameter values (SI)."""
+
+    effect: Effect
+    joint: int
+    values: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One model parameter.
+
+    ``sd`` is the prior standard deviation around ``value`` (0: held, infinite: free within the bounds);
+    ``owner`` is ``inertial``, ``friction`` or the position of its effect in the list of placed effects.
+    """
+
+    key: str
+    joint: int
+    name: str
+    unit: str
+    value: float
+    sd: float
+    lower: float
+    upper: float
+    log: bool
+    owner: str | int
+
+
+def layout(arm: Arm, placed: Sequence[Placed]) -> tuple[Entry, ...]:
+    """Return the parameters of an arm and its effects, nominal ones first, in a fixed order."""
+    entries: list[Entry] = []
+    for j, name in enumerate(arm.names):
+        entries += _inertial(arm, j, name) + _friction(arm, j, name)
+    for k, place in enumerate(placed):
+        entries += _effect(arm, k, place)
+    return tuple(entries)
+
+
+def values_of(entries: Sequence[Entry]) -> np.ndarray:
+    """Return the values (p,) in the order of the entries."""
+    return np.array([entry.value for entry in entries])
+
+
+def _inertial(arm: Arm, j: int, name: str) -> list[Entry]:
+    joint = arm.joints[j]
+    nominal = {
+        "mass": joint.mass,
+        "com_x": joint.com[0],
+        "com_y": joint.com[1],
+        "inertia": joint.inertia,
+        "rotor_inertia": joint.rotor_inertia,
+    }
+    entries = []
+    for key, unit in INERTIAL.items():
+        value = nominal[key]
+        lower = -math.inf if key.startswith("com") else _POSITIVE.get(key, 0.0)
+        sd = arm.tolerance.inertial * abs(value)
+        entries.append(Entry(f"{name}.{key}", j, key, unit, value, sd, lower, math.inf, False, "inertial"))
+    return entries
+
+
+def _friction(arm: Arm, j: int, name: str) -> list[Entry]:
+    joint = arm.joints[j]
+    sides = {"friction": joint.friction}
+    if joint.backward != joint.friction:
+        sides["backward"] = joint.backward
+    entries = []
+    for side, constants in sides.items():
+        for key, unit in FRICTION.items():
+            value = float(getattr(constants, key))
+            sd = arm.tolerance.friction * abs(value)
+            if key == "alpha" and constants.C1 == 0.0:
+                sd = 0.0  # without a bend the decay constant means nothing
+            lower = _POSITIVE.get(key, 0.0)
+            entries.append(Entry(f"{name}.{side}.{key}", j, key, unit, value, sd, lower, math.inf, False, "friction"))
+    return entries
+
+
+def _effect(arm: Arm, k: int, place: Placed) -> list[Entry]:
+    name = arm.names[place.joint]
+    return [
+        Entry(
+            f"{place.effect.name}[{name}].{parameter.name}",
+            place.joint,
+            parameter.name,
+            parameter.unit,
+            float(place.values.get(parameter.name, parameter.null)),
+            math.inf,
+            parameter.lower,
+            parameter.upper,
+            parameter.log,
+            k,
+        )
+        for parameter in place.effect.parameters
+    ]

@@ -1,0 +1,185 @@
+"""The signal path of one arm: the stages, composed with any list of effects, as CasADi expressions.
+
+The path is cut or run forward by :mod:`stribeck.model.cut` and :mod:`stribeck.model.forward`; both take the
+stages from here, so that no law is written twice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import casadi as ca
+
+from stribeck.arm import Arm
+from stribeck.errors import StribeckError
+from stribeck.model.effect import (
+    ActuatorEffect,
+    Body,
+    Expression,
+    ExternalEffect,
+    FrictionEffect,
+    Parameters,
+    RigidBodyEffect,
+    SensingEffect,
+    Signals,
+    States,
+    TransmissionEffect,
+)
+from stribeck.model.layout import Placed, layout
+from stribeck.model.tustin import tustin_level, tustin_viscous
+
+INVERSION_STEPS = 4  # fixed-point steps that undo a sensor's law; the error falls by its slope at each
+
+
+class SignalPath:
+    """The stages of an arm with effects, over symbols for all parameters and states.
+
+    Parameters
+    ----------
+    arm : Arm
+        The nominal arm; its own ``effects`` entries are not read here.
+    placed : sequence of Placed
+        The effects, in the order in which their stage applies them.
+
+    Attributes
+    ----------
+    entries : tuple of Entry
+        The parameters, in the order of ``p``.
+    p : casadi.SX (p, 1)
+        Their symbols, physical values.
+    flexible : tuple of int
+        Joints whose link moves apart from its motor.
+    x : casadi.SX (nx, 1)
+        States: link position and velocity of each flexible joint, then the effects' states in order.
+    """
+
+    def __init__(self, arm: Arm, placed: Sequence[Placed] = ()) -> None:
+        self.arm = arm
+        self.placed = tuple(placed)
+        self.n = arm.n
+        self.prismatic = arm.joints[0].kind == "prismatic"
+        self.entries = layout(arm, placed)
+        self.p = ca.SX.sym("p", len(self.entries))
+        self._index = {entry.key: i for i, entry in enumerate(self.entries)}
+        self.flexible = self._flexible()
+        self.state_names = self._state_names()
+        self.x = ca.SX.sym("x", len(self.state_names))
+
+    def _flexible(self) -> tuple[int, ...]:
+        joints = [place.joint for place in self.placed if isinstance(place.effect, TransmissionEffect)]
+        if len(set(joints)) != len(joints):
+            raise StribeckError("two transmission effects at one joint", do="keep one of them")
+        return tuple(sorted(joints))
+
+    def _state_names(self) -> tuple[str, ...]:
+        links = [f"link[{j}].{what}" for j in self.flexible for what in ("position", "velocity")]
+        own = [f"{k}.{state}" for k, place in enumerate(self.placed) for state in place.effect.states]
+        return tuple(links + own)
+
+    def parameter(self, key: str) -> ca.SX:
+        """Return the symbol of one parameter by its key."""
+        return self.p[self._index[key]]
+
+    def parameters(self, k: int) -> Parameters:
+        """Return the symbols of the k-th placed effect by parameter name."""
+        return {entry.name: self.p[i] for i, entry in enumerate(self.entries) if entry.owner == k}
+
+    def states(self, k: int, x: Any) -> States:
+        """Return the k-th placed effect's states by name, out of the state vector ``x``."""
+        prefix = f"{k}."
+        return {
+            name.removeprefix(prefix): x[i] for i, name in enumerate(self.state_names) if name.startswith(prefix)
+        }
+
+    def state_index(self, name: str) -> int:
+        """Return the place of a state in ``x``."""
+        return self.state_names.index(name)
+
+    def at(self, joint: int, kind: type[Any]) -> list[tuple[int, Any]]:
+        """Return (number, effect) of the placed effects of one kind at a joint."""
+        return [(k, e.effect) for k, e in enumerate(self.placed) if e.joint == joint and isinstance(e.effect, kind)]
+
+    def constants(self, joint: int, direction: float) -> Parameters:
+        """Return the Tustin constants' symbols of a joint for one direction of motion."""
+        name = self.arm.names[joint]
+        side = "backward" if direction < 0 and f"{name}.backward.C0" in self._index else "friction"
+        return {key: self.parameter(f"{name}.{side}.{key}") for key in ("C0", "C1", "C2", "alpha")}
+
+    def rotor(self, joint: int) -> ca.SX:
+        """Return the rotor inertia's symbol; a prismatic axis carries it as reflected mass."""
+        return self.parameter(f"{self.arm.names[joint]}.rotor_inertia")
+
+    def body(self) -> Body:
+        """Return the rigid body after all rigid-body effects."""
+        names, joints = self.arm.names, self.arm.joints
+        column = {
+            key: tuple(self.parameter(f"{name}.{key}") for name in names)
+            for key in ("mass", "com_x", "com_y", "inertia")
+        }
+        body = Body(**column, length=tuple(joint.length for joint in joints), gravity=self.arm.gravity)
+        for k, place in enumerate(self.placed):
+            if isinstance(place.effect, RigidBodyEffect):
+                body = place.effect.body(body, place.joint, self.parameters(k))
+        return body
+
+    def actuated(self, joint: int, command: Expression, s: Signals, x: Any) -> Expression:
+        """Return the actuator's torque from the command, N m."""
+        torque = command
+        for k, effect in self.at(joint, ActuatorEffect):
+            torque = effect.torque(torque, s, self.states(k, x), self.parameters(k))
+        return torque
+
+    def command_scale(self, joint: int) -> Expression:
+        """Return d(torque)/d(command) of a joint's actuator at rest."""
+        scale: Expression = 1.0
+        for k, effect in self.at(joint, ActuatorEffect):
+            scale = scale * effect.command_scale(self.parameters(k))
+        return scale
+
+    def level(self, joint: int, speed: Expression, direction: float, s: Signals, x: Any) -> Expression:
+        """Return the sliding friction level G (N m) of a joint at a speed for one direction."""
+        level = tustin_level(speed, self.constants(joint, direction))
+        for k, effect in self.at(joint, FrictionEffect):
+            level = effect.level(level, direction, s, self.states(k, x), self.parameters(k))
+        return level
+
+    def viscous(self, joint: int, s: Signals, x: Any) -> Expression:
+        """Return the friction torque of a joint that has no sign function, N m."""
+        forward, backward = self.constants(joint, 1.0)["C2"], self.constants(joint, -1.0)["C2"]
+        torque = tustin_viscous(s.velocity, forward, backward)
+        for k, effect in self.at(joint, FrictionEffect):
+            torque = effect.viscous(torque, s, self.states(k, x), self.parameters(k))
+        return torque
+
+    def bristle(self, joint: int) -> tuple[int, FrictionEffect] | None:
+        """Return (number, effect) of the bristle that carries a joint's friction, if there is one."""
+        found = [(k, effect) for k, effect in self.at(joint, FrictionEffect) if effect.bristle]
+        return found[0] if found else None
+
+    def external(self, joint: int, s: Signals, x: Any) -> Expression:
+        """Return the torque on a joint's link from outside the model, N m."""
+        torque: Expression = 0.0
+        for k, effect in self.at(joint, ExternalEffect):
+            torque = torque + effect.torque(s, self.states(k, x), self.parameters(k))
+        return torque
+
+    def transmission(self, joint: int) -> tuple[int, TransmissionEffect] | None:
+        """Return (number, effect) of a joint's compliance, if it has one."""
+        found = self.at(joint, TransmissionEffect)
+        return found[0] if found else None
+
+    def measured(self, joint: int, position: Expression) -> Expression:
+        """Return the recorded position of a joint from the true one, rad."""
+        for k, effect in self.at(joint, SensingEffect):
+            position = effect.measured(position, self.parameters(k))
+        return position
+
+    def true_position(self, joint: int, recorded: Expression) -> Expression:
+        """Return the true position of a joint from the recorded one, by fixed-point inversion, rad."""
+        if not self.at(joint, SensingEffect):
+            return recorded
+        position = recorded
+        for _ in range(INVERSION_STEPS):
+            position = recorded - (self.measured(joint, position) - position)
+        return position

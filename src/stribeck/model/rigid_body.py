@@ -1,0 +1,93 @@
+"""Rigid-body dynamics of a planar serial chain by the recursive Newton-Euler method.
+
+Luh, Walker & Paul (1980), "On-line computational scheme for mechanical manipulators", in the plane.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import casadi as ca
+
+from stribeck.model.effect import Body, Expression
+
+
+def inverse_dynamics(
+    body: Body,
+    position: Sequence[Expression],
+    velocity: Sequence[Expression],
+    acceleration: Sequence[Expression],
+    *,
+    prismatic: bool = False,
+) -> list[Expression]:
+    """Return the joint torques (N m) that a motion needs, without rotors, friction or external torques.
+
+    Parameters
+    ----------
+    body : Body
+        Inertial parameters and gravity.
+    position, velocity, acceleration : sequence of n expressions
+        Relative joint angles (rad) and their derivatives; metres for a single prismatic axis.
+    prismatic : bool
+        The chain is one axis that slides along the base frame's x.
+    """
+    if prismatic:
+        return [body.mass[0] * (acceleration[0] - body.gravity[0])]
+    frames = _outward(body, position, velocity, acceleration)
+    return _inward(body, frames)
+
+
+_Frame = tuple[Expression, Expression, Expression, Expression, Expression, Expression, Expression]
+
+
+def _outward(
+    body: Body, position: Sequence[Expression], velocity: Sequence[Expression], acceleration: Sequence[Expression]
+) -> list[_Frame]:
+    """Return per link: com lever, link lever (base frame), com acceleration less gravity, angular acceleration."""
+    angle: Expression = 0.0
+    omega: Expression = 0.0
+    alpha: Expression = 0.0
+    ax, ay = -body.gravity[0], -body.gravity[1]
+    frames = []
+    for k in range(len(position)):
+        angle, omega, alpha = angle + position[k], omega + velocity[k], alpha + acceleration[k]
+        cos, sin = ca.cos(angle), ca.sin(angle)
+        rx, ry = body.com_x[k] * cos - body.com_y[k] * sin, body.com_x[k] * sin + body.com_y[k] * cos
+        lx, ly = body.length[k] * cos, body.length[k] * sin
+        cx, cy = ax - alpha * ry - omega**2 * rx, ay + alpha * rx - omega**2 * ry
+        frames.append((rx, ry, lx, ly, cx, cy, alpha))
+        ax, ay = ax - alpha * ly - omega**2 * lx, ay + alpha * lx - omega**2 * ly
+    return frames
+
+
+def _inward(body: Body, frames: Sequence[_Frame]) -> list[Expression]:
+    """Return joint torques by summing forces and moments from the tip to the base."""
+    fx: Expression = 0.0
+    fy: Expression = 0.0
+    moment: Expression = 0.0
+    torques: list[Expression] = []
+    for k in reversed(range(len(frames))):
+        rx, ry, lx, ly, cx, cy, alpha = frames[k]
+        m = body.mass[k]
+        moment = moment + body.inertia[k] * alpha + m * (rx * cy - ry * cx) + lx * fy - ly * fx
+        fx, fy = fx + m * cx, fy + m * cy
+        torques.append(moment)
+    return torques[::-1]
+
+
+def mass_matrix(body: Body, position: Sequence[Expression], *, prismatic: bool = False) -> ca.SX:
+    """Return the mass matrix (n, n), kg m^2, without rotors; symmetric positive definite."""
+    n = len(position)
+    zero = [0.0] * n
+    still = _no_gravity(body)
+    columns = [
+        ca.vertcat(
+            *inverse_dynamics(still, position, zero, [1.0 if i == k else 0.0 for i in range(n)], prismatic=prismatic)
+        )
+        for k in range(n)
+    ]
+    return ca.horzcat(*columns)
+
+
+def _no_gravity(body: Body) -> Body:
+    return Body(body.mass, body.com_x, body.com_y, body.inertia, body.length, (0.0, 0.0))
