@@ -1,0 +1,96 @@
+"""Is the recording plausible? What is impossible is an error; what is doubtful becomes a warning."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from stribeck.errors import InputError
+from stribeck.run.values import Floats, Run
+
+FEWEST_ROWS = 16
+"""Fewer samples than this cannot carry a velocity and an acceleration, let alone a filter."""
+
+_LARGEST_POSITION = 1000.0  # rad; 160 turns away from zero
+_DOUBTFUL_POSITION = 25.0  # rad; four turns; +-180 given in degrees lies well above
+_LARGEST_TORQUE = 1e6  # N m; twenty times the largest industrial arm's
+_SLOWEST_STEP = 0.2  # s; no arm is controlled at under 5 Hz, but clocks in milliseconds are common
+
+
+def check_time(t: Floats, path: Path, first_row: int) -> None:
+    """Raise `InputError` unless there are enough samples and `t` increases strictly.
+
+    Parameters
+    ----------
+    t : (N,) array
+        s.
+    path : path
+        The file, for the message.
+    first_row : int
+        Number of the first sample's row in the file.
+    """
+    if len(t) < FEWEST_ROWS:
+        what = f"{path}: has too few samples"
+        raise InputError(what, f"{len(t)} (at least {FEWEST_ROWS} are needed)", "give a longer recording")
+    stopped = np.diff(t) <= 0.0
+    if not stopped.any():
+        return
+    i = int(stopped.argmax()) + 1
+    before, now = float(t[i - 1]), float(t[i])
+    fault = "repeats the time of the row before" if now == before else "goes back in time"
+    more = int(stopped.sum())
+    do = "sort the rows by t and drop repeated ones" + (f" ({more} rows are like that)" if more > 1 else "")
+    raise InputError(f"{path}: column t, row {first_row + i} {fault}", f"{now!r} after {before!r}", do)
+
+
+def check_units(run: Run, path: Path) -> tuple[str, ...]:
+    """Return warnings about doubtful units; raise `InputError` for values that no arm reaches.
+
+    Parameters
+    ----------
+    run : Run
+        With finite values and increasing time.
+    path : path
+        The file, for the message.
+    """
+    for key, values, limit, unit, do in (
+        ("q", run.q, _LARGEST_POSITION, "rad", "give it in rad, whole turns left out"),
+        ("tau", run.tau, _LARGEST_TORQUE, "N m", "give it in N m"),
+    ):
+        peaks = np.abs(values).max(axis=0)
+        k = int(peaks.argmax())
+        if peaks[k] > limit:
+            what = f"{path}: column {key}{k + 1} is beyond {limit:g} {unit}"
+            raise InputError(what, f"{peaks[k]:g}", do)
+    found = [*_doubtful_positions(run), *_doubtful_velocities(run)]
+    if run.sample_time > _SLOWEST_STEP:
+        found.append(f"the median step of t is {run.sample_time:g} s: is t in seconds?")
+    return tuple(f"{run.name}: {text}" for text in found)
+
+
+def _doubtful_positions(run: Run) -> list[str]:
+    peaks = np.abs(run.q).max(axis=0)
+    return [
+        f"q{k + 1} reaches {peak:g} rad: are these degrees?"
+        for k, peak in enumerate(peaks)
+        if peak > _DOUBTFUL_POSITION
+    ]
+
+
+def _doubtful_velocities(run: Run) -> list[str]:
+    """Compare the change of q with the integral of dq: their slope is 1 unless the units (or signs) differ."""
+    if run.dq is None:
+        return []
+    found = []
+    step = np.diff(run.t)
+    for k in range(run.n):
+        travelled = 0.5 * (run.dq[1:, k] + run.dq[:-1, k]) * step
+        power = float(travelled @ travelled)
+        if power == 0.0 or np.ptp(run.q[:, k]) < 0.05:
+            continue
+        slope = float(travelled @ np.diff(run.q[:, k])) / power
+        if not 0.5 < slope < 2.0:
+            hint = "one of them in degrees?" if slope > 20.0 or 0.0 < slope < 0.05 else "check units and signs"
+            found.append(f"q{k + 1} changes {slope:.3g} times as fast as dq{k + 1} says: {hint}")
+    return found
