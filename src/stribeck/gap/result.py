@@ -1,0 +1,155 @@
+"""What a diagnosis says, as plain values; :mod:`stribeck.gap.files` writes them, the report draws them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from stribeck.arm import Arm
+
+VERDICTS = ("no_gap", "explained", "partly_explained", "unexplained")
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A value with its 95 % interval and unit."""
+
+    value: float
+    low: float
+    high: float
+    unit: str = ""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """The gap left at one stage, per joint name: ``torque`` in N m rms, ``motion`` in rad rms over the horizon.
+
+    ``stage`` is ``as_given``, ``retuned``, the name of an effect that was added, or ``noise_floor``.
+    A joint is missing from ``motion`` where no window could be simulated.
+    """
+
+    stage: str
+    torque: Mapping[str, float]
+    motion: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Place:
+    """A share of the squared residual of the re-tuned model: one joint, one stage of the path, one region."""
+
+    joint: str
+    channel: str
+    region: str
+    share: Estimate
+
+
+@dataclass(frozen=True)
+class Region:
+    """The residual of one joint in one region, for the map of where.
+
+    ``share`` is of that joint's squared residual, ``time_share`` of the time, ``rms`` in N m before and
+    ``rms_corrected`` after the named effects; ``family`` groups the regions that partition the same samples.
+    """
+
+    joint: str
+    family: str
+    region: str
+    share: Estimate
+    time_share: float
+    rms: float
+    rms_corrected: float
+
+
+@dataclass(frozen=True)
+class Cause:
+    """One candidate explanation; ``effect`` may be ``none`` or ``unknown``.
+
+    ``parameters`` is joint -> parameter -> Estimate; ``closes`` the part of the closable gap that it closes.
+    """
+
+    effect: str
+    probability: float
+    joints: tuple[str, ...] = ()
+    equivalent: tuple[str, ...] = ()
+    parameters: Mapping[str, Mapping[str, Estimate]] = field(default_factory=dict)
+    closes: Estimate | None = None
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A row of the ranking at one step of the search.
+
+    ``gain`` is the part of the closable squared residual that the candidate closes on held-out data;
+    ``t`` the block-robust t value of its gain; ``status`` the solver's, or ``screened out``.
+    """
+
+    step: int
+    effect: str
+    joint: str
+    gain: Estimate
+    t: float
+    status: str
+    chosen: bool = False
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """A nominal value before and after re-tuning; ``at_limit`` where the data push it to three deviations."""
+
+    key: str
+    unit: str
+    nominal: float
+    tolerance: float
+    tuned: Estimate
+    at_limit: bool = False
+    identified: bool = True
+
+
+@dataclass(frozen=True)
+class Trace:
+    """Held-out signals of one run for the figures; arrays (M, n) over ``time`` (M,), N m, rad, rad/s.
+
+    ``measured`` is the filtered command; ``nominal``, ``retuned``, ``corrected`` the torque that each model
+    needs along the recorded motion.
+    """
+
+    run: str
+    time: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    measured: np.ndarray
+    nominal: np.ndarray
+    retuned: np.ndarray
+    corrected: np.ndarray
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The whole answer.
+
+    ``closed`` is the part of the closable gap that the named effects close on held-out runs (None: nothing
+    closable). ``models`` holds the arms ``as_given``, ``retuned`` and ``corrected``.
+    """
+
+    arm: str
+    joints: tuple[str, ...]
+    fit_runs: tuple[str, ...]
+    held_out_runs: tuple[str, ...]
+    verdict: str
+    named: tuple[str, ...]
+    horizon: float
+    stages: tuple[Stage, ...]
+    closed: Estimate | None
+    where: tuple[Place, ...]
+    regions: tuple[Region, ...]
+    causes: tuple[Cause, ...]
+    candidates: tuple[Candidate, ...]
+    tuned: tuple[Tuned, ...]
+    traces: tuple[Trace, ...]
+    models: Mapping[str, Arm]
+    notes: tuple[str, ...]
+    warnings: tuple[str, ...]
+    next_experiment: Mapping[str, object] | None = None
+    settings: Mapping[str, float | str] = field(default_factory=dict)
