@@ -87,7 +87,7 @@ class Tolerance:
 
 @dataclass(frozen=True)
 class EffectEntry:
-    """An effect beyond the nominal model: its name, its joints, and its parameters as joint -> parameter -> value (SI)."""
+    """An effect beyond the nominal model: its name, its joints, and joint -> parameter -> value (SI)."""
 
     __pydantic_config__ = _STRICT
 

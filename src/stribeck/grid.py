@@ -1,0 +1,130 @@
+"""A run on a uniform clock: left as it is where it can be, resampled where jitter or missing samples need it."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from stribeck.errors import InputError
+from stribeck.run import Run
+from stribeck.run.values import Floats
+
+TOLERATED_JITTER = 1e-3
+"""Departure of a sample from a uniform clock, in steps, up to which the samples are left as they are."""
+
+GAP_STEPS = 5.0
+"""A step longer than this many median steps is a gap: what is interpolated across it is marked."""
+
+
+def uniform(run: Run) -> tuple[Run, tuple[str, ...]]:
+    """Put a run on a uniform clock.
+
+    Where the clock is uniform to 1e-3 of its step, only `t` is replaced. Elsewhere the run is resampled: position
+    by cubic splines between gaps (linear across them); commanded torque as the time average, over each new step,
+    of the torque held between the recorded samples, so that its impulse is kept; all else linearly.
+
+    Parameters
+    ----------
+    run : Run
+        With N samples and increasing `t`.
+
+    Returns
+    -------
+    run : Run
+        With M samples at a constant step, the first at the same time; `gaps` (M,) marks samples that lie across
+        missing ones, and is None when there are none.
+    notes : tuple of str
+        What was done, for the reader of a report; empty when nothing was.
+
+    Raises
+    ------
+    InputError
+        When more of the recording is missing than there is.
+    """
+    step, fitted, counts = _clock(run.t)
+    if fitted is not None and np.abs(run.t - fitted).max() <= TOLERATED_JITTER * step and (counts == 1.0).all():
+        return dataclasses.replace(run, t=fitted), ()
+    steps = np.diff(run.t)
+    m = int(np.floor((run.t[-1] - run.t[0]) / step * (1.0 + 1e-12))) + 1
+    if m > 2 * len(run.t):
+        i = int(steps.argmax())
+        what = f"{run.name}: more samples are missing than were recorded; the longest gap follows t = {run.t[i]:g} s"
+        raise InputError(what, f"{steps[i]:g} s", "split the recording there")
+    t = run.t[0] + step * np.arange(m)
+    long = np.flatnonzero(steps > GAP_STEPS * np.median(steps))
+    notes = [
+        f"{run.name}: resampled from {len(run.t)} samples with steps of {1e3 * steps.min():.4g} to "
+        f"{1e3 * steps.max():.4g} ms to {m} samples with steps of {1e3 * step:.6g} ms"
+    ]
+    if len(long):
+        worst = long[steps[long].argmax()]
+        notes.append(
+            f"{run.name}: {len(long)} gap{'s' if len(long) > 1 else ''} with {steps[long].sum():.4g} s missing in all; "
+            f"the longest, {steps[worst]:.4g} s, follows t = {run.t[worst]:.6g} s"
+        )
+    return _resample(run, t, step, long), tuple(notes)
+
+
+def _clock(t: Floats) -> tuple[float, Floats | None, Floats]:
+    """Fit ``t = a + h k`` with whole k; return h, the fitted times (None where jitter adds up) and the steps of k.
+
+    A clock that is uniform but printed with few digits gets its true step this way, which the median step misses.
+    """
+    steps = np.diff(t)
+    median = float(np.median(steps))
+    counts = np.maximum(1.0, np.rint(steps / median))
+    k = np.concatenate([[0.0], np.cumsum(counts)])
+    centred = k - k.mean()
+    step = float(centred @ (t - t.mean()) / (centred @ centred))
+    fitted = t.mean() + step * centred
+    if np.abs(t - fitted).max() > 0.5 * step:
+        return median, None, counts
+    return step, fitted, counts
+
+
+def _resample(run: Run, t: Floats, step: float, long: NDArray[np.intp]) -> Run:
+    gaps = np.zeros(len(t), dtype=bool)
+    for i in long:
+        gaps[np.searchsorted(t, run.t[i], "right") : np.searchsorted(t, run.t[i + 1], "left")] = True
+    linear: dict[str, Any] = {}
+    for key in ("dq", "q_ref", "dq_ref", "tau_meas", "temperature"):
+        values = getattr(run, key)
+        if values is not None:
+            linear[key] = np.column_stack([np.interp(t, run.t, column) for column in values.T])
+    return dataclasses.replace(
+        run,
+        t=t,
+        q=np.column_stack([_smooth(run.t, column, t, long) for column in run.q.T]),
+        tau=np.column_stack([_held(run.t, column, t, step) for column in run.tau.T]),
+        extra=None,  # of unknown meaning, so there is no right way to interpolate them
+        gaps=gaps if len(long) else None,
+        **linear,
+    )
+
+
+def _smooth(t: Floats, values: Floats, new: Floats, long: NDArray[np.intp]) -> Floats:
+    """Interpolate by one cubic spline for each stretch between gaps, and linearly across the gaps.
+
+    One spline over all would swing out in the gaps and ring beside them.
+    """
+    result: Floats = np.interp(new, t, values)
+    bounds = np.concatenate([[0], long + 1, [len(t)]])
+    for first, last in itertools.pairwise(bounds):
+        if last - first >= 4:
+            inside = slice(np.searchsorted(new, t[first], "left"), np.searchsorted(new, t[last - 1], "right"))
+            result[inside] = CubicSpline(t[first:last], values[first:last])(new[inside])
+    return result
+
+
+def _held(t: Floats, values: Floats, new: Floats, step: float) -> Floats:
+    """Average, over each new step, a signal that is held from one sample to the next (the last one without end)."""
+    end = max(float(t[-1]), float(new[-1] + step)) + step
+    knots = np.append(t, end)
+    impulse = np.concatenate([[0.0], np.cumsum(values * np.diff(knots))])
+    edges = np.append(new, new[-1] + step)
+    return np.asarray(np.diff(np.interp(edges, knots, impulse)) / step)
