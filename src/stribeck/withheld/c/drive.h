@@ -1,0 +1,75 @@
+/* What acts between the command and the joint, and on the joint from outside. */
+#ifndef DRIVE_H
+#define DRIVE_H
+#include <math.h>
+#include "fields.h"
+
+#define TURN 6.283185307179586
+
+/* Mean over [t, t + step] of the held command delayed by `delay`; the held value before the start is the first one. */
+static double held_mean(const double *command, int stride, double period, double delay, double t, double step) {
+    double from = (t - delay) / period, to = (t + step - delay) / period;
+    long a = (long)floor(from + 1e-9), b = (long)floor(to - 1e-9);
+    double first = command[(a < 0 ? 0 : a) * stride], second = command[(b < 0 ? 0 : b) * stride];
+    if (a == b) return first;
+    double weight = ((double)b - from) / (to - from);
+    return weight * first + (1.0 - weight) * second;
+}
+
+/* Drive without memory: uneven gain, gain, dead zone, limit. */
+static double drive(const Joint *j, double u) {
+    if (j->hardening != 0.0) {
+        double x = u / j->hardening_torque;
+        u *= 1.0 + j->hardening * x * x;
+    }
+    u *= j->gain;
+    if (j->dead_zone > 0.0) u = copysign(fmax(0.0, fabs(u) - j->dead_zone), u);
+    return fmax(-j->saturation, fmin(j->saturation, u));
+}
+
+/* First-order lag over one step, exact for a constant input: returns the mean and moves the state to the end. */
+static double lagged_mean(double lag, double u, double step, double *state) {
+    if (lag <= 0.0) return *state = u;
+    double fade = -expm1(-step / lag), mean = u + (*state - u) * fade * lag / step;
+    *state += (u - *state) * fade;
+    return mean;
+}
+
+/* Torque at the rotor beyond the amplifier: pulsation, cogging, offset, supply bang. */
+static double at_rotor(const Joint *j, double torque, double angle, double speed, double t) {
+    if (j->ripple_ratio != 0.0) torque *= 1.0 + j->ripple_ratio * sin(j->ripple_harmonic * angle + j->ripple_phase);
+    if (j->cogging_amplitude != 0.0) torque += j->cogging_amplitude * sin(j->cogging_harmonic * angle + j->cogging_phase);
+    if (j->supply_torque != 0.0 && fabs(speed) > j->supply_speed)
+        torque += copysign(j->supply_torque, sin(TURN * j->supply_frequency * t));
+    return torque + j->offset;
+}
+
+/* Torque that the transmission passes to the link: spring with play; the flanks push, they never pull. */
+static double shaft(const Joint *j, double twist, double twist_rate) {
+    double play = 0.5 * j->gap;
+    if (fabs(twist) <= play && play > 0.0) return 0.0;
+    double torque = j->stiffness * (twist - copysign(play, twist)) + j->damping * twist_rate;
+    if (play > 0.0 && torque * twist < 0.0) return 0.0;
+    return torque;
+}
+
+/* Cable and wall, on the link's angle. Wall: Hunt & Crossley (1975), force k d^1.5 (1 + c d'). */
+static double outside(const Joint *j, double angle, double rate) {
+    double torque = -j->cable_stiffness * (angle - j->cable_rest);
+    if (j->wall_stiffness > 0.0) {
+        double depth = (angle - j->wall_position) * j->wall_side;
+        if (depth > 0.0) {
+            double force = j->wall_stiffness * depth * sqrt(depth) * (1.0 + j->wall_damping * rate * j->wall_side);
+            torque -= j->wall_side * fmax(0.0, force);
+        }
+    }
+    return torque;
+}
+
+static double encoder(const Joint *j, double angle) {
+    return angle + j->encoder_offset + j->eccentricity * sin(j->eccentricity_harmonic * angle + j->eccentricity_phase);
+}
+static double counts(double resolution, double reading) {
+    return resolution > 0.0 ? resolution * floor(reading / resolution + 0.5) : reading;
+}
+#endif

@@ -1,0 +1,43 @@
+/* Parameters of the plant. Every field is a double; the Python side reads the names from the compiled library,
+ * so the order here is the only place where the layout is written down. SI units throughout. */
+#ifndef FIELDS_H
+#define FIELDS_H
+
+#define MAX_JOINTS 4
+
+#define JOINT_FIELDS(X)                                                                                          \
+    /* rigid link and rotor */                                                                                   \
+    X(length) X(mass) X(com_x) X(com_y) X(inertia) X(rotor)                                                      \
+    /* Tustin constants, forward and backward */                                                                 \
+    X(f_C0) X(f_C1) X(f_C2) X(f_alpha) X(b_C0) X(b_C1) X(b_C2) X(b_alpha)                                        \
+    /* additions to the friction level */                                                                        \
+    X(stribeck_torque) X(stribeck_velocity) X(bristle_stiffness) X(bristle_damping) X(friction_lag)              \
+    X(dwell_rise) X(dwell_time) X(dwell_distance) X(warm_change) X(warm_time) X(warm_power)                      \
+    X(wave_amplitude) X(wave_harmonic) X(wave_phase) X(load_ratio) X(quadratic)                                  \
+    /* drive */                                                                                                  \
+    X(lag) X(delay) X(gain) X(offset) X(saturation) X(dead_zone)                                                 \
+    X(cogging_amplitude) X(cogging_harmonic) X(cogging_phase)                                                    \
+    X(ripple_ratio) X(ripple_harmonic) X(ripple_phase)                                                           \
+    /* transmission: stiffness 0 means rigid */                                                                  \
+    X(stiffness) X(damping) X(gap)                                                                               \
+    /* encoder and recorder */                                                                                   \
+    X(eccentricity) X(eccentricity_harmonic) X(eccentricity_phase) X(encoder_offset) X(resolution)               \
+    X(time_shift) X(velocity_lag)                                                                                \
+    /* outside forces */                                                                                         \
+    X(cable_stiffness) X(cable_rest) X(wall_position) X(wall_side) X(wall_stiffness) X(wall_damping)             \
+    /* effects that no library knows */                                                                          \
+    X(supply_torque) X(supply_frequency) X(supply_speed)                                                         \
+    X(sticky_torque) X(sticky_centre) X(sticky_width) X(sticky_load)                                             \
+    X(tendon_stiffness) X(tendon_ratio) X(tendon_slack) X(hardening) X(hardening_torque)                         \
+    X(slosh_mass) X(slosh_arm) X(slosh_length) X(slosh_stiffness) X(slosh_damping)                               \
+    /* controller of the laboratory */                                                                           \
+    X(kp) X(kd) X(ki) X(control_filter) X(torque_limit)
+
+#define WORLD_FIELDS(X)                                                                                          \
+    X(prismatic) X(gravity_x) X(gravity_y) X(base_stiffness) X(base_damping) X(base_inertia)
+
+#define DECLARE(name) double name;
+#define QUOTE(name) #name " "
+typedef struct { JOINT_FIELDS(DECLARE) } Joint;
+typedef struct { WORLD_FIELDS(DECLARE) } World;
+#endif

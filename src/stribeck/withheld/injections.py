@@ -1,0 +1,205 @@
+"""Hidden effects: from a name and physical parameters to what the plant does."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+from stribeck.arm import Arm
+from stribeck.errors import StribeckError
+from stribeck.withheld import special
+from stribeck.withheld.plant import MAX_FRICTION_LAG, Plant, plant_of
+from stribeck.withheld.special import Disturbance
+
+
+class Injection(NamedTuple):
+    """One hidden effect: its name, its joint, and parameters in SI units (those left out take their defaults)."""
+
+    effect: str
+    joint: str
+    params: Mapping[str, float] = {}
+
+
+@dataclass(frozen=True)
+class Setup:
+    """The plant with its hidden effects, and the disturbances that drive it, with their joints."""
+
+    plant: Plant
+    disturbances: tuple[tuple[int, Disturbance], ...] = ()
+
+
+@dataclass(frozen=True)
+class Rule:
+    """How an effect enters the plant.
+
+    Attributes
+    ----------
+    null : mapping
+        Parameters at which the effect vanishes; its keys are the parameters that must be given.
+    defaults : mapping
+        Further parameters.
+    fields : mapping or callable
+        Parameter to field of the joint, or a function (plant, joint index, parameters) to the changed plant.
+    disturbance : str or None
+        Kind of the disturbance, for effects that are a signal.
+    """
+
+    null: Mapping[str, float]
+    defaults: Mapping[str, float]
+    fields: Mapping[str, str] | Callable[[Plant, int, Mapping[str, float]], Plant]
+    disturbance: str | None = None
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of all parameters."""
+        return (*self.null, *self.defaults)
+
+
+def _same(*names: str) -> dict[str, str]:
+    return {name: name for name in names}
+
+
+_PERIODIC = {"amplitude": "{}_amplitude", "harmonic": "{}_harmonic", "phase": "{}_phase"}
+
+
+def _periodic(prefix: str) -> dict[str, str]:
+    return {name: field.format(prefix) for name, field in _PERIODIC.items()}
+
+
+# Effects that a library may hold. Units: N m, rad, s, kg, and their products.
+KNOWN: dict[str, Rule] = {
+    "asymmetric_friction": Rule({"C0": 0.0}, {"C1": 0.0, "C2": 0.0}, special.asymmetric),
+    "negative_damping": Rule(
+        {"amount": 0.0}, {"velocity": 0.1}, {"amount": "stribeck_torque", "velocity": "stribeck_velocity"}
+    ),
+    "presliding": Rule({"stiffness": math.inf}, {"damping": 0.0}, special.presliding),
+    "frictional_lag": Rule({"time": 0.0}, {}, {"time": "friction_lag"}),
+    "dwell_time": Rule(
+        {"rise": 0.0}, {"time": 2.0, "distance": 0.02},
+        {"rise": "dwell_rise", "time": "dwell_time", "distance": "dwell_distance"},
+    ),
+    "history": Rule(
+        {"change": 0.0}, {"time": 20.0, "power": 5.0},
+        {"change": "warm_change", "time": "warm_time", "power": "warm_power"},
+    ),
+    "position_dependent_friction": Rule({"amplitude": 0.0}, {"harmonic": 1.0, "phase": 0.0}, _periodic("wave")),
+    "load_dependent_friction": Rule({"ratio": 0.0}, {}, {"ratio": "load_ratio"}),
+    "quadratic_damping": Rule({"coefficient": 0.0}, {}, {"coefficient": "quadratic"}),
+    "actuator_lag": Rule({"time": 0.0}, {}, {"time": "lag"}),
+    "delay": Rule({"time": 0.0}, {}, {"time": "delay"}),
+    "torque_gain": Rule({"gain": 1.0}, {}, _same("gain")),
+    "torque_offset": Rule({"offset": 0.0}, {}, _same("offset")),
+    "torque_saturation": Rule({"limit": math.inf}, {}, {"limit": "saturation"}),
+    "torque_dead_zone": Rule({"width": 0.0}, {}, {"width": "dead_zone"}),
+    "cogging": Rule({"amplitude": 0.0}, {"harmonic": 12.0, "phase": 0.0}, _periodic("cogging")),
+    "torque_ripple": Rule(
+        {"ratio": 0.0}, {"harmonic": 6.0, "phase": 0.0},
+        {"ratio": "ripple_ratio", "harmonic": "ripple_harmonic", "phase": "ripple_phase"},
+    ),
+    "joint_flexibility": Rule({"stiffness": math.inf}, {"damping": math.nan}, special.flexible),
+    "backlash": Rule({"gap": 0.0}, {"stiffness": math.nan, "damping": math.nan}, special.backlash),
+    "encoder_eccentricity": Rule(
+        {"amplitude": 0.0}, {"harmonic": 1.0, "phase": 0.0},
+        {"amplitude": "eccentricity", "harmonic": "eccentricity_harmonic", "phase": "eccentricity_phase"},
+    ),
+    "encoder_offset": Rule({"offset": 0.0}, {}, {"offset": "encoder_offset"}),
+    "encoder_quantisation": Rule({"resolution": 0.0}, {}, special.coarse),
+    "velocity_filter": Rule({"time": 0.0}, {}, {"time": "velocity_lag"}),
+    "time_shift": Rule({"time": 0.0}, {}, {"time": "time_shift"}),
+    "payload": Rule({"mass": 0.0}, {"inertia": 0.0}, special.payload),
+    "gravity_tilt": Rule({"x": 0.0, "y": 0.0}, {}, special.tilted),
+    "base_flexibility": Rule(
+        {"stiffness": math.inf}, {"damping": math.nan, "inertia": math.nan}, special.soft_base
+    ),
+    "cable_spring": Rule(
+        {"stiffness": 0.0}, {"rest": 0.0}, {"stiffness": "cable_stiffness", "rest": "cable_rest"}
+    ),
+    "contact": Rule(
+        {"stiffness": 0.0}, {"position": 0.5, "side": 1.0, "damping": 0.5},
+        {name: f"wall_{name}" for name in ("stiffness", "position", "side", "damping")},
+    ),
+    "input_disturbance": Rule(
+        {"noise": 0.0, "amplitude": 0.0}, {"bandwidth": 10.0, "frequency": 3.0, "phase": 0.0}, {}, "torque"
+    ),
+}  # fmt: skip
+
+# Effects that no library holds, to see whether a diagnoser abstains.
+UNKNOWN: dict[str, Rule] = {
+    "supply_bang": Rule(
+        {"torque": 0.0}, {"frequency": 7.0, "speed": 0.3}, {n: f"supply_{n}" for n in ("torque", "frequency", "speed")}
+    ),
+    "loaded_sticky_spot": Rule(
+        {"torque": 0.0}, {"centre": 0.0, "width": 0.2, "load": 0.0},
+        {n: f"sticky_{n}" for n in ("torque", "centre", "width", "load")},
+    ),
+    "friction_jumps": Rule({"change": 0.0}, {"rate": 1.0}, {}, "factor"),
+    "tendon_coupling": Rule(
+        {"stiffness": 0.0}, {"ratio": 1.0, "slack": 0.0}, {n: f"tendon_{n}" for n in ("stiffness", "ratio", "slack")}
+    ),
+    "hardening_gain": Rule({"change": 0.0}, {"torque": 10.0}, {"change": "hardening", "torque": "hardening_torque"}),
+    "sloshing_mass": Rule(
+        {"mass": 0.0}, dict.fromkeys(("arm", "length", "stiffness", "damping"), math.nan), special.sloshing
+    ),
+}  # fmt: skip
+
+RULES: Mapping[str, Rule] = KNOWN | UNKNOWN
+
+
+def null(effect: str, joint: str) -> Injection:
+    """Return the effect at the values where it vanishes."""
+    return Injection(effect, joint, dict(_rule(effect).null))
+
+
+def assemble(arm: Arm, effects: Iterable[Injection]) -> Setup:
+    """Return the plant of `arm` with `effects` put into it, in their order.
+
+    Raises
+    ------
+    StribeckError
+        For an effect, a joint or a parameter that the plant does not know, or a value that it cannot take.
+    """
+    setup = Setup(plant_of(arm))
+    for item in effects:
+        injection = Injection(*item)
+        setup = _put(setup, injection, _joint_index(arm, injection.joint))
+    return setup
+
+
+def _put(setup: Setup, injection: Injection, k: int) -> Setup:
+    rule = _rule(injection.effect)
+    params = _complete(rule, injection)
+    if injection.effect == "frictional_lag" and not 0.0 <= params["time"] <= MAX_FRICTION_LAG:
+        raise StribeckError("frictional_lag time is out of range", str(params["time"]), f"0 to {MAX_FRICTION_LAG} s")
+    if rule.disturbance:
+        item = (k, Disturbance(rule.disturbance, params))
+        return replace(setup, disturbances=(*setup.disturbances, item))
+    if callable(rule.fields):
+        return replace(setup, plant=rule.fields(setup.plant, k, params))
+    values = {rule.fields[name]: value for name, value in params.items()}
+    return replace(setup, plant=setup.plant.with_joint(k, **values))
+
+
+def _complete(rule: Rule, injection: Injection) -> dict[str, float]:
+    for name in injection.params:
+        if name not in rule.parameters:
+            raise StribeckError(
+                f"{injection.effect} has no such parameter", name, f"it takes {', '.join(rule.parameters)}"
+            )
+    missing = [name for name in rule.null if name not in injection.params]
+    if missing:
+        raise StribeckError(f"{injection.effect} needs the parameter {missing[0]}", "", "give it")
+    return {**rule.defaults, **injection.params}
+
+
+def _rule(effect: str) -> Rule:
+    if effect not in RULES:
+        raise StribeckError("the plant has no such effect", effect, f"it has {', '.join(RULES)}")
+    return RULES[effect]
+
+
+def _joint_index(arm: Arm, joint: str) -> int:
+    if joint not in arm.names:
+        raise StribeckError("the arm has no such joint", joint, f"its joints are {', '.join(arm.names)}")
+    return arm.names.index(joint)

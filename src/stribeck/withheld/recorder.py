@@ -1,0 +1,205 @@
+"""The laboratory: moves the plant under a sampled controller of its own and writes down what it sees."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stribeck.arm import Arm
+from stribeck.errors import StribeckError
+from stribeck.run import Run
+from stribeck.withheld.injections import Injection, Setup, assemble
+from stribeck.withheld.motions import Motion
+from stribeck.withheld.plant import Array, Drive, Plant, Trace, rigid_torque, simulate
+
+SETTLE = 0.5  # s, the controller holds the start before the record begins
+TAIL = 0.1  # s, and the end after it has ended
+PAUSE = 30.0  # s between two runs, in which a warm joint cools
+
+
+@dataclass(frozen=True)
+class Gains:
+    """The laboratory's controller, one value a joint: PID on position, velocity from filtered differences.
+
+    Attributes
+    ----------
+    kp, kd, ki : tuple of float
+        N m/rad, N m s/rad, N m/(rad s).
+    velocity_filter : float
+        Time constant, s.
+    forward : str
+        What the controller's own model adds from the reference: ``"none"``, ``"gravity"`` or ``"inertial"``.
+    """
+
+    kp: tuple[float, ...]
+    kd: tuple[float, ...]
+    ki: tuple[float, ...]
+    velocity_filter: float = 0.005
+    forward: str = "gravity"
+
+
+def default_gains(
+    arm: Arm, bandwidth: float = 3.0, damping: float = 0.8, integral: float = 0.3, forward: str = "gravity"
+) -> Gains:
+    """Return gains for a natural frequency of `bandwidth`, Hz, with the inertia of the stretched arm."""
+    n = arm.n
+    zero, unit = np.zeros((n, n)), np.eye(n)
+    inertia = np.diag(rigid_torque(arm, zero, zero, unit) - rigid_torque(arm, zero, zero, zero))
+    omega = 2.0 * np.pi * bandwidth
+    kp = inertia * omega**2
+    return Gains(
+        tuple(kp), tuple(2.0 * damping * omega * inertia), tuple(integral * omega * kp), forward=forward
+    )  # fmt: skip
+
+
+def record(
+    arm: Arm,
+    effects: Iterable[Injection],
+    motions: Sequence[Motion],
+    *,
+    rate: float,
+    resolution: float | None = None,
+    encoder_bits: int | None = None,
+    noise: float = 0.0,
+    gains: Gains | None = None,
+    model: Arm | None = None,
+    channels: Sequence[str] = (),
+    torque_noise: float = 0.0,
+    seed: int = 0,
+) -> tuple[Run, ...]:
+    """Record one run a motion; the same arguments give the same numbers.
+
+    Parameters
+    ----------
+    arm : Arm
+        The true arm.
+    effects : iterable of Injection
+        Hidden effects (name, joint, parameters).
+    motions : sequence of Motion
+        What the controller is asked to do, in this order; a warm-up carries over from run to run.
+    rate : float
+        Samples a second, Hz; the command is held in between.
+    resolution, encoder_bits : float or None, int or None
+        Encoder count, rad, or its bits a turn; the arm's own resolution where both are None.
+    noise : float
+        Standard deviation of the encoder's noise before rounding, rad.
+    gains : Gains or None
+        The controller; `default_gains` of `model` where None.
+    model : Arm or None
+        The controller's own, wrong model; the true arm where None.
+    channels : sequence of str
+        Further channels: ``dq`` (the drive's velocity), ``q_ref``, ``dq_ref``, ``tau_meas`` (torque of the rotor).
+    torque_noise : float
+        Standard deviation of the noise of ``tau_meas``, N m.
+    seed : int
+        Of everything random.
+
+    Raises
+    ------
+    StribeckError
+        For an unknown effect, joint, parameter or channel, or where the motion diverges.
+    """
+    unknown = set(channels) - {"dq", "q_ref", "dq_ref", "tau_meas"}
+    if unknown:
+        raise StribeckError(
+            "the recorder has no such channel", ", ".join(sorted(unknown)), "use dq, q_ref, dq_ref, tau_meas"
+        )
+    setup = assemble(arm, effects)
+    count = 2.0 * np.pi / 2**encoder_bits if encoder_bits else resolution
+    gains = gains or default_gains(model or arm)
+    plant = _instrument(setup.plant, count, gains)
+    lab = Laboratory(setup, plant, model or arm, gains.forward, rate, noise)
+    runs, warmth = [], np.zeros(arm.n)
+    for i, motion in enumerate(motions):
+        trace, t, first = lab.run(motion, warmth, seed, i)
+        warmth = trace.warmth * np.exp(-PAUSE / _warm_time(plant))
+        runs.append(_written(f"run_{i:02d}", motion, trace, t, first, channels, torque_noise, seed, i))
+    return tuple(runs)
+
+
+@dataclass(frozen=True)
+class Laboratory:
+    """One arm on its stand, ready to record."""
+
+    setup: Setup
+    plant: Plant
+    model: Arm
+    forward: str
+    rate: float
+    noise: float
+
+    def run(self, motion: Motion, warmth: Array, seed: int, i: int) -> tuple[Trace, Array, int]:
+        """Return the trace from before to after the motion, the motion's times (N,), s, and its first sample."""
+        period, n = 1.0 / self.rate, self.plant.n
+        first = int(np.ceil(SETTLE * self.rate))
+        samples = first + round(motion.duration * self.rate) + 1
+        t: Array = (np.arange(samples + int(np.ceil(TAIL * self.rate))) - first) * np.float64(period)
+        q, dq, ddq = motion.sample(t)
+        forward = self._forward(q, dq, ddq)
+        if motion.torque is not None:
+            moving = (t >= 0.0) & (t <= motion.duration)
+            forward = forward + np.stack([np.where(moving, curve(t), 0.0) for curve in motion.torque], axis=1)
+        fine = max(1, round(period / 1e-3))
+        push, factor = self._disturb(len(t) * fine + 1, period / fine, seed, i)
+        start = np.stack([q[0], np.zeros(n)], axis=1)
+        noise = self.noise * _stream(seed, i, 0).standard_normal((len(t), n))
+        drive = Drive(period, np.stack([q, dq], axis=2), forward, noise, push, factor, start, warmth)
+        trace = simulate(self.plant, drive)
+        return trace, t[first:samples], first
+
+    def _forward(self, q: Array, dq: Array, ddq: Array) -> Array:
+        if self.forward == "none":
+            return np.zeros_like(q)
+        if self.forward == "gravity":
+            return rigid_torque(self.model, q, 0.0 * q, 0.0 * q)
+        return rigid_torque(self.model, q, dq, ddq)
+
+    def _disturb(self, points: int, step: float, seed: int, i: int) -> tuple[Array, Array]:
+        push, factor = np.zeros((points, self.plant.n)), np.ones((points, self.plant.n))
+        for number, (k, disturbance) in enumerate(self.setup.disturbances):
+            signal = disturbance.signal(np.arange(points) * np.float64(step), _stream(seed, i, 10 + number))
+            if disturbance.kind == "torque":
+                push[:, k] += signal
+            else:
+                factor[:, k] *= signal
+        return push, factor
+
+
+def _warm_time(plant: Plant) -> Array:
+    """Time constant of the warm-up of each joint, s; infinitely short where there is none."""
+    return np.array([max(plant.get(k, "warm_time"), 1e-9) for k in range(plant.n)])
+
+
+def _instrument(plant: Plant, resolution: float | None, gains: Gains) -> Plant:
+    for k in range(plant.n):
+        coarse = plant.get(k, "resolution")
+        plant = plant.with_joint(
+            k,
+            resolution=coarse if resolution is None else max(resolution, coarse),
+            kp=gains.kp[k],
+            kd=gains.kd[k],
+            ki=gains.ki[k],
+            control_filter=gains.velocity_filter,
+        )
+    return plant
+
+
+def _stream(seed: int, run: int, use: int) -> np.random.Generator:
+    """Random numbers of one use in one run: adding an effect leaves the noise of the encoder as it was."""
+    return np.random.default_rng([seed, run, use])
+
+
+def _written(
+    name: str, motion: Motion, trace: Trace, t: Array, first: int, channels: Sequence[str], torque_noise: float,
+    seed: int, i: int,
+) -> Run:  # fmt: skip
+    rows = slice(first, first + len(t))
+    q, dq, _ = motion.sample(t)
+    measured = trace.torque + torque_noise * _stream(seed, i, 1).standard_normal(trace.torque.shape)
+    extra: dict[str, Array] = {"dq": trace.dq[rows], "q_ref": q, "dq_ref": dq, "tau_meas": measured[rows]}
+    run = Run(name, t - t[0], trace.q[rows], trace.tau[rows])
+    for channel in channels:
+        run = replace(run, **{channel: extra[channel]})  # type: ignore[arg-type]
+    return run
