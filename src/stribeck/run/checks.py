@@ -66,7 +66,7 @@ def check_units(run: Run, path: Path) -> tuple[str, ...]:
     found = [*_doubtful_positions(run), *_doubtful_velocities(run)]
     if run.sample_time > _SLOWEST_STEP:
         found.append(f"the median step of t is {run.sample_time:g} s: is t in seconds?")
-    return tuple(f"{run.name}: {text}" for text in found)
+    return tuple(found)
 
 
 def _doubtful_positions(run: Run) -> list[str]:

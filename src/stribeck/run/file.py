@@ -63,7 +63,7 @@ def load_run(path: Path | str, n_joints: int) -> Run:
         if pattern.format(1) in numbers
     }
     run = Run(name=path.name, t=t, extra=extra, **groups)
-    unused = () if extra is None else (f"{path.name}: columns not used: {', '.join(extra.column_names)}",)
+    unused = () if extra is None else (f"columns not used: {', '.join(extra.column_names)}",)
     return dataclasses.replace(run, warnings=(*unused, *check_units(run, path)))
 
 

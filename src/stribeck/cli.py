@@ -1,0 +1,132 @@
+"""The program ``stribeck``: one thin function a command. What fails, and how, stands in `stribeck.exits`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from stribeck.arm import Arm, load_arm
+from stribeck.errors import InputError
+from stribeck.exits import guarded, spread
+from stribeck.outputs import check_free, whole_file, whole_folder
+from stribeck.run import Run, load_run
+
+app = typer.Typer(add_completion=False, rich_markup_mode="rich", pretty_exceptions_enable=False)
+
+ArmFile = Annotated[
+    Path | None, typer.Argument(metavar="ARM", help="The nominal arm, a TOML file.", show_default=False)
+]
+RunFiles = Annotated[
+    list[Path] | None, typer.Argument(metavar="RUN", help="Recordings, CSV or Parquet.", show_default=False)
+]
+HeldOut = Annotated[
+    list[Path] | None,
+    typer.Option("--held-out", metavar="RUN...", help="Recordings to judge by, never fitted.", show_default=False),
+]
+OutDir = Annotated[Path, typer.Option("--out", metavar="DIR", help="New folder; written whole or not at all.")]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the program; return its exit status: 0 done, 2 wrong input or arguments, 130 interrupted, 1 anything else."""
+    arguments = list(sys.argv[1:] if arguments is None else arguments)
+    return guarded(typer.main.get_command(app), spread(arguments, "--held-out"))
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        print(f"stribeck {version('stribeck')}")
+        raise typer.Exit
+
+
+@app.callback(invoke_without_command=True, epilog="Start with: [bold]stribeck diagnose --example --out out[/bold]")
+def _program(
+    context: typer.Context,
+    show_version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+    debug: Annotated[bool, typer.Option("--debug", help="Show a traceback when something fails.")] = False,
+) -> None:
+    """Find where a simulated robot arm departs from the recorded one, name the cause, and correct the model."""
+    if context.invoked_subcommand is None:
+        print(context.get_help())
+
+
+@app.command(
+    epilog=(
+        "Examples:\n\n"
+        "[bold]stribeck diagnose --example --out out[/bold] - the recording that comes with the package\n\n"
+        "[bold]stribeck diagnose arm.toml run_0*.csv --out out[/bold] - keeps some runs back to judge by\n\n"
+        "[bold]stribeck diagnose arm.toml run_0.csv run_1.csv --held-out run_2.csv --out out[/bold]\n\n"
+        "Then open out/report.html; out/corrected.toml is the arm with the named effects."
+    )
+)
+def diagnose(
+    out: OutDir,
+    arm: ArmFile = None,
+    runs: RunFiles = None,
+    held_out: HeldOut = None,
+    example: Annotated[bool, typer.Option("--example", help="Use the recording that comes with the package.")] = False,
+) -> None:
+    """Say where the gap between arm and recording lies, which effect causes it, and how far it shrinks.
+
+    Writes diagnosis.json, corrected.toml, report.html and the figures.
+    """
+    check_free(out)
+    if example:
+        if arm or runs or held_out:
+            raise InputError("--example brings its own arm and runs", str(arm or held_out), "leave one of them out")
+        from stribeck.example import example_files
+
+        arm, runs, held_out = example_files()
+    if arm is None or not runs:
+        raise InputError(
+            "diagnose needs an arm file and at least one run", "", "or --example; see stribeck diagnose --help"
+        )
+    nominal = load_arm(arm)
+    fitted, judged = _load_runs(nominal, runs, held_out or [])
+
+    from stribeck.gap import diagnose as find
+    from stribeck.gap.files import write_diagnosis
+
+    with whole_folder(out) as folder:
+        write_diagnosis(find(nominal, fitted, judged), folder)
+
+
+@app.command(
+    epilog="Example: [bold]stribeck predict out/corrected.toml run_03.csv --horizon 0.5 --out ahead.csv[/bold]"
+)
+def predict(
+    model: Annotated[Path, typer.Argument(metavar="MODEL", help="An arm file, nominal or corrected.")],
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="A recording, CSV or Parquet.")],
+    horizon: Annotated[float, typer.Option("--horizon", metavar="S", help="Length of each simulated window, s.")],
+    out: Annotated[Path, typer.Option("--out", metavar="FILE.csv", help="The table to write.")],
+) -> None:
+    """Start at the recorded state every S seconds and simulate on under the recorded commanded torque."""
+    if not 0.0 < horizon < float("inf"):
+        raise InputError("--horizon must be a positive time", f"{horizon:g} s", "give seconds, for instance 0.5")
+    arm = load_arm(model)
+    (recorded,), _ = _load_runs(arm, [run], [])
+
+    from stribeck.simulate import predict as simulate_windows
+
+    with whole_file(out) as part:
+        simulate_windows(arm, recorded, horizon).write_csv(part)
+
+
+def _load_runs(arm: Arm, fitted: Sequence[Path], judged: Sequence[Path]) -> tuple[list[Run], list[Run]]:
+    """Load the runs of both kinds; a file that is given twice would judge a fit by its own data."""
+    seen: set[Path] = set()
+    for path in (*fitted, *judged):
+        if path.resolve() in seen:
+            raise InputError("a run is given twice", str(path), "give each recording once")
+        seen.add(path.resolve())
+    runs = [load_run(path, arm.n) for path in (*fitted, *judged)]
+    for run in runs:
+        for text in run.warnings:
+            print(f"warning: {run.name}: {text}", file=sys.stderr)
+    return runs[: len(fitted)], runs[len(fitted) :]

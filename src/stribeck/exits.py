@@ -1,0 +1,90 @@
+"""How the program ends: every failure is one line on standard error and an exit status that says whose fault it was."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import traceback
+from collections.abc import Sequence
+from types import FrameType
+from typing import Any, Never
+
+import typer
+
+from stribeck.errors import InputError, StribeckError
+
+DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+
+def guarded(command: Any, arguments: Sequence[str]) -> int:
+    """Run a command; return the exit status.
+
+    Parameters
+    ----------
+    command : click-like command
+        With ``make_context`` and ``invoke``.
+    arguments : sequence of str
+        ``--debug`` may stand anywhere and shows a traceback.
+
+    Returns
+    -------
+    int
+        0 done, 2 the input or the arguments are wrong, 130 interrupted, 1 anything else.
+    """
+    debug = "--debug" in arguments
+    arguments = [argument for argument in arguments if argument != "--debug"]
+    signal.signal(signal.SIGTERM, _interrupt)  # a batch system's stop must clean up as Ctrl-C does
+    try:
+        # not command.main(): it would turn Ctrl-C into an exception of its own and print an empty line
+        with command.make_context("stribeck", arguments) as context:
+            command.invoke(context)
+    except typer.Exit as stop:
+        return int(stop.exit_code)
+    except (KeyboardInterrupt, typer.Abort):
+        _say("interrupted; nothing was written")
+        return INTERRUPTED
+    except Exception as error:
+        if debug:
+            traceback.print_exc()
+        return _explain(error)
+    return DONE
+
+
+def spread(arguments: Sequence[str], option: str) -> list[str]:
+    """Repeat an option before each of the values that follow it, up to the next option.
+
+    ``--held-out a b`` becomes ``--held-out a --held-out b``: the parser takes one value an option.
+    """
+    result: list[str] = []
+    spreading = False
+    for argument in arguments:
+        if argument.startswith("-"):
+            spreading = argument == option
+            if not spreading:
+                result.append(argument)
+        else:
+            result += [option, argument] if spreading else [argument]
+    return result
+
+
+def _explain(error: Exception) -> int:
+    if isinstance(error, InputError):
+        _say(str(error))
+        return WRONG_INPUT
+    if hasattr(error, "format_message"):  # the parser's own errors, whichever package they come from
+        context = getattr(error, "ctx", None)
+        _say(f"{error.format_message().rstrip('.')}; see {context.command_path if context else 'stribeck'} --help")
+        return WRONG_INPUT
+    if isinstance(error, StribeckError):
+        _say(str(error))
+    else:
+        _say(f"{type(error).__name__}: {error} (add --debug for a traceback)")
+    return FAILED
+
+
+def _say(text: str) -> None:
+    print("stribeck:", " ".join(text.split()), file=sys.stderr)
+
+
+def _interrupt(number: int, frame: FrameType | None) -> Never:
+    raise KeyboardInterrupt
