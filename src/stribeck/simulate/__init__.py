@@ -1,0 +1,1 @@
+"""Event-accurate simulation with true stiction: the compiled engine, prediction and the control loop."""

@@ -1,0 +1,275 @@
+"""The compiled engine of one signal path."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.arm import Arm
+from stribeck.effects.registry import placed_effects
+from stribeck.errors import StribeckError
+from stribeck.model.cut import Cut
+from stribeck.model.forward import Forward
+from stribeck.model.layout import Placed, values_of
+from stribeck.model.path import SignalPath
+from stribeck.simulate.compiler import build, load
+from stribeck.simulate.source import library_source
+
+Floats = NDArray[np.float64]
+
+STATUS = ("ok", "unbounded", "too_many_events", "step_too_small", "too_many_steps", "not_finite")
+EVENT = np.dtype([("time", float), ("before", float), ("after", float), ("joint", np.int32), ("_", np.int32)])
+BOUND = 1e5  # rad and rad/s; beyond it a motion is unbounded
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """A simulated motion of M samples, n joints and s states.
+
+    Attributes
+    ----------
+    t : array (M,)
+        s.
+    q, dq : array (M, n)
+        Position and velocity as the sensor gives them, rad and rad/s.
+    modes : array (M, n)
+        -1 or 1 sliding, 0 stuck; with a bristle, the velocity's sign.
+    friction, actuator : array (M, n)
+        Friction torque and the actuator's torque, N m.
+    state : array (M, s)
+        True motor positions and velocities, then the path's states.
+    events : structured array
+        ``time``, ``joint``, ``before``, ``after`` (modes); the first ones where there are more than were asked for.
+    status : str
+        ``ok``, or why it ended early; then the rows from ``filled`` on are not a number.
+    """
+
+    t: Floats
+    q: Floats
+    dq: Floats
+    modes: Floats
+    friction: Floats
+    actuator: Floats
+    state: Floats
+    events: np.ndarray
+    status: str
+    filled: int
+    event_count: int
+    steps: int
+
+    @property
+    def ok(self) -> bool:
+        """Whether it reached its end."""
+        return self.status == "ok"
+
+
+@dataclass(frozen=True)
+class Windows:
+    """Simulated windows, their R rows one after the other.
+
+    Attributes
+    ----------
+    q, dq, modes, friction : array (R, n)
+        As in `Trajectory`. Rows of a window from its ``filled`` on are not a number.
+    samples, filled : array (W,) of int
+        Rows of each window, and how many of them were reached.
+    status : tuple of str
+        Of each window.
+    """
+
+    q: Floats
+    dq: Floats
+    modes: Floats
+    friction: Floats
+    samples: np.ndarray
+    filled: np.ndarray
+    status: tuple[str, ...]
+
+
+def path_of(arm: Arm) -> SignalPath:
+    """Return an arm's signal path with the effects of its file, those at their null value left out."""
+    return SignalPath(arm, [place for place in placed_effects(arm) if not vanishes(place)])
+
+
+def vanishes(place: Placed) -> bool:
+    """Tell whether an effect's values make it vanish."""
+    values = {parameter.name: place.values.get(parameter.name, parameter.null) for parameter in place.effect.parameters}
+    at_null = {parameter: values[parameter.name] == parameter.null for parameter in place.effect.parameters}
+    infinite = [flag for parameter, flag in at_null.items() if not np.isfinite(parameter.null)]
+    return any(infinite) or all(at_null.values())
+
+
+class Engine:
+    """Forward simulation of a signal path, compiled when first used.
+
+    Parameters
+    ----------
+    path : SignalPath
+    """
+
+    def __init__(self, path: SignalPath) -> None:
+        self.path, self.n = path, path.n
+        self.forward = Forward(path)
+        self.size = self.forward.size
+
+    @property
+    def p(self) -> Floats:
+        """The path's own parameter values (p,)."""
+        return values_of(self.path.entries)
+
+    @cached_property
+    def library(self) -> ctypes.CDLL:
+        """The compiled library."""
+        return load(build(library_source(self.forward)))
+
+    def start(self, p: Floats, q: Floats, dq: Floats | None = None, command: Floats | None = None) -> Floats:
+        """Return the state (s,) of an arm at a recorded position and velocity (n,), effects settled.
+
+        Parameters
+        ----------
+        p : array (p,)
+        q, dq : array (n,)
+            As the sensor gives them, rad and rad/s; at rest without ``dq``.
+        command : array (n,)
+            Torque in force, N m; zero without.
+        """
+        rate = np.zeros(self.n) if dq is None else np.asarray(dq, dtype=float)
+        true = [value.full().ravel() for value in self.forward.true_motion(q, rate, p)]
+        return np.concatenate([*true, self._path_states(p, q, rate, np.zeros(self.n) if command is None else command)])
+
+    def _path_states(self, p: Floats, q: Floats, dq: Floats, command: Floats) -> Floats:
+        if self.size == 2 * self.n:
+            return np.zeros(0)
+        zero = np.zeros(self.n)
+        drive = np.concatenate([[0.0], q, dq, zero, command, zero, zero + 1e-9, zero])
+        states = self._settled(drive, p, np.zeros(len(self.path.placed)))
+        return np.asarray(states.full().ravel()[: self.size - 2 * self.n])
+
+    @cached_property
+    def _settled(self):  # type: ignore[no-untyped-def]
+        return Cut(self.path, 1e-3).begin
+
+    def run(
+        self,
+        p: Floats,
+        state: Floats,
+        times: Floats,
+        command: Floats,
+        *,
+        modes: Floats | None = None,
+        tolerance: float = 1e-8,
+        most_events: int = 10_000,
+    ) -> Trajectory:
+        """Simulate from a state under a sampled command.
+
+        Parameters
+        ----------
+        p : array (p,)
+            Parameter values.
+        state : array (s,)
+            At ``times[0]``.
+        times : array (M,)
+            Instants of the samples, s.
+        command : array (M, n)
+            Torque held from each instant to the next, N m.
+        modes : array (n,) or None
+            Contact modes so far; they matter only in that rest is preferred.
+        tolerance : float
+            Of one step's error, relative and absolute.
+        most_events : int
+            So many are kept.
+        """
+        log = np.zeros(most_events, dtype=EVENT)
+        first, samples = np.zeros(1, dtype=np.int64), np.full(1, len(times), dtype=np.int64)
+        signals, mode, states, info = self._call(
+            p, times, command, first, samples, np.atleast_2d(state), modes, tolerance, log, states_out=True
+        )
+        status, filled, events, steps = (int(v) for v in info[0])
+        return Trajectory(
+            t=np.asarray(times, dtype=float),
+            q=signals[:, 0],
+            dq=signals[:, 1],
+            modes=mode,
+            friction=signals[:, 2],
+            actuator=signals[:, 3],
+            state=states,
+            events=log[: min(events, most_events)][["time", "joint", "before", "after"]],
+            status=STATUS[status],
+            filled=filled,
+            event_count=events,
+            steps=steps,
+        )
+
+    def windows(
+        self,
+        p: Floats,
+        states: Floats,
+        times: Floats,
+        command: Floats,
+        first: Sequence[int] | np.ndarray,
+        samples: Sequence[int] | np.ndarray,
+        *,
+        tolerance: float = 1e-6,
+    ) -> Windows:
+        """Simulate W windows, each from its own state, in one call.
+
+        Parameters
+        ----------
+        p : array (p,)
+        states : array (W, s)
+            At ``times[first]``.
+        times, command : array (N,), (N, n)
+            Of the whole recording; a delay looks back before a window's start.
+        first, samples : array (W,) of int
+            First sample and number of samples of each window.
+        """
+        starts, lengths = (np.ascontiguousarray(v, dtype=np.int64) for v in (first, samples))
+        if len(starts) and (starts.min() < 0 or lengths.min() < 1 or (starts + lengths).max() > len(times)):
+            raise StribeckError("a window passes the end of the recording")
+        signals, modes, _, info = self._call(p, times, command, starts, lengths, states, None, tolerance, None)
+        return Windows(
+            q=signals[:, 0],
+            dq=signals[:, 1],
+            modes=modes,
+            friction=signals[:, 2],
+            samples=lengths,
+            filled=info[:, 1].copy(),
+            status=tuple(STATUS[int(code)] for code in info[:, 0]),
+        )
+
+    def _call(
+        self, p: Floats, times: Floats, command: Floats, first: np.ndarray, samples: np.ndarray, states: Floats,
+        modes: Floats | None, tolerance: float, log: np.ndarray | None, *, states_out: bool = False,
+    ) -> tuple[Floats, Floats, Floats, np.ndarray]:  # fmt: skip
+        p, times = _array(p, (len(self.path.entries),), "p"), _array(times, (len(times),), "times")
+        command = _array(command, (len(times), self.n), "command")
+        y = _array(states, (len(first), self.size), "state")
+        mode = None if modes is None else _array(np.atleast_2d(modes), (len(first), self.n), "modes")
+        rows = int(samples.sum())
+        signals, mode_out = np.full((rows, 4, self.n), np.nan), np.full((rows, self.n), np.nan)
+        kept = np.full((rows, self.size), np.nan) if states_out else np.zeros((0, self.size))
+        info = np.zeros((len(first), 4), dtype=np.int64)
+        self.library.sb_windows(
+            _pointer(p), ctypes.c_double(tolerance), ctypes.c_double(BOUND), _pointer(times), _pointer(command),
+            ctypes.c_longlong(len(times)), ctypes.c_longlong(len(first)), _pointer(first), _pointer(samples),
+            _pointer(y), _pointer(mode), _pointer(signals), _pointer(mode_out),
+            _pointer(kept if kept.size else None), _pointer(info), _pointer(log),
+            ctypes.c_longlong(0 if log is None else len(log)),
+        )  # fmt: skip
+        return signals, mode_out, kept, info
+
+
+def _array(values: Floats, shape: tuple[int, ...], name: str) -> Floats:
+    array = np.ascontiguousarray(values, dtype=np.float64)
+    if array.shape != shape:
+        raise StribeckError(f"{name} must have shape {shape}", str(array.shape))
+    return array
+
+
+def _pointer(array: np.ndarray | None) -> ctypes.c_void_p:
+    return ctypes.c_void_p(None if array is None else array.ctypes.data)

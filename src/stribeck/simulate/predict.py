@@ -1,0 +1,133 @@
+"""Prediction: from the recorded state, on under the recorded command, over and over."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.arm import Arm
+from stribeck.errors import InputError
+from stribeck.identify.conditioning import Conditioned, condition, cutoff_frequency
+from stribeck.identify.residual import Residual
+from stribeck.model.path import SignalPath
+from stribeck.model.rigid_body import mass_matrix
+from stribeck.run import Run
+from stribeck.simulate.engine import Engine, path_of
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """A predicted recording of N samples in W windows.
+
+    Attributes
+    ----------
+    t : array (N,)
+        s.
+    window : array (N,) of int
+        The window to which each sample belongs.
+    q, dq : array (N, n)
+        Predicted record of position and velocity, rad and rad/s. Where a window ended early its last values are held.
+    tau : array (N, n)
+        Torque that the model needs along the recorded motion, N m of command.
+    status : tuple of str
+        Of each window: ``ok``, or why it ended early.
+    """
+
+    t: Floats
+    window: NDArray[np.int64]
+    q: Floats
+    dq: Floats
+    tau: Floats
+    status: tuple[str, ...]
+
+    @property
+    def failed(self) -> tuple[int, ...]:
+        """Windows that ended early."""
+        return tuple(i for i, status in enumerate(self.status) if status != "ok")
+
+
+def predict(arm: Arm, run: Run, horizon: float) -> Prediction:
+    """Start at the recorded state every ``horizon`` seconds and simulate on under the recorded command.
+
+    Parameters
+    ----------
+    arm : Arm
+        With the effects of its file.
+    run : Run
+        On a uniform grid (`stribeck.grid.uniform`), of at least a few filter lengths.
+    horizon : float
+        Length of a window, s; at least two samples.
+
+    Raises
+    ------
+    InputError
+        When the run has not the arm's joints or the horizon does not fit the run.
+    """
+    if run.n != arm.n:
+        raise InputError(f"{run.name}: not a recording of this arm", f"{run.n} joints", f"the arm has {arm.n}")
+    path = path_of(arm)
+    engine = Engine(path)
+    cutoff = cutoff_frequency(arm, [run], _inertia(path, engine.p, run))
+    return predict_conditioned(engine, engine.p, condition(arm, run, cutoff), horizon)
+
+
+def predict_conditioned(engine: Engine, p: Floats, data: Conditioned, horizon: float) -> Prediction:
+    """Do as `predict`, for parameter values ``p`` (p,) and a run that has been conditioned."""
+    first, samples = _windows(data, horizon)
+    residual = Residual(engine.path, [data])
+    states = _start_states(engine, p, data, residual, first)
+    found = engine.windows(p, states, data.time, data.run.tau, first, samples)
+    needed = data.command - residual.stages(data, p)["residual"]
+    window = np.repeat(np.arange(len(first)), samples)
+    q, dq = _held(found.q, samples, found.filled, data.position), _held(found.dq, samples, found.filled, data.velocity)
+    return Prediction(data.time, window, q, dq, needed, found.status)
+
+
+def _windows(data: Conditioned, horizon: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the first sample and the number of samples of each window."""
+    count = len(data.time)
+    if not 2 * data.sample_time <= horizon:
+        found = f"{horizon:g} s"
+        raise InputError("horizon is shorter than two samples", found, f"give at least {2 * data.sample_time:g} s")
+    edges = np.arange(0.0, data.time[-1] - data.time[0] + 0.5 * data.sample_time, horizon)
+    first = np.unique(np.round(edges / data.sample_time).astype(np.int64))
+    first = first[first < count]
+    return first, np.diff(np.append(first, count))
+
+
+def _start_states(
+    engine: Engine, p: Floats, data: Conditioned, residual: Residual, first: NDArray[np.int64]
+) -> Floats:
+    """Return the state (W, s) at each window's start: smoothed motion, at rest where stuck, effects carried along."""
+    velocity = np.where(data.stuck > 0.5, 0.0, data.velocity)[first]
+    true = engine.forward.true_motion.map(len(first))
+    values = np.repeat(p[:, None], len(first), axis=1)
+    position, rate = (v.full().T for v in true(data.position[first].T, velocity.T, values))
+    carried = residual.path_states(data, p)[first]
+    return np.concatenate([position, rate, carried], axis=1)
+
+
+def _held(values: Floats, samples: np.ndarray, filled: np.ndarray, recorded: Floats) -> Floats:
+    """Return the rows with each window's unreached ones held at its last reached one."""
+    out = values.copy()
+    start = 0
+    for length, reached in zip(samples, filled, strict=True):
+        if reached < length:
+            last = out[start + reached - 1] if reached > 0 else recorded[start]
+            out[start + reached : start + length] = last
+        start += length
+    return out
+
+
+def _inertia(path: SignalPath, p: Floats, run: Run) -> Floats:
+    """Return the inertia (n,) that each joint moves in the median pose, others held, kg m^2."""
+    q = ca.SX.sym("q", path.n)
+    mass = mass_matrix(path.body(), ca.vertsplit(q), prismatic=path.prismatic)
+    rotors = ca.vertcat(*[path.rotor(j) for j in range(path.n)])
+    diagonal = ca.Function("inertia", [q, path.p], [ca.diag(mass) + rotors])
+    return np.asarray(diagonal(np.median(run.q, axis=0), p).full().ravel())
