@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from stribeck.arm import Arm
 from stribeck.errors import InputError
+from stribeck.grid import uniform
 from stribeck.identify.conditioning import Conditioned, condition, cutoff_frequency
 from stribeck.identify.residual import Residual
 from stribeck.model.path import SignalPath
@@ -59,7 +60,7 @@ def predict(arm: Arm, run: Run, horizon: float) -> Prediction:
     arm : Arm
         With the effects of its file.
     run : Run
-        On a uniform grid (`stribeck.grid.uniform`), of at least a few filter lengths.
+        Put on a uniform clock first where it is not on one; then the prediction is on that clock.
     horizon : float
         Length of a window, s; at least two samples.
 
@@ -70,6 +71,7 @@ def predict(arm: Arm, run: Run, horizon: float) -> Prediction:
     """
     if run.n != arm.n:
         raise InputError(f"{run.name}: not a recording of this arm", f"{run.n} joints", f"the arm has {arm.n}")
+    run, _ = uniform(run)
     path = path_of(arm)
     engine = Engine(path)
     cutoff = cutoff_frequency(arm, [run], _inertia(path, engine.p, run))
@@ -79,7 +81,7 @@ def predict(arm: Arm, run: Run, horizon: float) -> Prediction:
 def predict_conditioned(engine: Engine, p: Floats, data: Conditioned, horizon: float) -> Prediction:
     """Do as `predict`, for parameter values ``p`` (p,) and a run that has been conditioned."""
     first, samples = _windows(data, horizon)
-    residual = Residual(engine.path, [data])
+    residual = Residual(engine.path, [data], columns=())
     states = _start_states(engine, p, data, residual, first)
     found = engine.windows(p, states, data.time, data.run.tau, first, samples)
     needed = data.command - residual.stages(data, p)["residual"]
@@ -108,7 +110,7 @@ def _start_states(
     true = engine.forward.true_motion.map(len(first))
     values = np.repeat(p[:, None], len(first), axis=1)
     position, rate = (v.full().T for v in true(data.position[first].T, velocity.T, values))
-    carried = residual.path_states(data, p)[first]
+    carried = residual.states(data, p)[first]
     return np.concatenate([position, rate, carried], axis=1)
 
 
