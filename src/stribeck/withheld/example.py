@@ -1,4 +1,4 @@
-"""The recording that ships with the package: a two-link arm with a tight spot in joint A and a late drive in joint B."""
+"""The recording that ships with the package: a two-link arm with tight spots in joint A, a late drive in joint B."""
 
 from __future__ import annotations
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -98,7 +99,7 @@ def moves(rng: np.random.Generator, r: Reach, duration: float, size: float) -> C
 
 
 def wander(rng: np.random.Generator, r: Reach, duration: float, size: float) -> Curve:
-    """Passes random via-points without stopping, at changing pace."""
+    """Pass random via-points without stopping, at changing pace."""
     count = int(duration / 0.7)
     gaps = rng.uniform(0.5, 1.0, count)
     times = np.concatenate([[0.0], np.cumsum(gaps)])
@@ -109,7 +110,7 @@ def wander(rng: np.random.Generator, r: Reach, duration: float, size: float) -> 
 
 
 def creep(rng: np.random.Generator, r: Reach, duration: float, size: float) -> Curve:
-    """Steps of some milliradians up and down with holds: mostly stiction and what gives way before it."""
+    """Make steps of some milliradians up and down with holds: mostly stiction and what gives way before it."""
     count = 12
     up = size * 0.015 * rng.uniform(0.5, 2.5, count) * np.where(np.arange(count) % 6 < 3, 1.0, -1.0)
     points = r.centre + np.concatenate([[0.0], np.cumsum(up)])
@@ -149,18 +150,19 @@ def programme(
     for i, kind in enumerate(kinds):
         around = reaches(arm, rng)
         moving = [not one_by_one or k == i % arm.n for k in range(arm.n)]
-        seeds = rng.integers(2**63, size=arm.n)
-
-        def build(size: float, kind: str = kind, around: tuple[Reach, ...] = around, moving: list[bool] = moving,
-                  seeds: Array = seeds) -> Motion:  # fmt: skip
-            curves = [
-                KINDS[kind](np.random.default_rng(int(s)), r, duration, size) if go else hold(r.centre)
-                for r, go, s in zip(around, moving, seeds, strict=True)
-            ]
-            return Motion(kind, duration, tuple(curves))
-
-        motions.append(_within(arm, build))
+        seeds = [int(s) for s in rng.integers(2**63, size=arm.n)]
+        motions.append(_within(arm, partial(_motion, kind, duration, around, moving, seeds)))
     return tuple(motions)
+
+
+def _motion(
+    kind: str, duration: float, around: Sequence[Reach], moving: Sequence[bool], seeds: Sequence[int], size: float
+) -> Motion:
+    curves = [
+        KINDS[kind](np.random.default_rng(s), r, duration, size) if go else hold(r.centre)
+        for r, go, s in zip(around, moving, seeds, strict=True)
+    ]
+    return Motion(kind, duration, tuple(curves))
 
 
 def needed_torque(arm: Arm, q: Array, dq: Array, ddq: Array) -> Array:

@@ -1,0 +1,308 @@
+"""Each effect: absent at its null value, present otherwise, and showing what it is known for."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stribeck.errors import StribeckError
+from stribeck.withheld import KNOWN, UNKNOWN, Injection, Motion, null, record
+from stribeck.withheld.motions import multisine
+from stribeck.withheld.plant import rigid_torque
+
+PRESENT = {
+    "asymmetric_friction": {"C0": 0.8},
+    "negative_damping": {"amount": 1.0},
+    "presliding": {"stiffness": 1500.0, "damping": 5.0},
+    "frictional_lag": {"time": 0.02},
+    "dwell_time": {"rise": 2.0},
+    "history": {"change": -0.3},
+    "position_dependent_friction": {"amplitude": 1.0, "harmonic": 2.0},
+    "load_dependent_friction": {"ratio": 0.1},
+    "quadratic_damping": {"coefficient": 0.3},
+    "actuator_lag": {"time": 0.01},
+    "delay": {"time": 0.0053},
+    "torque_gain": {"gain": 0.9},
+    "torque_offset": {"offset": 0.4},
+    "torque_saturation": {"limit": 6.0},
+    "torque_dead_zone": {"width": 0.5},
+    "cogging": {"amplitude": 0.5},
+    "torque_ripple": {"ratio": 0.1},
+    "joint_flexibility": {"stiffness": 800.0},
+    "backlash": {"gap": 0.01},
+    "encoder_eccentricity": {"amplitude": 0.01},
+    "encoder_offset": {"offset": 0.05},
+    "encoder_quantisation": {"resolution": 0.005},
+    "velocity_filter": {"time": 0.02},
+    "time_shift": {"time": 0.007},
+    "payload": {"mass": 0.5},
+    "gravity_tilt": {"x": 0.5, "y": 0.2},
+    "base_flexibility": {"stiffness": 2000.0},
+    "cable_spring": {"stiffness": 2.0},
+    "contact": {"stiffness": 500.0, "position": 0.1},
+    "input_disturbance": {"noise": 0.5, "amplitude": 0.5},
+    "supply_bang": {"torque": 0.5},
+    "loaded_sticky_spot": {"torque": 1.5},
+    "friction_jumps": {"change": 0.3},
+    "tendon_coupling": {"stiffness": 5.0},
+    "hardening_gain": {"change": 0.2},
+    "sloshing_mass": {"mass": 0.8},
+}
+
+
+def motion(seconds=1.5):
+    rng = np.random.default_rng(5)
+    curves = [multisine(rng.uniform(0.05, 0.2, 4), np.array([0.7, 1.1, 1.9, 2.7]), rng.uniform(0, 6, 4), 0.1, seconds, 0.3)
+              for _ in range(2)]  # fmt: skip
+    return Motion("multisine", seconds, tuple(curves))
+
+
+def recorded(arm, effects=(), **changes):
+    settings = {"rate": 500.0, "encoder_bits": 17, "noise": 1e-5, "channels": ("dq", "tau_meas"), "seed": 4, **changes}
+    return record(arm, effects, [motion()], **settings)[0]
+
+
+@pytest.fixture(scope="module")
+def untouched():
+    cache = {}
+
+    def run(arm):
+        if arm not in cache:
+            cache[arm] = recorded(arm)
+        return cache[arm]
+
+    return run
+
+
+def test_every_effect_is_tried():
+    assert set(PRESENT) == set(KNOWN) | set(UNKNOWN)
+
+
+@pytest.mark.parametrize("effect", PRESENT)
+@pytest.mark.parametrize("joint", ["A", "B"])
+def test_null_value_changes_nothing_and_a_value_does(bench, untouched, effect, joint):
+    arm = bench.two_link((9.81, 0.0))
+    plain, absent = untouched(arm), recorded(arm, [null(effect, joint)])
+    assert np.array_equal(plain.q, absent.q)
+    assert np.array_equal(plain.tau, absent.tau)
+    assert np.array_equal(plain.dq, absent.dq)
+    hidden = recorded(arm, [Injection(effect, joint, PRESENT[effect])])
+    channel, least = {"velocity_filter": ("dq", 0.02), "time_shift": ("q", 2e-3)}.get(effect, ("tau", 0.02))
+    assert np.abs(getattr(hidden, channel) - getattr(plain, channel)).max() > least
+    assert np.abs(hidden.tau).max() < 200.0
+
+
+def test_same_seed_same_numbers_and_other_seed_other_noise(bench):
+    arm = bench.two_link()
+    a, b, c = recorded(arm), recorded(arm), recorded(arm, seed=5)
+    assert a.q.tobytes() == b.q.tobytes()
+    assert a.tau.tobytes() == b.tau.tobytes()
+    assert not np.array_equal(a.q, c.q)
+
+
+def test_an_effect_leaves_the_other_random_numbers_alone(bench):
+    arm = bench.two_link()
+    base = [Injection("input_disturbance", "A", {"noise": 0.5, "amplitude": 0.0})]
+    more = [*base, Injection("friction_jumps", "B", {"change": 0.0})]
+    assert np.array_equal(recorded(arm, base).q, recorded(arm, more).q)
+
+
+@pytest.mark.parametrize(
+    ("injection", "says"),
+    [
+        (("gremlin", "A", {}), "no such effect"),
+        (("delay", "Z", {"time": 0.1}), "no such joint"),
+        (("delay", "A", {"tim": 0.1}), "no such parameter"),
+        (("delay", "A", {}), "needs the parameter time"),
+        (("asymmetric_friction", "A", {"C0": 20.0}), "negative"),
+    ],
+)
+def test_wrong_injections_are_refused(bench, injection, says):
+    with pytest.raises(StribeckError, match=says):
+        recorded(bench.two_link(), [injection])
+
+
+def free(bench, effects, torque, duration=1.0, rate=1000.0, **changes):
+    """A frictionless joint under a torque (N,) -> (N,)."""
+    arm = bench.one_link(**changes)
+    return bench.open_loop(arm, lambda t: torque(t)[:, None], duration, tuple(effects), rate=rate)
+
+
+def test_delay_shifts_by_its_time_also_between_samples(bench):
+    swing = lambda t: np.where(t > 0.1, np.sin(9 * t), 0.0)  # noqa: E731
+    t, late = free(bench, [Injection("delay", "A", {"time": 0.00237})], swing)
+    held = free(bench, [], swing)[1]
+    shifted = np.interp(t - 0.00237, t, held.link[:, 0])
+    assert np.abs(late.link[:, 0] - shifted).max() < 3e-6
+    assert np.abs(late.link[:, 0] - held.link[:, 0]).max() > 1e-4
+
+
+def test_lag_rises_like_a_first_order_system(bench):
+    t, trace = free(bench, [Injection("actuator_lag", "A", {"time": 0.05})], lambda t: np.where(t > 0.0, 2.0, 0.0))
+    expected = 2.0 * (1.0 - np.exp(-(t - 1e-3) / 0.05))
+    assert trace.torque[5:, 0] == pytest.approx(expected[5:], abs=2.0 * 2e-5 / 0.05)
+
+
+@pytest.mark.parametrize(
+    ("effect", "params", "law"),
+    [
+        ("torque_gain", {"gain": 0.8}, lambda u: 0.8 * u),
+        ("torque_offset", {"offset": 0.3}, lambda u: u + 0.3),
+        ("torque_saturation", {"limit": 1.2}, lambda u: np.clip(u, -1.2, 1.2)),
+        ("torque_dead_zone", {"width": 0.4}, lambda u: np.sign(u) * np.maximum(np.abs(u) - 0.4, 0.0)),
+        ("hardening_gain", {"change": 0.2, "torque": 2.0}, lambda u: u * (1 + 0.2 * (u / 2.0) ** 2)),
+    ],
+)
+def test_drive_laws(bench, effect, params, law):
+    _, trace = free(bench, [Injection(effect, "A", params)], lambda t: 2.0 * np.sin(20 * t))
+    assert trace.torque[1:, 0] == pytest.approx(law(trace.tau[:-1, 0]), abs=1e-12)
+
+
+def test_cogging_and_ripple_follow_the_angle(bench):
+    heavy = {"inertia": 50.0}
+    params = {"harmonic": 7.0, "phase": 0.4}
+    start = ((0.0, 3.0),)
+    arm = bench.one_link(**heavy)
+    for effect, size, u in (("cogging", {"amplitude": 0.6}, 0.0), ("torque_ripple", {"ratio": 0.2}, 3.0)):
+        hidden = (Injection(effect, "A", {**params, **size}),)
+        _, trace = bench.open_loop(arm, lambda t, u=u: np.full((len(t), 1), u), 1.0, hidden, start)
+        wave = np.sin(7.0 * (trace.motor[1:, 0] - 3.0 * 2e-5) + 0.4)
+        expected = 0.6 * wave if effect == "cogging" else u * (1.0 + 0.2 * wave)
+        assert trace.torque[1:, 0] == pytest.approx(expected, abs=1e-3)
+
+
+def test_flexible_joint_rings_at_the_frequency_of_two_inertias(bench):
+    hidden = [Injection("joint_flexibility", "A", {"stiffness": 300.0, "damping": 0.0})]
+    t, trace = free(bench, hidden, lambda t: np.where(t < 0.005, 5.0, 0.0), 2.0)
+    link, rotor = 0.01 + 1.0 * 0.25**2, 0.02
+    twist = trace.motor[10:, 0] - trace.link[10:, 0]
+    up = np.flatnonzero((twist[:-1] < 0) & (twist[1:] >= 0))
+    cross = t[10:][up] - twist[up] / (twist[up + 1] - twist[up]) * 1e-3
+    period = np.diff(cross).mean()
+    assert 2 * math.pi / period == pytest.approx(math.sqrt(300.0 * (1 / link + 1 / rotor)), rel=1e-3)
+    assert np.abs(twist[-300:]).max() == pytest.approx(np.abs(twist[:300]).max(), rel=0.02)  # undamped stays undamped
+    speed = (rotor * trace.motor_rate[-1, 0] + link * trace.link_rate[-1, 0]) / (rotor + link)
+    assert speed == pytest.approx(5.0 * 0.005 / (rotor + link), rel=1e-6)
+
+
+def test_backlash_loses_its_gap_at_a_reversal(bench):
+    arm = bench.one_link((9.81, 0.0), friction=bench.SMOOTH)
+    hidden = [Injection("backlash", "A", {"gap": 0.02})]
+    t, trace = bench.open_loop(arm, lambda t: 3.0 * np.sin(4 * t)[:, None], 3.0, tuple(hidden))
+    twist = trace.motor[:, 0] - trace.link[:, 0]
+    stiffness = 0.02 * (2 * math.pi * 100) ** 2
+    assert np.abs(twist).max() <= 0.01 + 1.1 * np.abs(trace.load).max() / stiffness
+    touching = np.abs(trace.load[:, 0]) > 0.3
+    assert np.mean(np.abs(twist[touching]) > 0.0098) > 0.99
+    assert twist.max() > 0.0099
+    assert twist.min() < -0.0099
+    push = trace.load[:, 0] * twist
+    assert np.all(push >= -1e-6)  # flanks never pull
+
+
+def test_sensing_effects(bench):
+    arm = bench.one_link(inertia=5.0)
+    spin = ((0.2, 2.0),)
+
+    def seen(effect, params, **kw):
+        return bench.open_loop(
+            arm, lambda t: np.sin(9 * t)[:, None], 2.0, (Injection(effect, "A", params),), spin, **kw
+        )
+
+    _, trace = seen("encoder_eccentricity", {"amplitude": 0.02, "harmonic": 2.0, "phase": 0.3})
+    assert trace.q == pytest.approx(trace.motor + 0.02 * np.sin(2 * trace.motor + 0.3), abs=1e-12)
+    _, trace = seen("encoder_offset", {"offset": 0.07})
+    assert trace.q - trace.motor == pytest.approx(0.07, abs=1e-12)
+    _, trace = seen("encoder_quantisation", {"resolution": 0.01})
+    assert np.abs(trace.q - trace.motor).max() <= 0.005 + 1e-12
+    assert trace.q / 0.01 == pytest.approx(np.round(trace.q / 0.01), abs=1e-9)
+    for shift in (0.0123, -0.0061):
+        t, trace = seen("time_shift", {"time": shift})
+        inside = slice(20, -20)
+        assert trace.q[inside, 0] == pytest.approx(np.interp(t - shift, t, trace.motor[:, 0])[inside], abs=2e-6)
+    t, trace = seen("velocity_filter", {"time": 0.1})
+    late = np.interp(t, t, trace.motor_rate[:, 0])
+    state = [2.0]
+    for v in late[1:]:
+        state.append(state[-1] + (v - state[-1]) * 1e-3 / 0.1)
+    assert trace.dq[:, 0] == pytest.approx(state, abs=2e-3)
+    assert np.abs(trace.dq - trace.motor_rate).max() > 5e-3
+
+
+def test_payload_acts_as_a_body_at_the_tip(bench):
+    arm = bench.two_link((9.81, 0.0), rough=False)
+    b = arm.joints[1]
+    heavy = replace(arm, joints=(arm.joints[0], replace(b, mass=1e-9 + 1.5, com=(0.3, 0.0), inertia=0.02)))
+    hidden = (Injection("payload", "B", {"mass": 1.5, "inertia": 0.02}),)
+    start = ((0.5, 0.3), (0.9, -0.4))
+    _, trace = bench.open_loop(arm, lambda t: np.zeros((len(t), 2)), 0.3, hidden, start, rate=10000.0)
+    q, w = trace.link[1500:1501], trace.link_rate[1500:1501]
+    acceleration = (trace.link_rate[1501] - trace.link_rate[1499])[None] * 5000.0
+    # the torques of arm and body add; rotor and first link are counted once
+    massless = replace(heavy, joints=(replace(arm.joints[0], mass=1e-12, inertia=0.0, rotor_inertia=0.0),
+                                      replace(heavy.joints[1], mass=1.5, rotor_inertia=0.0)))  # fmt: skip
+    total = rigid_torque(arm, q, w, acceleration) + rigid_torque(massless, q, w, acceleration)
+    assert total == pytest.approx(np.zeros((1, 2)), abs=2e-3)
+
+
+def test_gravity_tilt_pulls_like_gravity(bench):
+    flat, tilted = bench.two_link(rough=False), bench.two_link((1.5, -0.8), rough=False)
+    still = lambda t: np.zeros((len(t), 2))  # noqa: E731
+    _, a = bench.open_loop(flat, still, 1.0, (Injection("gravity_tilt", "A", {"x": 1.5, "y": -0.8}),))
+    _, b = bench.open_loop(tilted, still, 1.0)
+    assert np.array_equal(a.link, b.link)
+    assert np.abs(a.link).max() > 0.1
+
+
+def test_soft_base_swings_with_the_stuck_arm_on_it(bench):
+    arm = bench.two_link()
+    hidden = (Injection("base_flexibility", "A", {"stiffness": 900.0, "damping": 0.0, "inertia": 0.8}),)
+    kick = lambda t: np.stack([np.where(t < 0.03, 12.0, 0.0), 0 * t], axis=1)  # noqa: E731
+    _, trace = bench.open_loop(arm, kick, 3.0, hidden)
+    assert np.all(trace.link_rate[-500:] == 0.0)
+    rigid = replace(arm, joints=tuple(replace(j, rotor_inertia=0.0) for j in arm.joints))
+    pose = trace.link[-1:]
+    inertia = 0.8 + rigid_torque(rigid, pose, 0 * pose, np.array([[1.0, 0.0]]))[0, 0]
+    holding = trace.friction[-1000:, 0]  # friction carries the swinging arm
+    up = np.flatnonzero((holding[:-1] < 0) & (holding[1:] >= 0))
+    cross = up - holding[up] / (holding[up + 1] - holding[up])
+    assert 2 * math.pi / (np.diff(cross).mean() * 1e-3) == pytest.approx(math.sqrt(900.0 / inertia), rel=2e-3)
+
+
+def test_cable_is_a_spring(bench):
+    arm = bench.one_link()
+    hidden = (Injection("cable_spring", "A", {"stiffness": 3.0, "rest": 0.4}),)
+    t, trace = bench.open_loop(arm, lambda t: np.zeros((len(t), 1)), 4.0, hidden)
+    omega = math.sqrt(3.0 / (0.01 + 0.02 + 0.0625))
+    assert trace.link[:, 0] == pytest.approx(0.4 - 0.4 * np.cos(omega * t), abs=1e-5)
+
+
+def test_wall_pushes_back_and_takes_energy(bench):
+    arm = bench.one_link()
+    start = ((0.0, 1.0),)
+    params = {"stiffness": 3000.0, "position": 0.2, "side": 1.0}
+    still = lambda t: np.zeros((len(t), 1))  # noqa: E731
+    back = []
+    for damping in (0.0, 0.5):
+        _, trace = bench.open_loop(arm, still, 1.0, (Injection("contact", "A", {**params, "damping": damping}),), start)
+        back.append(-trace.link_rate[-1, 0])
+        inertia = 0.01 + 0.02 + 0.0625
+        if damping == 0.0:
+            depth = (0.5 * inertia * 1.0**2 * 2.5 / 3000.0) ** 0.4
+            assert trace.link.max() - 0.2 == pytest.approx(depth, rel=2e-3)
+    assert back[0] == pytest.approx(1.0, abs=1e-3)
+    assert 0.5 < back[1] < 0.9
+
+
+def test_disturbance_has_its_size_and_colour():
+    from stribeck.withheld.special import Disturbance
+
+    t = np.arange(150000) * 1e-3
+    params = {"noise": 0.7, "bandwidth": 10.0, "amplitude": 0.0, "frequency": 3.0, "phase": 0.0}
+    x = Disturbance("torque", params).signal(t, np.random.default_rng(0))
+    assert x.std() == pytest.approx(0.7, rel=0.05)
+    lag = 16
+    assert np.mean(x[lag:] * x[:-lag]) / x.var() == pytest.approx(math.exp(-2 * math.pi * 10.0 * 0.016), abs=0.05)
+    pure = Disturbance("torque", {**params, "noise": 0.0, "amplitude": 2.0}).signal(t, np.random.default_rng(0))
+    assert pure == pytest.approx(2.0 * np.sin(2 * math.pi * 3.0 * t))
