@@ -242,6 +242,20 @@ class Engine:
             status=tuple(STATUS[int(code)] for code in info[:, 0]),
         )
 
+    def fixed_steps(
+        self, p: Floats, state: Floats, modes: Floats, command: Floats, step: float, steps: int, *, implicit: bool
+    ) -> Floats:
+        """Return the state (s,) after steps of one size, events ignored: to show the order of either method."""
+        y = _array(state, (self.size,), "state").copy()
+        code = self.library.sb_fixed(
+            _pointer(_array(p, (len(self.path.entries),), "p")), ctypes.c_int(implicit), ctypes.c_double(step),
+            ctypes.c_longlong(steps), _pointer(y), _pointer(_array(modes, (self.n,), "modes")),
+            _pointer(_array(command, (self.n,), "command")),
+        )  # fmt: skip
+        if code != 0:
+            raise StribeckError("fixed steps failed", STATUS[code], "take smaller steps")
+        return y
+
     def _call(
         self, p: Floats, times: Floats, command: Floats, first: np.ndarray, samples: np.ndarray, states: Floats,
         modes: Floats | None, tolerance: float, log: np.ndarray | None, *, states_out: bool = False,

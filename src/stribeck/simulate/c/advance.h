@@ -67,8 +67,7 @@ static void sb_choose_method(sb_sim *s) {
     } else if (s->stiff && s->steps % 50 == 49) {
         /* would the explicit method do at this step? */
         double y[SB_NY], f[SB_NY], margin[2 * SB_N];
-        s->suspicion = 0;
-        if (sb_explicit(s, s->h, y, f, margin) < 1.0 && s->suspicion == 0) s->stiff = 0;
+        if (sb_explicit(s, s->h, y, f, margin) < 1.0 && !s->near_edge) s->stiff = s->suspicion = 0;
     }
     if (s->stiff) sb_slopes(s, s->matrix, s->dfdt);
 }
@@ -91,6 +90,10 @@ static int sb_step(sb_sim *s, double limit) {
             s->h = h;
             if (h < 1e-14 * (1.0 + fabs(s->t))) return s->status = SB_STEP_TOO_SMALL, 0;
             continue;
+        }
+        if (!s->stiff) { /* stiff is who keeps coming near the edge of the stability region */
+            s->calm = s->near_edge ? 0 : s->calm + 1;
+            s->suspicion = s->calm > 5 ? 0 : s->suspicion + s->near_edge;
         }
         const double grow = fmin(5.0, 0.9 * pow(fmax(error, 1e-10), s->stiff ? -0.25 : -0.2));
         s->h = h < limit ? h * grow : fmax(s->h, h * grow);

@@ -48,7 +48,7 @@ struct sb_sim {
     double t, h, rtol, atol, bound;
     double y[SB_NY], mode[SB_N], u[SB_N];
     double f[SB_NY], margin[2 * SB_N]; /* at the present state, where fresh */
-    int ny, fresh, stiff, suspicion, status;
+    int ny, fresh, stiff, near_edge, suspicion, calm, status;
     long steps, rejected, evaluations, events, step_limit, event_limit;
     double last_event;
     int stalled;
@@ -150,7 +150,7 @@ static double sb_explicit(sb_sim *s, double h, double *after, double *fafter, do
         top += (s->k[6][r] - s->k[5][r]) * (s->k[6][r] - s->k[5][r]);
         bottom += (after[r] - last[r]) * (after[r] - last[r]);
     }
-    s->suspicion = bottom > 0.0 && h * h * top > 3.25 * 3.25 * bottom ? s->suspicion + 1 : 0;
+    s->near_edge = bottom > 0.0 && h * h * top > 2.8 * 2.8 * bottom;
     return sb_error(s, s->y, after, error);
 }
 

@@ -112,4 +112,23 @@ SB_EXPORT void sb_windows(const double *p, double tolerance, double bound, const
     }
 }
 
+/* Exported. Steps of one size by one method in the present modes, events ignored: for convergence studies. */
+SB_EXPORT int sb_fixed(const double *p, int implicit, double h, long long steps, double *y, const double *mode,
+                       const double *u) {
+    sb_sim s;
+    double after[SB_NY], f[SB_NY], margin[2 * SB_N];
+    sb_init(&s, p, 1.0);
+    memcpy(s.y, y, sizeof(double) * SB_NS), memcpy(s.mode, mode, sizeof s.mode), memcpy(s.u, u, sizeof s.u);
+    s.stiff = implicit;
+    for (long long i = 0; i < steps; i++) {
+        sb_rhs(&s, s.t, s.y, s.f, s.margin);
+        if (implicit) sb_slopes(&s, s.matrix, s.dfdt);
+        if (!(sb_try(&s, h, after, f, margin) >= 0.0)) return SB_NOT_FINITE;
+        memcpy(s.y, after, sizeof after);
+        s.t += h;
+    }
+    memcpy(y, s.y, sizeof(double) * SB_NS);
+    return SB_OK;
+}
+
 #endif
