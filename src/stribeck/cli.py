@@ -13,8 +13,8 @@ import typer
 from stribeck.arm import Arm, load_arm
 from stribeck.errors import InputError
 from stribeck.exits import guarded, spread
-from stribeck.outputs import check_free, whole_file, whole_folder
-from stribeck.run import Run, load_run
+from stribeck.outputs import check_free, whole_folder
+from stribeck.run import Run, load_run, save_columns
 
 app = typer.Typer(add_completion=False, rich_markup_mode="rich", pretty_exceptions_enable=False)
 
@@ -80,9 +80,7 @@ def diagnose(
     if example:
         if arm or runs or held_out:
             raise InputError("--example brings its own arm and runs", str(arm or held_out), "leave one of them out")
-        from stribeck.example import example_files
-
-        arm, runs, held_out = example_files()
+        arm, runs = _example()
     if arm is None or not runs:
         raise InputError(
             "diagnose needs an arm file and at least one run", "", "or --example; see stribeck diagnose --help"
@@ -112,10 +110,19 @@ def predict(
     arm = load_arm(model)
     (recorded,), _ = _load_runs(arm, [run], [])
 
-    from stribeck.simulate import predict as simulate_windows
+    from stribeck.simulate.predict import predict as ahead
 
-    with whole_file(out) as part:
-        simulate_windows(arm, recorded, horizon).write_csv(part)
+    prediction = ahead(arm, recorded, horizon)
+    columns = {f"{key}{k + 1}": getattr(prediction, key)[:, k] for key in ("q", "dq", "tau") for k in range(arm.n)}
+    save_columns({"t": prediction.t, "window": prediction.window, **columns}, out)
+    for window in prediction.failed:
+        print(f"warning: window {window} ended early: {prediction.status[window]}", file=sys.stderr)
+
+
+def _example() -> tuple[Path, list[Path]]:
+    """Return the arm and the runs that come with the package."""
+    folder = Path(__file__).with_name("example")
+    return folder / "arm.toml", sorted(folder.glob("run_*.csv"))
 
 
 def _load_runs(arm: Arm, fitted: Sequence[Path], judged: Sequence[Path]) -> tuple[list[Run], list[Run]]:

@@ -33,7 +33,7 @@ def guarded(command: Any, arguments: Sequence[str]) -> int:
     """
     debug = "--debug" in arguments
     arguments = [argument for argument in arguments if argument != "--debug"]
-    signal.signal(signal.SIGTERM, _interrupt)  # a batch system's stop must clean up as Ctrl-C does
+    before = signal.signal(signal.SIGTERM, _interrupt)  # a batch system's stop must clean up as Ctrl-C does
     try:
         # not command.main(): it would turn Ctrl-C into an exception of its own and print an empty line
         with command.make_context("stribeck", arguments) as context:
@@ -47,6 +47,8 @@ def guarded(command: Any, arguments: Sequence[str]) -> int:
         if debug:
             traceback.print_exc()
         return _explain(error)
+    finally:
+        signal.signal(signal.SIGTERM, before)
     return DONE
 
 
@@ -56,14 +58,16 @@ def spread(arguments: Sequence[str], option: str) -> list[str]:
     ``--held-out a b`` becomes ``--held-out a --held-out b``: the parser takes one value an option.
     """
     result: list[str] = []
+    after = False  # whether the option's first value has been passed
     spreading = False
     for argument in arguments:
         if argument.startswith("-"):
-            spreading = argument == option
-            if not spreading:
-                result.append(argument)
+            spreading, after = argument == option, False
+        elif spreading and after:
+            result.append(option)
         else:
-            result += [option, argument] if spreading else [argument]
+            after = True
+        result.append(argument)
     return result
 
 

@@ -89,8 +89,9 @@ def _clock(t: Floats) -> tuple[float, Floats | None, Floats]:
 
 def _resample(run: Run, t: Floats, step: float, long: NDArray[np.intp]) -> Run:
     gaps = np.zeros(len(t), dtype=bool)
+    near = TOLERATED_JITTER * step  # so that rounding does not mark the samples at the gap's own edges
     for i in long:
-        gaps[np.searchsorted(t, run.t[i], "right") : np.searchsorted(t, run.t[i + 1], "left")] = True
+        gaps[np.searchsorted(t, run.t[i] + near, "right") : np.searchsorted(t, run.t[i + 1] - near, "left")] = True
     linear: dict[str, Any] = {}
     for key in ("dq", "q_ref", "dq_ref", "tau_meas", "temperature"):
         values = getattr(run, key)

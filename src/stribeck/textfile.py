@@ -80,37 +80,56 @@ def check_schema(data: dict[str, Any], schema: str, source: str) -> dict[str, An
     return {key: value for key, value in data.items() if key != "schema"}
 
 
-def structure(data: Mapping[str, Any], adapter: TypeAdapter[_T], source: str) -> _T:
-    """Fit plain data to the type of `adapter`; the first mismatch becomes a one-line `InputError` with its key path."""
+def structure(
+    data: Mapping[str, Any], adapter: TypeAdapter[_T], source: str, moved: Mapping[str, str] | None = None
+) -> _T:
+    """Fit plain data to the type of `adapter`.
+
+    Parameters
+    ----------
+    data : mapping
+        As parsed.
+    adapter : pydantic.TypeAdapter
+        Of the type to build.
+    source : str
+        The file, for the message.
+    moved : mapping, optional
+        Key of the type -> key in the file, where they differ.
+
+    Raises
+    ------
+    InputError
+        One line for the first mismatch: its key path as ``joints[1].mass``, the value and what is wrong with it.
+    """
     try:
         return adapter.validate_python(data)
     except ValidationError as error:
         details = error.errors(include_url=False)
         # An unknown key is usually the misspelling of one that is then reported missing: say that one first.
         first = next((d for d in details if d["type"] == "unexpected_keyword_argument"), details[0])
-        raise _explain(first, adapter, source) from error
+        key = _key_path((moved or {}).get(str(part), part) for part in first["loc"])
+        raise _explain(first, f"{source}: {key}", adapter) from error
 
 
-def key_path(location: Iterable[int | str]) -> str:
-    """Write a location as ``joints[1].mass``."""
+def _key_path(location: Iterable[int | str]) -> str:
     text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in location)
     return text.removeprefix(".")
 
 
-def _explain(detail: Any, adapter: TypeAdapter[_T], source: str) -> InputError:
-    kind, location = detail["type"], tuple(detail["loc"])
-    key = key_path(location)
+def _explain(detail: Any, where: str, adapter: TypeAdapter[_T]) -> InputError:
+    kind = detail["type"]
     if kind == "unexpected_keyword_argument":
-        return InputError(f"{source}: {key} is not a known key", "", _suggest(str(location[-1]), adapter))
+        return InputError(f"{where} is not a known key", "", _suggest(str(detail["loc"][-1]), adapter))
     if kind == "missing":
-        return InputError(f"{source}: {key} is missing", "", "add it")
+        return InputError(f"{where} is missing", "", "add it")
     words = _WORDS.get(kind, detail["msg"]).format(**detail.get("ctx", {}))
-    return InputError(f"{source}: {key} {words}", _show(detail["input"]), "correct the value")
+    return InputError(f"{where} {words}", _show(detail["input"]), "correct the value")
 
 
 def _suggest(key: str, adapter: TypeAdapter[_T]) -> str:
-    near = difflib.get_close_matches(key, _declared_names(adapter.json_schema()), n=1)
-    return f"did you mean {near[0]!r}?" if near else "remove it"
+    names = {name.casefold(): name for name in _declared_names(adapter.json_schema())}
+    near = difflib.get_close_matches(key.casefold(), names, n=1, cutoff=0.5)
+    return f"did you mean {names[near[0]]!r}?" if near else "remove it"
 
 
 def _declared_names(schema: dict[str, Any]) -> list[str]:

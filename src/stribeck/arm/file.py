@@ -63,7 +63,7 @@ def _from_table(data: dict[str, Any], source: str) -> Arm:
     joints = table.get("joints")
     if isinstance(joints, list):
         table["joints"] = [_lift_backward(joint, k, source) for k, joint in enumerate(joints)]
-    arm = structure(table, _adapter(), source)
+    arm = structure(table, _adapter(), source, {"backward": "friction.backward"})
     _check(arm, source)
     return arm
 
@@ -104,8 +104,7 @@ def _check_joint(joint: Joint, where: str, n: int) -> None:
             f"{n} joints",
             "use revolute joints, or one axis",
         )
-    reach = joint.com[0] ** 2 + joint.com[1] ** 2
-    if joint.kind == "revolute" and joint.inertia + joint.rotor_inertia + joint.mass * reach <= 0.0:
+    if joint.kind == "revolute" and joint.inertia == joint.rotor_inertia == 0.0 and joint.com == (0.0, 0.0):
         raise InputError(f"{where} has no inertia about its axis", "", "give inertia, rotor_inertia or com")
 
 

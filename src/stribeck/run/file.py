@@ -6,7 +6,7 @@ import csv
 import dataclasses
 import io
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -77,8 +77,6 @@ def save_run(run: Run, path: Path | str) -> None:
     path : path
         A file that ends in ``.csv``, ``.parquet`` or ``.pq``.
     """
-    path = Path(path)
-    _check_suffix(path)
     columns: dict[str, pa.Array | pa.ChunkedArray] = {"t": pa.array(run.t)}
     for key, pattern in {**_REQUIRED, **_OPTIONAL}.items():
         values = getattr(run, key)
@@ -86,7 +84,22 @@ def save_run(run: Run, path: Path | str) -> None:
             columns |= {pattern.format(k + 1): pa.array(values[:, k]) for k in range(run.n)}
     if run.extra is not None:
         columns |= dict(zip(run.extra.column_names, run.extra.columns, strict=True))
-    table = pa.table(columns)
+    save_columns(columns, path)
+
+
+def save_columns(columns: Mapping[str, Any], path: Path | str) -> None:
+    """Write a table whole or not at all; every number reads back exactly.
+
+    Parameters
+    ----------
+    columns : mapping
+        Column name -> (N,) array.
+    path : path
+        A file that ends in ``.csv``, ``.parquet`` or ``.pq``.
+    """
+    path = Path(path)
+    _check_suffix(path)
+    table = pa.table(dict(columns))
     with whole_file(path) as part:
         if path.suffix.lower() in _PARQUET:
             pa.parquet.write_table(table, part)
@@ -133,4 +146,4 @@ def _stack(numbers: dict[str, Floats], names: list[str]) -> Floats:
 
 def _check_suffix(path: Path) -> None:
     if path.suffix.lower() not in (".csv", *_PARQUET):
-        raise InputError(f"{path}: unknown kind of recording", path.suffix or "no ending", "use .csv or .parquet")
+        raise InputError(f"{path}: unknown kind of table", path.suffix or "no ending", "use .csv or .parquet")

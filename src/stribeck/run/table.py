@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+import stat
 from collections.abc import Callable, Collection, Iterable, Iterator
 from pathlib import Path
 
@@ -162,12 +163,13 @@ def _header(path: Path) -> list[str]:
 
 def _check_regular(path: Path) -> None:
     try:
+        mode = path.stat().st_mode
+        if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):  # opening a pipe would wait for ever
+            raise InputError(f"{path}: is not a regular file", "", "give the path of a CSV or Parquet file")
         with path.open("rb"):
             pass
     except OSError as error:
         raise explain_unreadable(path, error) from error
-    if not path.is_file():
-        raise InputError(f"{path}: is not a regular file", "", "give the path of a CSV or Parquet file")
 
 
 def _format(path: Path) -> str:

@@ -1,0 +1,245 @@
+"""The arm file: what is written reads back exactly; what is wrong is said in one line, with its key and value."""
+
+import dataclasses
+import math
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stribeck.arm import Arm, EffectEntry, Friction, Joint, Tolerance, arm_to_toml, load_arm, save_arm
+from stribeck.errors import InputError, StribeckError
+
+TEXT = """\
+schema = "stribeck.arm/1"
+name = "two links"
+gravity = [9.81, 0]
+sample_time = 0.002
+[tolerance]
+inertial = 0.05
+[[joints]]
+name = "A"
+kind = "revolute"
+length = 0.35
+mass = 4.0
+com = [0.17, 0.01]
+inertia = 0.06
+rotor_inertia = 0.15
+torque_limit = 200.0
+[joints.friction]
+C0 = 4.6
+C1 = 1.65
+C2 = 1.4
+alpha = 0.06
+[joints.friction.backward]
+C0 = 4.1
+[[joints]]
+name = "B"
+kind = "revolute"
+length = 0.2
+mass = 1.0
+com = [0.1, 0.0]
+inertia = 0.01
+rotor_inertia = 0.0
+friction = { C0 = 1.0, C1 = 0.0, C2 = 0.1, alpha = 0.1 }
+[[effects]]
+effect = "presliding"
+joints = ["A"]
+parameters = { A = { stiffness = 1500.0, damping = 5 } }
+[[effects]]
+effect = "delay"
+joints = ["A", "B"]
+"""
+
+
+def load_text(tmp_path: Path, text: str) -> Arm:
+    path = tmp_path / "arm.toml"
+    path.write_text(text, encoding="utf-8")
+    return load_arm(path)
+
+
+def test_contract_example_is_read(tmp_path: Path) -> None:
+    arm = load_text(tmp_path, TEXT)
+    assert (arm.n, arm.names, arm.gravity, arm.sample_time) == (2, ("A", "B"), (9.81, 0.0), 0.002)
+    assert arm.tolerance == Tolerance(inertial=0.05, friction=1.0)
+    first, second = arm.joints
+    assert first.friction == Friction(4.6, 1.65, 1.4, 0.06)
+    assert first.backward == Friction(4.1, 1.65, 1.4, 0.06)  # those left out equal the forward ones
+    assert second.backward == second.friction == Friction(1.0, 0.0, 0.1, 0.1)
+    assert (first.torque_limit, second.torque_limit, first.encoder_resolution) == (200.0, None, None)
+    assert [entry.effect for entry in arm.effects] == ["presliding", "delay"]
+    assert arm.effects[0].parameters == {"A": {"stiffness": 1500.0, "damping": 5.0}}
+    assert arm.effects[1].parameters == {}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "found"),
+    [
+        ("stribeck.arm/1", "stribeck.arm/2", "schema", "'stribeck.arm/2'"),
+        ('schema = "stribeck.arm/1"', "", "schema is missing", ""),
+        ("mass = 4.0", "mass = -4.0", "joints[0].mass", "-4.0"),
+        ("mass = 1.0", "mass = 0", "joints[1].mass", "0"),
+        ("mass = 4.0", "", "joints[0].mass is missing", ""),
+        ("mass = 4.0", "mass = true", "joints[0].mass", "true"),
+        ("mass = 4.0", 'mass = "4.0"', "joints[0].mass", '"4.0"'),
+        ("mass = 4.0", "mass = inf", "joints[0].mass", "Infinity"),
+        ("mass = 4.0", "mass = nan", "joints[0].mass", "NaN"),
+        ("mass = 4.0", "mass = 1" + "0" * 400, "joints[0].mass", "1000"),
+        ("inertia = 0.06", "inertia = -0.06", "joints[0].inertia", "-0.06"),
+        ("rotor_inertia = 0.15", "rotor_inertia = -1", "joints[0].rotor_inertia", "-1"),
+        ("length = 0.35", "length = -0.35", "joints[0].length", "-0.35"),
+        ("C0 = 4.6", "C0 = -4.6", "joints[0].friction.C0", "-4.6"),
+        ("C1 = 1.65", "C1 = -1.65", "joints[0].friction.C1", "-1.65"),
+        ("C2 = 1.4", "C2 = -1.4", "joints[0].friction.C2", "-1.4"),
+        ("alpha = 0.06", "alpha = 0.0", "joints[0].friction.alpha", "0.0"),
+        ("C0 = 4.1", "C0 = -4.1", "joints[0].friction.backward.C0", "-4.1"),
+        ("C0 = 4.1", "c0 = 4.1", "joints[0].friction.backward.c0", "did you mean 'C0'"),
+        ("torque_limit", "torque_limt", "joints[0].torque_limt", "did you mean 'torque_limit'"),
+        ('name = "two links"', 'name = "two links"\ngravty = 1', "gravty", "did you mean 'gravity'"),
+        ("[tolerance]", "[tolerance]\nxyzzy = 1", "tolerance.xyzzy", "remove it"),
+        ("damping = 5", "damping = inf", "effects[0].parameters.A.damping", "Infinity"),
+        ('joints = ["A"]', 'joints = ["C"]', "effects[0].joints[0]", "'C'"),
+        ('joints = ["A", "B"]', 'joints = ["A", "A"]', "effects[1].joints", "A, A"),
+        ('joints = ["A", "B"]', "joints = []", "effects[1].joints", "[]"),
+        ("{ A = { stiff", "{ B = { stiff", "effects[0].parameters", "'B'"),
+        ('name = "B"', 'name = "A"', "joints[1].name", "'A'"),
+        ('name = "B"', 'name = ""', "joints[1].name", '""'),
+        ("com = [0.17, 0.01]", "com = [0.17]", "joints[0].com[1] is missing", ""),
+        ("com = [0.17, 0.01]", "com = [0.17, 0.01, 0.0]", "joints[0].com", "0.17"),
+        ("gravity = [9.81, 0]", "gravity = 9.81", "gravity", "9.81"),
+        ('kind = "revolute"', 'kind = "spherical"', "joints[0].kind", '"spherical"'),
+        ('kind = "revolute"', 'kind = "prismatic"', "joints[0].kind", "2 joints"),
+        ("[tolerance]", "[tolerance", "not valid TOML", "line 5"),
+        ("sample_time = 0.002", "sample_time = 0", "sample_time", "0"),
+        ("inertial = 0.05", "inertial = 0.0", "tolerance.inertial", "0.0"),
+        ("com = [0.1, 0.0]\ninertia = 0.01", "com = [0, 0]\ninertia = 0", "joints[1] has no inertia", ""),
+    ],
+)
+def test_wrong_value_names_its_key(tmp_path: Path, old: str, new: str, key: str, found: str) -> None:
+    assert old in TEXT
+    with pytest.raises(InputError) as caught:
+        load_text(tmp_path, TEXT.replace(old, new, 1))
+    line = str(caught.value)
+    assert line.startswith(f"{tmp_path / 'arm.toml'}: {key}")
+    assert found in line
+    assert "\n" not in line
+    assert len(line) < 400 + len(str(tmp_path))
+
+
+def test_backward_directly_under_the_joint_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"joints\[0\]\.backward is not a known key"):
+        load_text(tmp_path, TEXT.replace("[joints.friction.backward]", "[joints.backward]"))
+
+
+@pytest.mark.parametrize("joints", ["joints = []", "joints = 3", "joints = [3]", ""])
+def test_no_joints(tmp_path: Path, joints: str) -> None:
+    with pytest.raises(InputError, match="joints"):
+        load_text(tmp_path, f'schema = "stribeck.arm/1"\nname = "x"\ngravity = [0, 0]\n{joints}\n')
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        (b"\x89PNG\r\n\x1a\n\0\0\xff", "UTF-8"),
+        (b"#" * (1 << 20) + b"#", "1 MiB"),
+        (b"x = " + b"[" * 100_000, "not valid"),
+    ],
+)
+def test_files_that_are_no_arm(tmp_path: Path, content: bytes, says: str) -> None:
+    path = tmp_path / "arm.toml"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=says):
+        load_arm(path)
+
+
+def test_unreadable_paths(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no such file"):
+        load_arm(tmp_path / "missing.toml")
+    with pytest.raises(InputError, match="is a directory"):
+        load_arm(tmp_path)
+
+
+def test_a_value_that_could_not_be_read_is_not_written(tmp_path: Path) -> None:
+    arm = load_text(tmp_path, TEXT)
+    broken = dataclasses.replace(arm, joints=(dataclasses.replace(arm.joints[0], mass=math.nan), arm.joints[1]))
+    with pytest.raises(InputError, match="mass"):
+        save_arm(broken, tmp_path / "new.toml")
+    assert not (tmp_path / "new.toml").exists()
+
+
+def test_written_file_states_units_and_keeps_numpy_scalars_plain(tmp_path: Path) -> None:
+    arm = load_text(tmp_path, TEXT)
+    text = arm_to_toml(dataclasses.replace(arm, sample_time=float(np.float64(0.1) * 3)))
+    assert "mass = 4.0  # kg" in text
+    assert "sample_time = 0.30000000000000004" in text
+    assert "[joints.friction.backward]" in text
+    assert text.count("backward") == 1  # the symmetric joint needs none
+    assert "np." not in arm_to_toml(dataclasses.replace(arm, gravity=(np.float64(1.5), np.float64(0.0))))
+
+
+def test_prismatic_axis_states_its_own_units(tmp_path: Path) -> None:
+    text = arm_to_toml(Arm("axis", (0.0, 0.0), (prismatic(),)))
+    assert "C2 = 0.5  # N s/m" in text
+    (tmp_path / "arm.toml").write_text(text)
+    assert load_arm(tmp_path / "arm.toml").joints == (prismatic(),)
+
+
+def prismatic() -> Joint:
+    friction = Friction(1.0, 0.0, 0.5, 0.01)
+    return Joint("x", "prismatic", 0.0, 2.0, (0.0, 0.0), 0.0, 0.0, friction, friction)
+
+
+def test_error_text_is_one_bounded_line() -> None:
+    error = StribeckError("a\nb", "c\x1b[31m" + "d" * 1000, "e\r\n f")
+    assert str(error).startswith("a b: found c [31md")
+    assert str(error).endswith("...; e f")
+    assert str(error).isprintable()
+    assert len(str(error)) < 200
+
+
+finite = st.floats(allow_nan=False, allow_infinity=False)
+positive = st.floats(min_value=0, exclude_min=True, allow_infinity=False)
+not_negative = st.floats(min_value=0, allow_infinity=False)
+texts = st.text(st.characters(exclude_categories=["Cs"]), min_size=1, max_size=100)
+frictions = st.builds(Friction, not_negative, not_negative, not_negative, positive)
+
+
+@st.composite
+def arms(draw: st.DrawFn) -> Arm:
+    names = draw(st.lists(texts, min_size=1, max_size=4, unique=True))
+    joints = [
+        Joint(
+            name=name,
+            kind="revolute",
+            length=draw(not_negative),
+            mass=draw(positive),
+            com=draw(st.tuples(finite, finite)),
+            inertia=draw(positive),
+            rotor_inertia=draw(not_negative),
+            friction=(friction := draw(frictions)),
+            backward=draw(st.sampled_from([friction, draw(frictions)])),
+            torque_limit=draw(st.none() | positive),
+            encoder_resolution=draw(st.none() | not_negative),
+        )
+        for name in names
+    ]
+    chosen = st.lists(st.sampled_from(names), min_size=1, unique=True).map(tuple)
+    effects = []
+    for _ in range(draw(st.integers(0, 3))):
+        where = draw(chosen)
+        values = st.dictionaries(st.sampled_from(where), st.dictionaries(texts, finite, max_size=3))
+        effects.append(EffectEntry(draw(texts), where, draw(values)))
+    tolerance = Tolerance(draw(positive), draw(positive))
+    sample_time = draw(st.none() | positive)
+    return Arm(draw(texts), draw(st.tuples(finite, finite)), tuple(joints), sample_time, tolerance, tuple(effects))
+
+
+@given(arm=arms())
+def test_round_trip_is_exact(arm: Arm, tmp_path_factory: pytest.TempPathFactory) -> None:
+    path = tmp_path_factory.getbasetemp() / "round.toml"
+    save_arm(arm, path)
+    assert load_arm(path) == arm
+    assert tomllib.loads(path.read_text("utf-8"))["schema"] == "stribeck.arm/1"

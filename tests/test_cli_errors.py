@@ -1,0 +1,220 @@
+"""The program's failures: exit status, exactly one line on standard error, and nothing left behind."""
+
+import os
+import signal
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import typer
+
+from stribeck.cli import main
+from stribeck.errors import StribeckError
+from stribeck.exits import guarded, spread
+from stribeck.outputs import whole_folder
+from stribeck.run import Run, load_run, save_run
+
+ARM = """\
+schema = "stribeck.arm/1"
+name = "bench"
+gravity = [0.0, 0.0]
+[[joints]]
+name = "A"
+kind = "revolute"
+length = 0.3
+mass = 1.0
+com = [0.1, 0.0]
+inertia = 0.01
+rotor_inertia = 0.0
+friction = { C0 = 1.0, C1 = 0.0, C2 = 0.1, alpha = 0.1 }
+"""
+
+
+@pytest.fixture
+def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder, the current one, with a valid arm.toml and run.csv."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "arm.toml").write_text(ARM)
+    t = 0.01 * np.arange(50)
+    q = np.sin(t)[:, None]
+    save_run(Run("run.csv", t, q, 5 * q), tmp_path / "run.csv")
+    return tmp_path
+
+
+def row(number: int, line: str) -> Callable[[Path], None]:
+    def change(bench: Path) -> None:
+        lines = (bench / "run.csv").read_text().splitlines()
+        lines[number - 1] = line
+        (bench / "run.csv").write_text("\n".join(lines) + "\n")
+
+    return change
+
+
+def content(name: str, data: bytes) -> Callable[[Path], None]:
+    return lambda bench: (bench / name).write_bytes(data) and None
+
+
+def arm(old: str, new: str) -> Callable[[Path], None]:
+    return lambda bench: (bench / "arm.toml").write_text(ARM.replace(old, new)) and None
+
+
+def scaled(factor: float) -> Callable[[Path], None]:
+    def change(bench: Path) -> None:
+        run = load_run(bench / "run.csv", 1)
+        save_run(Run("run.csv", run.t, factor * run.q, run.tau), bench / "run.csv")
+
+    return change
+
+
+def second_joint(bench: Path) -> None:
+    run = load_run(bench / "run.csv", 1)
+    save_run(Run("run.csv", run.t, np.tile(run.q, 2), np.tile(run.tau, 2)), bench / "run.csv")
+
+
+def full_folder(bench: Path) -> None:
+    (bench / "out").mkdir()
+    (bench / "out" / "mine.txt").touch()
+
+
+BAD_INPUTS: dict[str, tuple[Callable[[Path], object], str]] = {
+    "missing column": (row(1, "t,q1,torque"), "run.csv: column tau1 is missing: found t, q1, torque"),
+    "text in a column": (row(7, "0.05,abc,0"), "run.csv: column q1, row 7: not a number: found 'abc'"),
+    "nan": (row(7, "0.05,nan,0"), "run.csv: column q1, row 7: not a finite number: found nan"),
+    "infinity": (row(7, "0.05,0,inf"), "run.csv: column tau1, row 7: not a finite number: found inf"),
+    "empty file": (content("run.csv", b""), "run.csv: the file is empty"),
+    "one row": (content("run.csv", b"t,q1,tau1\n0,0,0\n"), "run.csv: has too few samples: found 1"),
+    "time backwards": (row(7, "0.01,0,0"), "run.csv: column t, row 7 goes back in time: found 0.01 after 0.04"),
+    "duplicate times": (row(7, "0.04,0,0"), "run.csv: column t, row 7 repeats the time"),
+    "too many joints": (second_joint, "run.csv: has more joints than the arm"),
+    "too few joints": (arm("[[joints]]", ARM[ARM.index("[[") :].replace('"A"', '"B"') + "[[joints]]"), "tau2"),
+    "absurd units": (scaled(1e6), "run.csv: column q1 is beyond 1000 rad"),
+    "negative mass": (arm("mass = 1.0", "mass = -1.0"), "arm.toml: joints[0].mass must be greater than 0"),
+    "unknown key": (arm("mass", "mas"), "arm.toml: joints[0].mas is not a known key; did you mean 'mass'?"),
+    "wrong schema": (arm("arm/1", "arm/9"), "arm.toml: schema must be 'stribeck.arm/1': found 'stribeck.arm/9'"),
+    "binary arm": (content("arm.toml", b"\x7fELF\0\xff\xfe" * 50), "arm.toml: not a text file"),
+    "binary run": (content("run.csv", b"\x7fELF\0\xff\xfe" * 50), "run.csv: is not a CSV file: found binary data"),
+    "unreadable arm": (lambda bench: (bench / "arm.toml").unlink(), "arm.toml: cannot be read"),
+    "unreadable run": (lambda bench: (bench / "run.csv").unlink(), "run.csv: cannot be read"),
+    "output not empty": (full_folder, "out: output folder is not empty"),
+    "output is a file": (content("out", b"x"), "out: output folder cannot be made"),
+}
+
+
+@pytest.mark.parametrize("name", BAD_INPUTS)
+def test_bad_input(bench: Path, capsys: pytest.CaptureFixture[str], name: str) -> None:
+    spoil, says = BAD_INPUTS[name]
+    spoil(bench)
+    before = sorted(os.listdir(bench))
+    assert main(["diagnose", "arm.toml", "run.csv", "--out", "out"]) == 2
+    assert_one_line(capsys, says)
+    assert sorted(os.listdir(bench)) == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ("diagnose", "Missing option '--out'; see stribeck diagnose --help"),
+        ("diagnose --out", "requires an argument"),
+        ("diagnose --out out", "diagnose needs an arm file and at least one run"),
+        ("diagnose arm.toml --out out", "diagnose needs an arm file and at least one run"),
+        ("diagnose arm.toml run.csv --example --out out", "--example brings its own arm and runs"),
+        ("diagnose arm.toml run.csv run.csv --out out", "a run is given twice: found run.csv"),
+        ("diagnose arm.toml run.csv --out out --held-out ./run.csv", "a run is given twice"),
+        ("diagnose arm.toml run.csv --out out --outt", "No such option: --outt"),
+        ("diagnos", "No such command 'diagnos'"),
+        ("predict arm.toml run.csv --horizon 0 --out x.csv", "--horizon must be a positive time: found 0 s"),
+        ("predict arm.toml run.csv --horizon nan --out x.csv", "--horizon must be a positive time: found nan s"),
+        ("predict arm.toml run.csv --horizon soon --out x.csv", "Invalid value for '--horizon'"),
+        ("predict arm.toml gone.csv --horizon 1 --out x.csv", "gone.csv: cannot be read"),
+    ],
+)
+def test_bad_arguments(bench: Path, capsys: pytest.CaptureFixture[str], arguments: str, says: str) -> None:
+    assert main(arguments.split()) == 2
+    assert_one_line(capsys, says)
+    assert sorted(os.listdir(bench)) == ["arm.toml", "run.csv"]
+
+
+def failing(error: BaseException | None, out: Path, act: Callable[[], object] = lambda: None) -> typer.main.TyperGroup:
+    app = typer.Typer()
+
+    @app.callback()
+    def program() -> None:
+        pass
+
+    @app.command()
+    def fail() -> None:
+        with whole_folder(out) as folder:
+            (folder / "half").touch()
+            act()
+            if error is not None:
+                raise error
+
+    command = typer.main.get_command(app)
+    assert isinstance(command, typer.main.TyperGroup)
+    return command
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "says"),
+    [
+        (KeyboardInterrupt(), 130, "interrupted; nothing was written"),
+        (StribeckError("the fit failed", "status 3"), 1, "the fit failed: found status 3"),
+        (ValueError("a\nb"), 1, "ValueError: a b (add --debug for a traceback)"),
+        (OSError(28, "No space left on device"), 1, "No space left on device"),
+        (MemoryError(), 1, "MemoryError"),
+    ],
+)
+def test_failure_inside(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], error: BaseException, status: int, says: str
+) -> None:
+    assert guarded(failing(error, tmp_path / "out"), ["fail"]) == status
+    assert_one_line(capsys, says)
+    assert os.listdir(tmp_path) == []
+
+
+def test_debug_shows_a_traceback_wherever_it_stands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    command = failing(ValueError("deep"), tmp_path / "out")
+    for arguments in (["--debug", "fail"], ["fail", "--debug"]):
+        assert guarded(command, arguments) == 1
+        assert "Traceback" in capsys.readouterr().err
+
+
+def test_success_says_nothing_on_standard_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert guarded(failing(None, tmp_path / "out"), ["fail"]) == 0
+    assert capsys.readouterr().err == ""
+    assert os.listdir(tmp_path / "out") == ["half"]
+
+
+def test_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([]) == 0
+    assert "stribeck diagnose --example --out out" in capsys.readouterr().out
+    assert main(["diagnose", "--help"]) == 0
+    assert "--held-out" in capsys.readouterr().out
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out.startswith("stribeck 0.")
+
+
+def test_held_out_takes_several_files() -> None:
+    given = ["diagnose", "arm", "a", "--held-out", "b", "c", "d", "--out", "o", "e"]
+    repeated = ["--held-out", "b", "--held-out", "c", "--held-out", "d"]
+    assert spread(given, "--held-out") == ["diagnose", "arm", "a", *repeated, "--out", "o", "e"]
+    assert spread(["--held-out"], "--held-out") == ["--held-out"]
+
+
+def test_stop_by_a_batch_system_leaves_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    before = signal.getsignal(signal.SIGTERM)
+    command = failing(None, tmp_path / "out", lambda: os.kill(os.getpid(), signal.SIGTERM))
+    assert guarded(command, ["fail"]) == 130
+    assert_one_line(capsys, "interrupted")
+    assert os.listdir(tmp_path) == []
+    assert signal.getsignal(signal.SIGTERM) is before
+
+
+def assert_one_line(capsys: pytest.CaptureFixture[str], says: str) -> None:
+    captured = capsys.readouterr()
+    assert captured.err.startswith("stribeck: ")
+    assert captured.err.count("\n") == 1
+    assert captured.err.endswith("\n")
+    assert says in captured.err
+    assert captured.out == ""
