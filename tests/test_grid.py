@@ -23,6 +23,11 @@ def jittered(n: int, step: float, jitter: float, seed: int = 0) -> np.ndarray:
     return step * (np.arange(n) + jitter * np.random.default_rng(seed).uniform(-0.5, 0.5, n))
 
 
+def test_uniform_clock_is_left_alone() -> None:
+    run = a_run(0.1 + 0.002 * np.arange(1000))
+    assert uniform(run) == (run, ())
+
+
 def test_small_jitter_leaves_the_samples() -> None:
     run = a_run(jittered(1000, 0.002, 1e-3))
     even, notes = uniform(run)

@@ -17,6 +17,8 @@ from stribeck.run.values import Floats
 TOLERATED_JITTER = 1e-3
 """Departure of a sample from a uniform clock, in steps, up to which the samples are left as they are."""
 
+_ROUNDING = 1e-9  # steps; such a clock is uniform already
+
 GAP_STEPS = 5.0
 """A step longer than this many median steps is a gap: what is interpolated across it is marked."""
 
@@ -24,7 +26,7 @@ GAP_STEPS = 5.0
 def uniform(run: Run) -> tuple[Run, tuple[str, ...]]:
     """Put a run on a uniform clock.
 
-    Where the clock is uniform to 1e-3 of its step, only `t` is replaced. Elsewhere the run is resampled: position
+    Where the clock is uniform to 1e-3 of its step, only `t` is replaced, if need be. Elsewhere the run is resampled: position
     by cubic splines between gaps (linear across them); commanded torque as the time average, over each new step,
     of the torque held between the recorded samples, so that its impulse is kept; all else linearly.
 
@@ -47,8 +49,12 @@ def uniform(run: Run) -> tuple[Run, tuple[str, ...]]:
         When more of the recording is missing than there is.
     """
     step, fitted, counts = _clock(run.t)
-    if fitted is not None and np.abs(run.t - fitted).max() <= TOLERATED_JITTER * step and (counts == 1.0).all():
-        return dataclasses.replace(run, t=fitted), ()
+    if fitted is not None and (counts == 1.0).all():
+        jitter = np.abs(run.t - fitted).max() / step
+        if jitter <= _ROUNDING:
+            return run, ()
+        if jitter <= TOLERATED_JITTER:
+            return dataclasses.replace(run, t=fitted), ()
     steps = np.diff(run.t)
     m = int(np.floor((run.t[-1] - run.t[0]) / step * (1.0 + 1e-12))) + 1
     if m > 2 * len(run.t):
