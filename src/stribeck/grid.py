@@ -26,9 +26,10 @@ GAP_STEPS = 5.0
 def uniform(run: Run) -> tuple[Run, tuple[str, ...]]:
     """Put a run on a uniform clock.
 
-    Where the clock is uniform to 1e-3 of its step, only `t` is replaced, if need be. Elsewhere the run is resampled: position
-    by cubic splines between gaps (linear across them); commanded torque as the time average, over each new step,
-    of the torque held between the recorded samples, so that its impulse is kept; all else linearly.
+    Where the clock is uniform to 1e-3 of its step, only `t` is replaced, if need be. Elsewhere the run is
+    resampled: position by cubic splines between gaps (linear across them); commanded torque as the time average,
+    over each new step, of the torque held between the recorded samples, so that its impulse is kept; all else
+    linearly.
 
     Parameters
     ----------
