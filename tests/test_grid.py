@@ -69,8 +69,9 @@ def test_resampling_keeps_the_impulse_of_the_held_torque(seed: int, jitter: floa
     run = Run("r", t, np.zeros((60, 1)), rng.normal(size=(60, 1)))
     even, _ = uniform(run)
     step = even.t[1] - even.t[0]
-    for k in range(1, len(even.t)):  # the recorded torque, held, integrated by hand up to each new time
-        held = np.clip(np.append(t[1:], np.inf), None, even.t[k]) - np.clip(t, None, even.t[k])
+    edges = np.append(even.t, even.t[-1] + step)
+    for k in range(1, len(edges)):  # the recorded torque, held (the last without end), integrated up to each new time
+        held = np.clip(np.append(t[1:], np.inf), None, edges[k]) - np.clip(t, None, edges[k])
         assert step * even.tau[:k, 0].sum() == pytest.approx(held @ run.tau[:, 0], abs=1e-12)
 
 
@@ -90,11 +91,13 @@ def test_gaps_are_marked_and_bridged_without_swinging_out() -> None:
     assert min(low, high) <= bridge.min() <= bridge.max() <= max(low, high)
 
 
-def test_a_short_stretch_between_gaps_is_kept() -> None:
-    t = np.concatenate([0.01 * np.arange(50), 0.6 + 0.01 * np.arange(2), 0.7 + 0.01 * np.arange(50)])
+@pytest.mark.parametrize("samples", [1, 2, 3])
+def test_a_short_stretch_between_gaps_is_kept(samples: int) -> None:
+    t = np.concatenate([0.01 * np.arange(50), 0.6 + 0.01 * np.arange(samples), 0.7 + 0.01 * np.arange(50)])
     even, _ = uniform(a_run(t))
     assert even.gaps is not None
-    np.testing.assert_allclose(even.q[~even.gaps], a_run(even.t[~even.gaps]).q, atol=1e-4)
+    np.testing.assert_allclose(even.t[~even.gaps], t, atol=1e-9)
+    np.testing.assert_allclose(even.q[~even.gaps], a_run(t).q, atol=1e-9)
 
 
 def test_more_missing_than_recorded_is_refused() -> None:

@@ -123,7 +123,7 @@ def _smooth(t: Floats, values: Floats, new: Floats, long: NDArray[np.intp]) -> F
     result: Floats = np.interp(new, t, values)
     bounds = np.concatenate([[0], long + 1, [len(t)]])
     for first, last in itertools.pairwise(bounds):
-        if last - first >= 4:
+        if last - first > 1:
             inside = slice(np.searchsorted(new, t[first], "left"), np.searchsorted(new, t[last - 1], "right"))
             result[inside] = CubicSpline(t[first:last], values[first:last])(new[inside])
     return result
