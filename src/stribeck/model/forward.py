@@ -3,7 +3,7 @@
 State y = [motor positions (n), motor velocities (n), path states]. The mode of a joint is -1 or +1 while it slides
 and 0 while it sticks: a stuck joint's row is masked, so that its velocity and acceleration are exactly zero, and the
 torque that holds it is compared with the level G at zero speed of either direction. A joint whose friction is a
-bristle has no modes.
+bristle does not stick by itself: mode 0 then clamps it.
 """
 
 from __future__ import annotations
@@ -119,7 +119,7 @@ class Forward:
         return ca.if_else(s.velocity >= 0, forward, backward)
 
     def _dry(self, joint: int, load: Expression) -> Expression:
-        """Return the friction torque without its viscous part while the joint slides (0 while stuck)."""
+        """Return the friction torque without its viscous part while the joint slides."""
         bristle = self.path.bristle(joint)
         if bristle is not None:
             k, effect = bristle
@@ -132,7 +132,7 @@ class Forward:
         return mode * ca.if_else(mode > 0, forward, backward)
 
     def _slides(self, joint: int) -> Expression:
-        return 1.0 if self.bristles[joint] else self.modes[joint] ** 2
+        return self.modes[joint] ** 2
 
     # --- the equations of motion ------------------------------------------------------------------------------
 
@@ -153,7 +153,7 @@ class Forward:
                 motor[j] = self._slides(j) * (s.torque - load[j] - viscous[j] - dry) / path.rotor(j)
             hold = s.torque - load[j] - viscous[j]
             needed.append(hold)
-            friction.append(viscous[j] + (dry if self.bristles[j] else ca.if_else(self._slides(j) > 0, dry, hold)))
+            friction.append(viscous[j] + ca.if_else(self._slides(j) > 0, dry, hold))
         return _Motion(motor, link, load, friction, needed)
 
     def _solve(self, driving: list[Expression], transmitted: dict[int, Expression]) -> list[Expression]:

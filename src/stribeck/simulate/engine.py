@@ -41,6 +41,10 @@ class Trajectory:
         -1 or 1 sliding, 0 stuck; with a bristle, the velocity's sign.
     friction, actuator : array (M, n)
         Friction torque and the actuator's torque, N m.
+    stuck_time : array (M, n)
+        Time stuck since the start, s.
+    top_speed : array (M, n)
+        Largest speed on the motor side since the sample before, rad/s.
     state : array (M, s)
         True motor positions and velocities, then the path's states.
     events : structured array
@@ -55,6 +59,8 @@ class Trajectory:
     modes: Floats
     friction: Floats
     actuator: Floats
+    stuck_time: Floats
+    top_speed: Floats
     state: Floats
     events: np.ndarray
     status: str
@@ -197,6 +203,8 @@ class Engine:
             modes=mode,
             friction=signals[:, 2],
             actuator=signals[:, 3],
+            stuck_time=signals[:, 4],
+            top_speed=signals[:, 5],
             state=states,
             events=log[: min(events, most_events)][["time", "joint", "before", "after"]],
             status=STATUS[status],
@@ -246,11 +254,11 @@ class Engine:
         self, p: Floats, state: Floats, modes: Floats, command: Floats, step: float, steps: int, *, implicit: bool
     ) -> Floats:
         """Return the state (s,) after steps of one size, events ignored: to show the order of either method."""
-        y = _array(state, (self.size,), "state").copy()
+        y = array_of(state, (self.size,), "state").copy()
         code = self.library.sb_fixed(
-            _pointer(_array(p, (len(self.path.entries),), "p")), ctypes.c_int(implicit), ctypes.c_double(step),
-            ctypes.c_longlong(steps), _pointer(y), _pointer(_array(modes, (self.n,), "modes")),
-            _pointer(_array(command, (self.n,), "command")),
+            pointer(array_of(p, (len(self.path.entries),), "p")), ctypes.c_int(implicit), ctypes.c_double(step),
+            ctypes.c_longlong(steps), pointer(y), pointer(array_of(modes, (self.n,), "modes")),
+            pointer(array_of(command, (self.n,), "command")),
         )  # fmt: skip
         if code != 0:
             raise StribeckError("fixed steps failed", STATUS[code], "take smaller steps")
@@ -260,30 +268,32 @@ class Engine:
         self, p: Floats, times: Floats, command: Floats, first: np.ndarray, samples: np.ndarray, states: Floats,
         modes: Floats | None, tolerance: float, log: np.ndarray | None, *, states_out: bool = False,
     ) -> tuple[Floats, Floats, Floats, np.ndarray]:  # fmt: skip
-        p, times = _array(p, (len(self.path.entries),), "p"), _array(times, (len(times),), "times")
-        command = _array(command, (len(times), self.n), "command")
-        y = _array(states, (len(first), self.size), "state")
-        mode = None if modes is None else _array(np.atleast_2d(modes), (len(first), self.n), "modes")
+        p, times = array_of(p, (len(self.path.entries),), "p"), array_of(times, (len(times),), "times")
+        command = array_of(command, (len(times), self.n), "command")
+        y = array_of(states, (len(first), self.size), "state")
+        mode = None if modes is None else array_of(np.atleast_2d(modes), (len(first), self.n), "modes")
         rows = int(samples.sum())
-        signals, mode_out = np.full((rows, 4, self.n), np.nan), np.full((rows, self.n), np.nan)
+        signals, mode_out = np.full((rows, 6, self.n), np.nan), np.full((rows, self.n), np.nan)
         kept = np.full((rows, self.size), np.nan) if states_out else np.zeros((0, self.size))
         info = np.zeros((len(first), 4), dtype=np.int64)
         self.library.sb_windows(
-            _pointer(p), ctypes.c_double(tolerance), ctypes.c_double(BOUND), _pointer(times), _pointer(command),
-            ctypes.c_longlong(len(times)), ctypes.c_longlong(len(first)), _pointer(first), _pointer(samples),
-            _pointer(y), _pointer(mode), _pointer(signals), _pointer(mode_out),
-            _pointer(kept if kept.size else None), _pointer(info), _pointer(log),
+            pointer(p), ctypes.c_double(tolerance), ctypes.c_double(BOUND), pointer(times), pointer(command),
+            ctypes.c_longlong(len(times)), ctypes.c_longlong(len(first)), pointer(first), pointer(samples),
+            pointer(y), pointer(mode), pointer(signals), pointer(mode_out),
+            pointer(kept if kept.size else None), pointer(info), pointer(log),
             ctypes.c_longlong(0 if log is None else len(log)),
         )  # fmt: skip
         return signals, mode_out, kept, info
 
 
-def _array(values: Floats, shape: tuple[int, ...], name: str) -> Floats:
+def array_of(values: Floats, shape: tuple[int, ...], name: str) -> Floats:
+    """Return values as C wants them; raise `StribeckError` where their shape is another."""
     array = np.ascontiguousarray(values, dtype=np.float64)
     if array.shape != shape:
         raise StribeckError(f"{name} must have shape {shape}", str(array.shape))
     return array
 
 
-def _pointer(array: np.ndarray | None) -> ctypes.c_void_p:
+def pointer(array: np.ndarray | None) -> ctypes.c_void_p:
+    """Return the address of an array's data, or NULL."""
     return ctypes.c_void_p(None if array is None else array.ctypes.data)

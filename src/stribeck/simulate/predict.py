@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,9 +12,8 @@ from stribeck.errors import InputError
 from stribeck.grid import uniform
 from stribeck.identify.conditioning import Conditioned, condition, cutoff_frequency
 from stribeck.identify.residual import Residual
-from stribeck.model.path import SignalPath
-from stribeck.model.rigid_body import mass_matrix
 from stribeck.run import Run
+from stribeck.simulate.closed import moved_inertia
 from stribeck.simulate.engine import Engine, path_of
 
 Floats = NDArray[np.float64]
@@ -74,7 +72,7 @@ def predict(arm: Arm, run: Run, horizon: float) -> Prediction:
     run, _ = uniform(run)
     path = path_of(arm)
     engine = Engine(path)
-    cutoff = cutoff_frequency(arm, [run], _inertia(path, engine.p, run))
+    cutoff = cutoff_frequency(arm, [run], moved_inertia(path, engine.p, np.median(run.q, axis=0)))
     return predict_conditioned(engine, engine.p, condition(arm, run, cutoff), horizon)
 
 
@@ -124,12 +122,3 @@ def _held(values: Floats, samples: np.ndarray, filled: np.ndarray, recorded: Flo
             out[start + reached : start + length] = last
         start += length
     return out
-
-
-def _inertia(path: SignalPath, p: Floats, run: Run) -> Floats:
-    """Return the inertia (n,) that each joint moves in the median pose, others held, kg m^2."""
-    q = ca.SX.sym("q", path.n)
-    mass = mass_matrix(path.body(), ca.vertsplit(q), prismatic=path.prismatic)
-    rotors = ca.vertcat(*[path.rotor(j) for j in range(path.n)])
-    diagonal = ca.Function("inertia", [q, path.p], [ca.diag(mass) + rotors])
-    return np.asarray(diagonal(np.median(run.q, axis=0), p).full().ravel())

@@ -6,9 +6,11 @@ from importlib.resources import files
 
 import casadi as ca
 
+from stribeck.model.effect import SensingEffect
 from stribeck.model.forward import Forward
 
-RUNTIME = ("solver.h", "contact.h", "advance.h", "windows.h")
+RUNTIME = ("solver.h", "contact.h", "advance.h", "windows.h", "control.h", "loop.h")
+CONTROLLER_STATES = 6  # a joint, of a continuous controller
 
 
 def runtime_text(name: str) -> str:
@@ -31,6 +33,8 @@ def model_source(forward: Forward) -> str:
         f"#define SB_N {forward.n}",
         f"#define SB_NS {forward.size}",
         f"#define SB_NP {len(forward.path.entries)}",
+        f"#define SB_NZ {CONTROLLER_STATES * forward.n}",
+        f"#define SB_SENSING {int(any(isinstance(place.effect, SensingEffect) for place in forward.path.placed))}",
         f"#define SB_BRISTLES {{{', '.join(str(int(flag)) for flag in forward.bristles)}}}",
         f"#define SB_DELAYS {{{delays}{{-1, -1}}}}",
     ]

@@ -11,6 +11,7 @@ static double sb_inside(sb_sim *s, double h, const double *after, const double *
     int stuck = 0, moving = 0;
     for (int j = 0; j < SB_N; j++) {
         const double m = s->mode[j];
+        if (s->clamped[j]) continue;
         if (sb_bristle[j]) { moving = 1; continue; }
         if (m == 0.0) { stuck = 1; continue; }
         moving = 1;
@@ -22,21 +23,25 @@ static double sb_inside(sb_sim *s, double h, const double *after, const double *
         const double root = sqrt(fmax(b * b - 3 * a * d0, 0.0)), x = d0 / -(b + root);
         if (x > 0.0 && x < 1.0 && v0 + x * (d0 + x * (b + x * a)) < 0.0) at = at > 0.0 ? fmin(at, x) : x;
     }
-    if (at == 0.0 && stuck && (moving || SB_NS > 2 * SB_N)) {
+    if (at == 0.0 && stuck && (moving || s->ny > 2 * SB_N)) {
         for (int i = 0; i < s->ny; i++) y[i] = 0.5 * (s->y[i] + after[i]) + h / 8 * (s->f[i] - fafter[i]);
         sb_rhs(s, s->t + 0.5 * h, y, f, margin);
-        sb_watch(s, s->t + 0.5 * h, y, margin, g);
+        sb_watch(s, y, margin, g);
         for (int j = 0; j < SB_N; j++)
             if (s->mode[j] == 0.0 && g[j] < 0.0) at = 0.5;
     }
     if (at == 0.0) return 0.0;
     sb_try(s, at * h, y, f, margin);
-    sb_watch(s, s->t + at * h, y, margin, g);
-    return sb_lowest(g, begun, sb_watches(s)) < 0.0 ? at * h : 0.0;
+    sb_watch(s, y, margin, g);
+    return sb_lowest(g, begun) < 0.0 ? at * h : 0.0;
 }
 
 /* Take the state at the end of a step. */
 static void sb_accept(sb_sim *s, double t, const double *y, const double *f, const double *margin) {
+    for (int j = 0; j < SB_N; j++) {
+        if (s->mode[j] == 0.0) s->stuck_time[j] += t - s->t;
+        s->top_speed[j] = fmax(s->top_speed[j], fabs(y[SB_N + j]));
+    }
     s->t = t;
     memcpy(s->y, y, sizeof(double) * s->ny);
     memcpy(s->f, f, sizeof(double) * s->ny);
@@ -54,10 +59,6 @@ static void sb_pass(sb_sim *s, const double *g) {
     s->last_event = s->t;
     if (s->stalled > 20) s->status = SB_TOO_MANY_EVENTS;
     s->fresh = 0;
-    if (s->control && s->control->ng) {
-        s->control->event(s, g + SB_N);
-        for (int i = 0; i < s->control->ng; i++) s->events += g[SB_N + i] < 0.0;
-    }
     sb_settle(s);
 }
 
@@ -74,14 +75,13 @@ static void sb_choose_method(sb_sim *s) {
 
 /* One accepted step, at most h; an event ends it early. Gives 0 where the step cannot be made. */
 static int sb_step(sb_sim *s, double limit) {
-    double y[SB_NY], f[SB_NY], margin[2 * SB_N], g0[SB_N + SB_NG], g[SB_N + SB_NG];
-    char begun[SB_N + SB_NG] = {0};
-    const int n = sb_watches(s);
+    double y[SB_NY], f[SB_NY], margin[2 * SB_N], g0[SB_N], g[SB_N];
+    char begun[SB_N] = {0};
     if (!s->fresh) sb_rhs(s, s->t, s->y, s->f, s->margin), s->fresh = 1;
     if (!sb_finite(s->f, s->ny)) return s->status = SB_NOT_FINITE, 0;
     sb_choose_method(s);
-    sb_watch(s, s->t, s->y, s->margin, g0);
-    for (int j = 0; j < n; j++) begun[j] = g0[j] <= 0.0 && (j >= SB_N || s->mode[j] != 0.0);
+    sb_watch(s, s->y, s->margin, g0);
+    for (int j = 0; j < SB_N; j++) begun[j] = g0[j] <= 0.0 && s->mode[j] != 0.0;
     for (double h = fmin(s->h, limit);;) {
         const double error = sb_try(s, h, y, f, margin);
         if (!(error <= 1.0)) {
@@ -97,9 +97,9 @@ static int sb_step(sb_sim *s, double limit) {
         }
         const double grow = fmin(5.0, 0.9 * pow(fmax(error, 1e-10), s->stiff ? -0.25 : -0.2));
         s->h = h < limit ? h * grow : fmax(s->h, h * grow);
-        sb_watch(s, s->t + h, y, margin, g);
-        if (sb_lowest(g, begun, n) >= 0.0) {
-            double yi[SB_NY], fi[SB_NY], mi[2 * SB_N], gi[SB_N + SB_NG];
+        sb_watch(s, y, margin, g);
+        if (sb_lowest(g, begun) >= 0.0) {
+            double yi[SB_NY], fi[SB_NY], mi[2 * SB_N], gi[SB_N];
             const double inside = sb_inside(s, h, y, f, begun, yi, fi, mi, gi);
             if (inside == 0.0) {
                 sb_accept(s, h < limit ? s->t + h : s->t + limit, y, f, margin);
@@ -109,7 +109,7 @@ static int sb_step(sb_sim *s, double limit) {
             memcpy(y, yi, sizeof y), memcpy(f, fi, sizeof f), memcpy(margin, mi, sizeof margin);
             memcpy(g, gi, sizeof g);
         }
-        h = sb_locate(s, h, begun, sb_lowest(g0, begun, n), sb_lowest(g, begun, n), y, f, margin, g);
+        h = sb_locate(s, h, begun, sb_lowest(g0, begun), sb_lowest(g, begun), y, f, margin, g);
         sb_accept(s, s->t + h, y, f, margin);
         if (s->status == SB_OK) sb_pass(s, g);
         return 1;

@@ -6,23 +6,20 @@
 
 static const char sb_bristle[SB_N] = SB_BRISTLES; /* friction carried by a state: no modes */
 
-static int sb_watches(const sb_sim *s) { return SB_N + (s->control ? s->control->ng : 0); }
-
 /* Values that are positive while the present modes hold. */
-static void sb_watch(sb_sim *s, double t, const double *y, const double *margin, double *g) {
+static void sb_watch(const sb_sim *s, const double *y, const double *margin, double *g) {
     for (int j = 0; j < SB_N; j++) {
-        if (sb_bristle[j]) g[j] = 1.0;
+        if (sb_bristle[j] || s->clamped[j]) g[j] = 1.0;
         else if (s->mode[j] != 0.0) g[j] = s->mode[j] * y[SB_N + j];
         else g[j] = fmin(margin[j], margin[SB_N + j]);
     }
-    if (s->control && s->control->ng) s->control->watch(s, t, y, g + SB_N);
 }
 
 /* How far modes are from holding at the present state, for joints at rest: 0 where they hold. */
 static double sb_violation(const sb_sim *s, const double *mode, const double *dy, const double *margin) {
     double worst = 0.0;
     for (int j = 0; j < SB_N; j++) {
-        if (sb_bristle[j] || s->y[SB_N + j] != 0.0) continue;
+        if (sb_bristle[j] || s->clamped[j] || s->y[SB_N + j] != 0.0) continue;
         if (mode[j] == 0.0) worst = fmax(worst, -fmin(margin[j], margin[SB_N + j]));
         else if (!(mode[j] * dy[SB_N + j] > 0.0)) worst = fmax(worst, fmax(-mode[j] * dy[SB_N + j], 1e-300));
     }
@@ -61,6 +58,11 @@ static void sb_search(sb_sim *s, const int *rest, int k, double *mode) {
     memcpy(s->mode, kept, sizeof kept);
 }
 
+static void sb_hold_directions(sb_sim *s) {
+    for (int j = 0; j < SB_N; j++)
+        if (s->mode[j] != 0.0) s->held[j] = s->mode[j];
+}
+
 /* Set the modes that hold at the present state and command. */
 static void sb_settle(sb_sim *s) {
     int rest[SB_N], k = 0, moving = 0;
@@ -68,12 +70,13 @@ static void sb_settle(sb_sim *s) {
     memcpy(before, s->mode, sizeof before);
     for (int j = 0; j < SB_N; j++) {
         const double v = s->y[SB_N + j];
-        if (sb_bristle[j]) s->mode[j] = v > 0.0 ? 1.0 : v < 0.0 ? -1.0 : 0.0;
+        if (s->clamped[j]) s->mode[j] = 0.0;
+        else if (sb_bristle[j]) s->mode[j] = v < 0.0 ? -1.0 : 1.0; /* any but 0: the row is not masked */
         else if (v != 0.0) {
             s->mode[j] = v > 0.0 ? 1.0 : -1.0;
         } else rest[k++] = j, moving += s->mode[j] != 0.0;
     }
-    if (k == 0) return;
+    if (k == 0) return sb_hold_directions(s);
     s->fresh = 0;
     if (!moving) { /* usual at a new command: all that rest go on resting */
         sb_rhs(s, s->t, s->y, s->f, s->margin);
@@ -86,12 +89,13 @@ static void sb_settle(sb_sim *s) {
     }
     for (int j = 0; j < SB_N; j++)
         if (!sb_bristle[j] && s->mode[j] != before[j]) sb_note(s, j, before[j], s->mode[j]);
+    sb_hold_directions(s);
 }
 
 /* Smallest watch value; a joint that has just begun to slide (fresh[j]) counts only once it is below zero. */
-static double sb_lowest(const double *g, const char *begun, int n) {
+static double sb_lowest(const double *g, const char *begun) {
     double low = HUGE_VAL;
-    for (int j = 0; j < n; j++)
+    for (int j = 0; j < SB_N; j++)
         if (!(begun[j] && g[j] >= 0.0)) low = fmin(low, g[j]);
     return low;
 }
@@ -101,16 +105,15 @@ static double sb_lowest(const double *g, const char *begun, int n) {
 static double sb_locate(sb_sim *s, double h, const char *begun, double start, double end, double *after,
                         double *fafter, double *margin, double *g) {
     double low = 0.0, high = h, at_low = start, at_high = end, width = h;
-    double y[SB_NY], f[SB_NY], m[2 * SB_N], trial[SB_N + SB_NG];
+    double y[SB_NY], f[SB_NY], m[2 * SB_N], trial[SB_N];
     const double narrow = 1e-13 + 1e-15 * fabs(s->t);
-    const int n = sb_watches(s);
     for (int i = 0; i < 200 && high - low > narrow; i++) {
         double at = 0.5 * (low + high);
         if (i % 3 != 2 && at_low < HUGE_VAL) at = low + (high - low) * at_low / (at_low - at_high);
         at = fmin(fmax(at, low + 0.4 * narrow), high - 0.4 * narrow);
         sb_try(s, at, y, f, m);
-        sb_watch(s, s->t + at, y, m, trial);
-        const double value = sb_lowest(trial, begun, n);
+        sb_watch(s, y, m, trial);
+        const double value = sb_lowest(trial, begun);
         if (value < 0.0) {
             high = at, at_high = value;
             memcpy(after, y, sizeof y), memcpy(fafter, f, sizeof f), memcpy(margin, m, sizeof m);

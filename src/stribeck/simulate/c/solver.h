@@ -18,9 +18,6 @@
 #define SB_NZ 0 /* most states that a controller adds */
 #endif
 #define SB_NY (SB_NS + SB_NZ)
-#ifndef SB_NG
-#define SB_NG 0 /* most watch functions that a controller adds */
-#endif
 
 enum { SB_OK, SB_UNBOUNDED, SB_TOO_MANY_EVENTS, SB_STEP_TOO_SMALL, SB_TOO_MANY_STEPS, SB_NOT_FINITE };
 
@@ -31,17 +28,9 @@ typedef struct {
 
 typedef struct sb_sim sb_sim;
 
-/* A controller whose command follows the state between samples. */
-typedef struct {
-    /* command (SB_N) and derivatives of the controller's own states (nz) */
-    void (*command)(sb_sim *s, double t, const double *y, double *u, double *dz);
-    /* values that start a new phase of the controller where they fall below zero (ng) */
-    void (*watch)(sb_sim *s, double t, const double *y, double *g);
-    /* called at an event, with the watch values: choose the next phase */
-    void (*event)(sb_sim *s, const double *g);
-    void *self;
-    int nz, ng;
-} sb_control;
+/* A command that follows the state between samples: torques u (SB_N), derivatives dz of the controller's own states,
+ * which follow the arm's in y. */
+typedef void (*sb_control)(sb_sim *s, double t, const double *y, double *u, double *dz);
 
 struct sb_sim {
     const double *p;
@@ -52,7 +41,11 @@ struct sb_sim {
     long steps, rejected, evaluations, events, step_limit, event_limit;
     double last_event;
     int stalled;
-    const sb_control *control;
+    sb_control control;
+    const void *loop; /* what the control needs to know */
+    char clamped[SB_N]; /* held still from outside */
+    double held[SB_N];  /* direction of the last slide, 0 before the first */
+    double stuck_time[SB_N], top_speed[SB_N]; /* s since the start; rad/s since it was last reset */
     sb_event *log;
     long log_size, log_count;
     double k[7][SB_NY]; /* stages of the step at hand */
@@ -88,7 +81,7 @@ static void sb_rhs(sb_sim *s, double t, const double *y, double *dy, double *mar
     const double *u = s->u;
     double now[SB_N];
     if (s->control) {
-        s->control->command(s, t, y, now, dy + SB_NS);
+        s->control(s, t, y, now, dy + SB_NS);
         u = now;
     }
     sb_model(s, t, y, s->mode, u, dy, margin);
@@ -198,7 +191,7 @@ static void sb_slopes(sb_sim *s, double *matrix, double *dfdt) {
     long long int iw[SB_JACOBIAN_IW + 1];
     double w[SB_JACOBIAN_W + 1];
     memcpy(u, s->u, sizeof u);
-    if (s->control) s->control->command(s, s->t, s->y, u, dz);
+    if (s->control) s->control(s, s->t, s->y, u, dz);
     arg[0] = &s->t, arg[1] = s->y, arg[2] = s->mode, arg[3] = u, arg[4] = s->p;
     res[0] = full;
     sb_jacobian(arg, res, iw, w, 0);
@@ -213,7 +206,7 @@ static void sb_slopes(sb_sim *s, double *matrix, double *dfdt) {
         double t = s->t, delta = 1e-7 * fmax(1e-3, c < n ? fabs(s->y[c]) : fabs(t));
         if (c < n) moved[c] += delta;
         else t += delta;
-        s->control->command(s, t, moved, umoved, dzmoved);
+        s->control(s, t, moved, umoved, dzmoved);
         if (c < n) moved[c] = s->y[c];
         for (int r = 0; r < n; r++) {
             double slope = 0.0;

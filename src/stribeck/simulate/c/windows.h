@@ -11,6 +11,7 @@ typedef struct {
     const double *times, *command; /* (count), (count, SB_N) */
     long count, at[SB_N];
     double delay[SB_N];
+    int quiet; /* no torque before the first command has come through, rather than the first one */
 } sb_hold;
 
 static void sb_hold_start(sb_hold *c, const double *times, const double *command, long count, const double *p,
@@ -35,7 +36,9 @@ static int sb_hold_at(sb_hold *c, double t, double *u, double *next) {
     *next = HUGE_VAL;
     for (int j = 0; j < SB_N; j++) {
         while (c->at[j] + 1 < c->count && c->times[c->at[j] + 1] + c->delay[j] <= t) c->at[j]++;
-        const double value = c->command[c->at[j] * SB_N + j];
+        const int early = c->quiet && c->at[j] == 0 && c->times[0] + c->delay[j] > t;
+        const double value = early ? 0.0 : c->command[c->at[j] * SB_N + j];
+        if (early) *next = fmin(*next, c->times[0] + c->delay[j]);
         changed |= value != u[j];
         u[j] = value;
         if (c->at[j] + 1 < c->count) *next = fmin(*next, c->times[c->at[j] + 1] + c->delay[j]);
@@ -48,21 +51,28 @@ static void sb_report(sb_sim *s, double *measured, double *rate, double *frictio
     double *res[SB_OUTPUTS_RES], now[SB_N], dz[SB_NZ + 1];
     long long int iw[SB_OUTPUTS_IW + 1];
     double w[SB_OUTPUTS_W + 1];
-    if (s->control) s->control->command(s, s->t, s->y, now, dz), u = now;
+    if (s->control) s->control(s, s->t, s->y, now, dz), u = now;
     arg[0] = &s->t, arg[1] = s->y, arg[2] = s->mode, arg[3] = u, arg[4] = s->p;
     res[0] = measured, res[1] = rate, res[2] = friction, res[3] = actuator;
     sb_outputs(arg, res, iw, w, 0);
 }
 
-/* Where results go: (., 4, SB_N) recorded position and velocity, friction, actuator torque; the rest may be NULL. */
+/* Where results go: (., 6, SB_N) recorded position and velocity, friction and actuator torque, time stuck so far, top
+ * speed since the row before; the rest may be NULL. */
 typedef struct {
     double *signals, *modes, *states;
 } sb_record;
 
 static void sb_store(sb_sim *s, const sb_record *r, long row) {
-    double *out = r->signals + row * 4 * SB_N;
+    double *out = r->signals + row * 6 * SB_N;
     sb_report(s, out, out + SB_N, out + 2 * SB_N, out + 3 * SB_N);
-    if (r->modes) memcpy(r->modes + row * SB_N, s->mode, sizeof s->mode);
+    memcpy(out + 4 * SB_N, s->stuck_time, sizeof s->stuck_time);
+    memcpy(out + 5 * SB_N, s->top_speed, sizeof s->top_speed);
+    memset(s->top_speed, 0, sizeof s->top_speed);
+    for (int j = 0; r->modes && j < SB_N; j++) {
+        const double v = s->y[SB_N + j];
+        r->modes[row * SB_N + j] = !sb_bristle[j] ? s->mode[j] : v > 0.0 ? 1.0 : v < 0.0 ? -1.0 : 0.0;
+    }
     if (r->states) memcpy(r->states + row * SB_NS, s->y, sizeof(double) * SB_NS);
 }
 
@@ -118,7 +128,9 @@ SB_EXPORT int sb_fixed(const double *p, int implicit, double h, long long steps,
     sb_sim s;
     double after[SB_NY], f[SB_NY], margin[2 * SB_N];
     sb_init(&s, p, 1.0);
-    memcpy(s.y, y, sizeof(double) * SB_NS), memcpy(s.mode, mode, sizeof s.mode), memcpy(s.u, u, sizeof s.u);
+    memcpy(s.y, y, sizeof(double) * SB_NS);
+    memcpy(s.mode, mode, sizeof s.mode);
+    memcpy(s.u, u, sizeof s.u);
     s.stiff = implicit;
     for (long long i = 0; i < steps; i++) {
         sb_rhs(&s, s.t, s.y, s.f, s.margin);

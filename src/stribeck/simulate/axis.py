@@ -1,0 +1,109 @@
+"""The runtime's view of a loop: one C structure a joint."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.arm import Arm
+from stribeck.arm.values import Joint
+from stribeck.simulate.loop import JointLoop, Loop, Reference
+
+Floats = NDArray[np.float64]
+
+KINDS = ("none", "feedforward", "feedback", "adaptive", "robust", "dither")
+AT_ZERO = ("zero", "hold", "error_sign", "set_valued")
+_LINE, _SINE, _STEPS, _CURVE = range(4)
+
+_D, _I = ctypes.c_double, ctypes.c_int
+
+
+class Axis(ctypes.Structure):
+    """One joint's part of the loop, as declared in ``control.h``."""
+
+    _fields_ = [
+        *[(name, _D) for name in ("kp", "kv", "ki", "filter", "lag", "resolution", "limit")],
+        *[(name, _D) for name in ("ratio", "dead_band", "slope", "leakage", "inner", "amplitude", "omega")],
+        ("gain", _D * 3),
+        ("friction", _D * 8),
+        ("reference", _D * 4),
+        ("table", ctypes.c_void_p),
+        ("knots", ctypes.c_longlong),
+        *[(name, _I) for name in ("controlled", "true_velocity", "kind", "at_zero", "reference_kind", "delay")],
+    ]
+
+
+def axes_of(arm: Arm, loop: Loop, inertia: Sequence[float]) -> tuple[ctypes.Array[Axis], list[Floats]]:
+    """Return the structures of all joints, and the tables that they point to, which must be kept alive.
+
+    Parameters
+    ----------
+    inertia : sequence of n floats
+        What each joint moves with the others held, for critical damping, kg m^2.
+    """
+    axes = (Axis * arm.n)()
+    kept: list[Floats] = []
+    for entry in loop.joints:
+        j = arm.names.index(entry.joint)
+        table = _table(entry.reference)
+        kept.append(table)
+        _fill(axes[j], entry, arm.joints[j], inertia[j], table)
+    return axes, kept
+
+
+def _fill(axis: Axis, entry: JointLoop, joint: Joint, inertia: float, table: Floats) -> None:
+    c = entry.compensation
+    axis.kp, axis.ki = entry.kp, entry.ki
+    axis.kv = 2.0 * math.sqrt(entry.kp * inertia) if entry.kv is None else entry.kv
+    axis.filter, axis.lag, axis.resolution = entry.velocity_filter, entry.actuator_lag, entry.encoder_resolution
+    axis.limit = math.inf if joint.torque_limit is None else joint.torque_limit
+    axis.ratio, axis.dead_band, axis.slope, axis.leakage = c.ratio, c.dead_band, c.slope, c.leakage
+    axis.inner, axis.amplitude, axis.omega = c.inner, c.amplitude, 2.0 * math.pi * c.frequency
+    axis.gain[:] = c.gain
+    axis.friction[:] = [getattr(side, key) for side in (joint.friction, joint.backward) for key in _CONSTANTS]
+    axis.kind, axis.at_zero = KINDS.index(c.kind), AT_ZERO.index(c.at_zero)
+    axis.controlled, axis.true_velocity, axis.delay = 1, int(entry.velocity == "true"), entry.delay_samples
+    axis.reference_kind, axis.reference[:] = _line_or_sine(entry)
+    axis.table, axis.knots = table.ctypes.data, len(table)
+
+
+_CONSTANTS = ("C0", "C1", "C2", "alpha")
+
+
+def _line_or_sine(entry: JointLoop) -> tuple[int, tuple[float, float, float, float]]:
+    r = entry.reference
+    if r.kind == "ramp":
+        return _LINE, (entry.start, r.velocity, 0.0, 0.0)
+    if r.kind == "sine":
+        return _SINE, (entry.start, r.amplitude, 2.0 * math.pi * r.frequency, r.phase)
+    if r.kind == "regulate":
+        return _LINE, (entry.start, 0.0, 0.0, 0.0)
+    return (_STEPS if r.kind == "steps" else _CURVE), (0.0, 0.0, 0.0, 0.0)
+
+
+def _table(reference: Reference) -> Floats:
+    """Return the knots (K, 3) of steps or of a followed run: time, position, velocity."""
+    if reference.kind not in ("steps", "file"):
+        return np.zeros((0, 3))
+    times, values = np.array(reference.times), np.array(reference.values)
+    rate = np.zeros_like(values) if reference.kind == "steps" or len(values) < 2 else np.gradient(values, times)
+    return np.ascontiguousarray(np.stack([times, values, rate], axis=1))
+
+
+def start_position(arm: Arm, loop: Loop) -> Floats:
+    """Return the recorded position (n,) from which the loop starts, rad."""
+    q = np.array([loop.clamp.get(name, 0.0) for name in arm.names])
+    for entry in loop.joints:
+        r, j = entry.reference, arm.names.index(entry.joint)
+        q[j] = entry.start
+        if r.kind == "regulate":
+            q[j] -= r.initial_error
+        elif r.kind == "sine":
+            q[j] += r.amplitude * math.sin(r.phase)
+        elif r.kind == "file":
+            q[j] = r.values[0]
+    return q

@@ -1,0 +1,116 @@
+/* The control laws and references of a joint, for sampled and continuous control alike. */
+#ifndef SB_CONTROL_H
+#define SB_CONTROL_H
+
+#include "solver.h"
+
+enum { SB_NONE, SB_FEEDFORWARD, SB_FEEDBACK, SB_ADAPTIVE, SB_ROBUST, SB_DITHER };
+enum { SB_ZERO, SB_HOLD, SB_ERROR_SIGN, SB_SET_VALUED };
+enum { SB_LINE, SB_SINE, SB_STEPS, SB_CURVE };
+
+/* One joint's part of the loop; mirrored in axis.py. Angles in rad, torques in N m. */
+typedef struct {
+    double kp, kv, ki, filter, lag, resolution, limit;
+    double ratio, dead_band, slope, leakage, inner, amplitude, omega;
+    double gain[3], friction[2][4]; /* friction: C0, C1, C2, alpha for forward and backward motion */
+    double reference[4];            /* start, rate; or start, amplitude, angular frequency, phase */
+    const double *table;            /* (knots, 3): time, position, velocity */
+    long long knots;
+    int controlled, true_velocity, kind, at_zero, reference_kind, delay;
+} sb_axis;
+
+/* What the controller of a joint sees and remembers. */
+typedef struct {
+    double error, rate_error, velocity, reference_rate, integral;
+    double direction; /* -1, 0, 1: sign of the velocity as the law takes it */
+    double held;      /* the last one that was not 0 */
+    const double *theta;
+} sb_seen;
+
+/* Reference position and velocity at time t. */
+static void sb_reference(const sb_axis *a, double t, double *r, double *dr) {
+    const double *c = a->reference;
+    if (a->reference_kind == SB_LINE) {
+        *r = c[0] + c[1] * t, *dr = c[1];
+    } else if (a->reference_kind == SB_SINE) {
+        *r = c[0] + c[1] * sin(c[2] * t + c[3]), *dr = c[1] * c[2] * cos(c[2] * t + c[3]);
+    } else {
+        long low = 0, high = (long)a->knots;
+        while (high - low > 1) {
+            const long middle = (low + high) / 2;
+            if (a->table[3 * middle] <= t) low = middle;
+            else high = middle;
+        }
+        const double *k = a->table + 3 * low;
+        *r = k[1], *dr = 0.0;
+        if (a->reference_kind == SB_STEPS || t <= k[0] || low + 1 == a->knots) return;
+        const double h = k[3] - k[0], x = (t - k[0]) / h, d = k[4] - k[1]; /* cubic Hermite */
+        const double b = 3 * d - h * (2 * k[2] + k[5]), e = h * (k[2] + k[5]) - 2 * d;
+        *r = k[1] + x * (h * k[2] + x * (b + x * e));
+        *dr = k[2] + x * (2 * b + 3 * x * e) / h;
+    }
+}
+
+static double sb_sign(double x) { return (x > 0.0) - (x < 0.0); }
+
+/* Tustin's level for motion in one direction at a speed. */
+static double sb_tustin(const sb_axis *a, double direction, double speed) {
+    const double *c = a->friction[direction < 0.0];
+    return c[0] + c[1] * exp(-speed / c[3]) + c[2] * speed;
+}
+
+/* The regressor of the adaptive law: torque = theta . Y. */
+static void sb_regressor(const sb_axis *a, const sb_seen *s, double *y) {
+    const double sign = s->direction, speed = sign * s->velocity;
+    y[0] = sign;
+    y[1] = sign * exp(-speed / a->friction[sign < 0.0][3]);
+    y[2] = s->velocity;
+}
+
+static double sb_feedback(const sb_axis *a, const sb_seen *s, double pd) {
+    if (s->direction != 0.0) return a->ratio * s->direction * sb_tustin(a, s->direction, s->direction * s->velocity);
+    double sign = 0.0;
+    if (a->at_zero == SB_HOLD) sign = s->held;
+    if (a->at_zero == SB_ERROR_SIGN) sign = sb_sign(s->error);
+    if (a->at_zero == SB_SET_VALUED) sign = sb_sign(pd);
+    return a->ratio * sign * sb_tustin(a, sign, 0.0);
+}
+
+/* Torque of the law before the limit. */
+static double sb_law(const sb_axis *a, double t, const sb_seen *s) {
+    const double pd = a->kp * s->error + a->kv * s->rate_error + a->ki * s->integral;
+    double y[3], sign;
+    switch (a->kind) {
+    case SB_FEEDFORWARD:
+        sign = sb_sign(s->reference_rate);
+        return pd + (sign != 0.0 ? a->ratio * sign * sb_tustin(a, sign, sign * s->reference_rate) : 0.0);
+    case SB_FEEDBACK: return pd + sb_feedback(a, s, pd);
+    case SB_ADAPTIVE:
+        sb_regressor(a, s, y);
+        return pd + s->theta[0] * y[0] + s->theta[1] * y[1] + s->theta[2] * y[2];
+    case SB_ROBUST: { /* Southward, Radcliffe & MacCluer (1991) */
+        const double *c = a->friction[s->error < 0.0];
+        const double level = a->ratio * (c[0] + c[1]), size = fabs(s->error);
+        return pd + (size > a->inner && a->kp * size < level ? sb_sign(s->error) * (level - a->kp * size) : 0.0);
+    }
+    case SB_DITHER: return pd + a->amplitude * sin(a->omega * t);
+    default: return pd;
+    }
+}
+
+/* Rate of change of the adaptive law's constants (Canudas de Wit et al. 1991, with sigma-modification). */
+static void sb_adapt(const sb_axis *a, const sb_seen *s, double *dtheta) {
+    double y[3];
+    sb_regressor(a, s, y);
+    const double drive = fabs(s->error) > a->inner ? s->rate_error + a->slope * s->error : 0.0;
+    for (int i = 0; i < 3; i++) dtheta[i] = a->gain[i] * (y[i] * drive - a->leakage * s->theta[i]);
+}
+
+static double sb_limited(const sb_axis *a, double torque) { return fmax(-a->limit, fmin(a->limit, torque)); }
+
+/* The integral stands still where it would push a saturated command further. */
+static int sb_winds_up(const sb_axis *a, double torque, double error) {
+    return fabs(torque) > a->limit && torque * error > 0.0;
+}
+
+#endif

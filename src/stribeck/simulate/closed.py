@@ -1,0 +1,163 @@
+"""Closed loops: a controller around the engine, all in C."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from joblib import Parallel, delayed
+from numpy.typing import NDArray
+
+from stribeck.arm import Arm
+from stribeck.model.path import SignalPath
+from stribeck.model.rigid_body import mass_matrix
+from stribeck.run import Run
+from stribeck.simulate.axis import axes_of, start_position
+from stribeck.simulate.engine import EVENT, STATUS, Engine, Trajectory, array_of, path_of, pointer
+from stribeck.simulate.loop import Loop
+
+Floats = NDArray[np.float64]
+
+BOUND = 1e4  # rad and rad/s; a loop beyond it is unbounded
+
+
+@dataclass(frozen=True)
+class Closed:
+    """A closed-loop simulation of M rows and n joints.
+
+    Attributes
+    ----------
+    motion : Trajectory
+        What the arm did.
+    command : array (M, n)
+        Commanded torque, N m.
+    measured : array (M, n)
+        What the encoders gave, noise and resolution included, rad.
+    reference, reference_rate : array (M, n)
+        rad and rad/s; a clamped joint's own position.
+    ended : float
+        The time that was reached, s; short of the duration only where ``motion.status`` is not ``ok``.
+    controlled : tuple of int
+        Joints with a controller.
+    """
+
+    motion: Trajectory
+    command: Floats
+    measured: Floats
+    reference: Floats
+    reference_rate: Floats
+    ended: float
+    controlled: tuple[int, ...]
+
+    @property
+    def error(self) -> Floats:
+        """Reference less measured position (M, n), rad."""
+        return self.reference - self.measured
+
+    def run(self, name: str) -> Run:
+        """Return the recording of the rows that were reached."""
+        rows = slice(0, self.motion.filled)
+        return Run(
+            name=name,
+            t=self.motion.t[rows],
+            q=self.measured[rows],
+            tau=self.command[rows],
+            dq=self.motion.dq[rows],
+            q_ref=self.reference[rows],
+            dq_ref=self.reference_rate[rows],
+        )
+
+
+def simulate(arm: Arm, loop: Loop, *, tolerance: float = 1e-8) -> Closed:
+    """Simulate a control loop around an arm with the effects of its file."""
+    return close_loop(Engine(path_of(arm)), loop, tolerance=tolerance)
+
+
+def simulate_many(engine: Engine, loops: Sequence[Loop], *, tolerance: float = 1e-8, jobs: int = -1) -> list[Closed]:
+    """Simulate many loops around one arm, on all cores (``jobs`` as in joblib)."""
+    _ = engine.library  # built once, before the threads want it
+    count = os.cpu_count() or 1 if jobs == -1 else jobs
+    work = (delayed(close_loop)(engine, loop, tolerance=tolerance) for loop in loops)
+    return list(Parallel(n_jobs=count, prefer="threads")(work))
+
+
+def close_loop(
+    engine: Engine,
+    loop: Loop,
+    *,
+    p: Floats | None = None,
+    tolerance: float = 1e-8,
+    most_events: int = 10_000,
+) -> Closed:
+    """Simulate a control loop around an engine's arm.
+
+    Parameters
+    ----------
+    engine : Engine
+    loop : Loop
+        Checked (`stribeck.simulate.loopfile.check_loop`).
+    p : array (p,) or None
+        Parameter values of the arm in place of its own; the controller keeps the arm's.
+    tolerance : float
+        Of one step's error, relative and absolute.
+    most_events : int
+        So many are kept.
+    """
+    arm, n = engine.path.arm, engine.n
+    values = engine.p if p is None else array_of(p, (len(engine.path.entries),), "p")
+    count = int(np.floor(loop.duration / loop.step * (1.0 + 1e-12))) + 1
+    times = np.arange(count) * loop.step
+    start = start_position(arm, loop)
+    axes, tables = axes_of(arm, loop, moved_inertia(engine.path, engine.p, start))
+    state = engine.start(values, start)
+    noise = _noise(arm, loop, count)
+    blank = (count, n)
+    command, computed, seen = np.full(blank, np.nan), np.zeros(blank), np.full(blank, np.nan)
+    signals, modes = np.full((count, 6, n), np.nan), np.full(blank, np.nan)
+    states, log = np.full((count, engine.size), np.nan), np.zeros(most_events, dtype=EVENT)
+    info, ended = np.zeros(4, dtype=np.int64), np.zeros(1)
+    engine.library.sb_closed_loop(
+        pointer(values), ctypes.c_double(tolerance), ctypes.c_double(BOUND), axes, ctypes.c_double(loop.sample_time),
+        pointer(times), ctypes.c_longlong(count), pointer(state), pointer(noise), pointer(command),
+        pointer(computed), pointer(seen), pointer(signals), pointer(modes), pointer(states), pointer(info),
+        pointer(ended), pointer(log), ctypes.c_longlong(most_events),
+    )  # fmt: skip
+    del tables  # C pointed into them until now
+    status, filled, events, steps = (int(v) for v in info)
+    motion = Trajectory(
+        t=times, q=signals[:, 0], dq=signals[:, 1], modes=modes, friction=signals[:, 2], actuator=signals[:, 3],
+        stuck_time=signals[:, 4], top_speed=signals[:, 5], state=states,
+        events=log[: min(events, most_events)][["time", "joint", "before", "after"]], status=STATUS[status],
+        filled=filled, event_count=events, steps=steps,
+    )  # fmt: skip
+    reference, rate = _references(engine, axes, times, start)
+    controlled = tuple(arm.names.index(entry.joint) for entry in loop.joints)
+    return Closed(motion, command, seen, reference, rate, float(ended[0]), controlled)
+
+
+def _noise(arm: Arm, loop: Loop, count: int) -> Floats | None:
+    sd = np.zeros(arm.n)
+    for entry in loop.joints:
+        sd[arm.names.index(entry.joint)] = entry.encoder_noise
+    if not sd.any():
+        return None
+    return np.random.default_rng(loop.seed).standard_normal((count, arm.n)) * sd
+
+
+def _references(engine: Engine, axes: object, times: Floats, start: Floats) -> tuple[Floats, Floats]:
+    position, rate = np.tile(start, (len(times), 1)), np.zeros((len(times), engine.n))
+    engine.library.sb_references(axes, pointer(times), ctypes.c_longlong(len(times)), pointer(position), pointer(rate))
+    return position, rate
+
+
+def moved_inertia(path: SignalPath, p: Floats, q: Floats) -> Floats:
+    """Return the inertia (n,) that each joint moves in a pose (n,), the others held, kg m^2."""
+    pose = ca.SX.sym("q", path.n)
+    mass = mass_matrix(path.body(), ca.vertsplit(pose), prismatic=path.prismatic)
+    rotors = ca.vertcat(*[path.rotor(j) for j in range(path.n)])
+    diagonal = ca.Function("inertia", [pose, path.p], [ca.diag(mass) + rotors])
+    return np.asarray(diagonal(q, p).full().ravel())
