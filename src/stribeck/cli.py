@@ -119,6 +119,30 @@ def predict(
         print(f"warning: window {window} ended early: {prediction.status[window]}", file=sys.stderr)
 
 
+@app.command(epilog="Example: [bold]stribeck simulate arm.toml loop.toml --out out[/bold]")
+def simulate(
+    arm: Annotated[Path, typer.Argument(metavar="ARM", help="An arm file, nominal or corrected.")],
+    loop: Annotated[Path, typer.Argument(metavar="LOOP", help="A loop file: controllers and references.")],
+    out: OutDir,
+) -> None:
+    """Simulate a control loop around the arm; writes simulation.csv (a run), simulation.json and the figures."""
+    check_free(out)
+    controlled = load_arm(arm)
+
+    from stribeck.report.simulation import write_figures
+    from stribeck.simulate import load_loop
+    from stribeck.simulate import simulate as run_loop
+    from stribeck.simulate.metrics import write_simulation
+
+    settings = load_loop(loop, controlled)
+    result = run_loop(controlled, settings)
+    with whole_folder(out) as folder:
+        write_simulation(result, controlled, settings, folder)
+        write_figures(result, controlled, folder)
+    if not result.motion.ok:
+        print(f"warning: {result.motion.status} after {result.ended:.6g} s", file=sys.stderr)
+
+
 def _example() -> tuple[Path, list[Path]]:
     """Return the arm and the runs that come with the package."""
     folder = Path(__file__).with_name("example")

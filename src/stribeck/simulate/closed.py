@@ -43,6 +43,8 @@ class Closed:
         The time that was reached, s; short of the duration only where ``motion.status`` is not ``ok``.
     controlled : tuple of int
         Joints with a controller.
+    sees_velocity : bool
+        Whether all controllers measure velocity, so that a recording has it.
     """
 
     motion: Trajectory
@@ -52,6 +54,7 @@ class Closed:
     reference_rate: Floats
     ended: float
     controlled: tuple[int, ...]
+    sees_velocity: bool
 
     @property
     def error(self) -> Floats:
@@ -66,7 +69,7 @@ class Closed:
             t=self.motion.t[rows],
             q=self.measured[rows],
             tau=self.command[rows],
-            dq=self.motion.dq[rows],
+            dq=self.motion.dq[rows] if self.sees_velocity else None,
             q_ref=self.reference[rows],
             dq_ref=self.reference_rate[rows],
         )
@@ -136,7 +139,8 @@ def close_loop(
     )  # fmt: skip
     reference, rate = _references(engine, axes, times, start)
     controlled = tuple(arm.names.index(entry.joint) for entry in loop.joints)
-    return Closed(motion, command, seen, reference, rate, float(ended[0]), controlled)
+    sees = loop.sample_time == 0.0 or all(entry.velocity == "true" for entry in loop.joints)
+    return Closed(motion, command, seen, reference, rate, float(ended[0]), controlled, sees)
 
 
 def _noise(arm: Arm, loop: Loop, count: int) -> Floats | None:

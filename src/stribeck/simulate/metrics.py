@@ -1,0 +1,89 @@
+"""What a closed loop did, in numbers: ``simulation.json`` (``stribeck.simulation/1``)."""
+
+from __future__ import annotations
+
+import json
+import math
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stribeck.arm import Arm
+from stribeck.run import save_run
+from stribeck.simulate.closed import Closed
+from stribeck.simulate.loop import Loop
+
+SCHEMA = "stribeck.simulation/1"
+UNITS = {
+    "mean_error": "rad",
+    "rms_error": "rad",
+    "peak_error": "rad",
+    "stick_fraction": "1",
+    "peak_velocity": "rad/s",
+    "peak_torque": "N m",
+    "ended": "s",
+}
+
+
+def measures(closed: Closed, joint: int, start: int) -> dict[str, float | None]:
+    """Return the measures of one joint over the rows from ``start`` that were reached; None where there are none.
+
+    Error is reference less measured position. Time stuck and speed are those between the rows too.
+    """
+    motion, rows = closed.motion, slice(start, closed.motion.filled)
+    error = closed.error[rows, joint]
+    time = motion.t[rows]
+    if len(time) < 2:
+        return dict.fromkeys(list(UNITS)[:6])
+    stuck = motion.stuck_time[rows, joint]
+    return {
+        "mean_error": float(np.mean(error)),
+        "rms_error": float(np.sqrt(np.mean(error**2))),
+        "peak_error": float(np.max(np.abs(error))),
+        "stick_fraction": float((stuck[-1] - stuck[0]) / (time[-1] - time[0])),
+        "peak_velocity": float(np.max(motion.top_speed[rows, joint][1:])),
+        "peak_torque": float(np.max(np.abs(closed.command[rows, joint]))),
+    }
+
+
+def simulation_json(closed: Closed, arm: Arm, loop: Loop) -> dict[str, Any]:
+    """Return the content of ``simulation.json``: plain values, null where one is not finite."""
+    half = closed.motion.filled // 2
+    joints = {
+        arm.names[j]: {**measures(closed, j, half), "whole": measures(closed, j, 0)} for j in closed.controlled
+    }
+    return {
+        "schema": SCHEMA,
+        "version": _version(),
+        "arm": arm.name,
+        "units": UNITS,
+        "status": closed.motion.status,
+        "ended": closed.ended,
+        "duration": loop.duration,
+        "sample_time": loop.sample_time,
+        "seed": loop.seed,
+        "events": closed.motion.event_count,
+        "joints": _finite(joints),
+    }
+
+
+def write_simulation(closed: Closed, arm: Arm, loop: Loop, folder: Path) -> None:
+    """Write ``simulation.csv`` (a run) and ``simulation.json`` into an existing folder."""
+    save_run(closed.run("simulation.csv"), folder / "simulation.csv")
+    text = json.dumps(simulation_json(closed, arm, loop), indent=2, ensure_ascii=False, allow_nan=False)
+    (folder / "simulation.json").write_text(text + "\n", encoding="utf-8")
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _version() -> str:
+    try:
+        return version("stribeck")
+    except PackageNotFoundError:  # run from the source tree
+        return "0"
