@@ -1,0 +1,13 @@
+"""The order in which candidates are listed and drawn."""
+
+from __future__ import annotations
+
+import math
+
+from stribeck.gap.result import Candidate, Diagnosis
+
+
+def ranked(diagnosis: Diagnosis, step: int) -> list[Candidate]:
+    """Return the candidates of one step that were judged on held-out runs, best first."""
+    rows = [row for row in diagnosis.candidates if row.step == step and math.isfinite(row.gain.value)]
+    return sorted(rows, key=lambda row: -row.gain.value)

@@ -1,0 +1,132 @@
+"""The report of a diagnosis: ``report.html`` and its figures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+from matplotlib.figure import Figure
+
+from stribeck.gap.files import package_version
+from stribeck.gap.result import Diagnosis
+from stribeck.report import sentences, tables, words
+from stribeck.report.figures.candidates import candidates_figure
+from stribeck.report.figures.measured import measured_figure
+from stribeck.report.figures.residual import residual_figure
+from stribeck.report.figures.waterfall import waterfall_figure
+from stribeck.report.figures.where import where_figure
+from stribeck.report.page import Answer, Bullets, Files, Picture, Section, render
+from stribeck.report.style import data_uri, finding_of, png_and_svg
+
+TONE = {"no_gap": "good", "explained": "named", "partly_explained": "partial", "unexplained": "open"}
+
+
+class _Plot(NamedTuple):
+    file: str
+    draw: Callable[[Diagnosis], Figure | None]
+    caption: str
+    abstained: str = ""
+
+
+PLOTS = (
+    _Plot(
+        "measured_nominal_corrected.png",
+        measured_figure,
+        "Torque along the recorded motion, on the stretch of the held-out runs where the re-tuned model misses most: "
+        "measured (the filtered command), the nominal model as given, and the corrected one.",
+        "Torque along the recorded motion, on the stretch of the held-out runs where the re-tuned model misses most: "
+        "measured (the filtered command), the nominal model as given, and re-tuned.",
+    ),
+    _Plot(
+        "waterfall.png",
+        waterfall_figure,
+        "Each bar is what is left at that stage, the hatching what the stage took away, "
+        "the dotted line the noise floor.",
+    ),
+    _Plot(
+        "where.png",
+        where_figure,
+        "How each joint's squared residual, after re-tuning, spreads over the regions of its motion; "
+        "each family of regions splits the same samples.",
+    ),
+    _Plot(
+        "residual.png",
+        residual_figure,
+        "Torque that the model does not account for, before and after the named effects; "
+        "shaded, the stretch of the first figure.",
+        "Torque that the re-tuned model does not account for; shaded, the stretch of the first figure.",
+    ),
+    _Plot(
+        "candidates.png",
+        candidates_figure,
+        "What each candidate gains on runs that were not fitted; a candidate is added only when its gain is clear.",
+    ),
+)
+
+
+def write_report(diagnosis: Diagnosis, folder: Path | str) -> None:
+    """Write ``report.html`` and the PNG figures into an existing folder.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+        What has nothing to show (no trace, no candidate, no region) is left out of the page.
+    folder : path
+        Made whole by the caller (:func:`stribeck.outputs.whole_folder`).
+    """
+    folder = Path(folder)
+    pictures = []
+    for plot in PLOTS:
+        figure = plot.draw(diagnosis)
+        if figure is not None:
+            raster, vector = png_and_svg(figure)
+            (folder / plot.file).write_bytes(raster)
+            caption = plot.caption if diagnosis.named or not plot.abstained else plot.abstained
+            pictures.append(Picture(finding_of(figure), data_uri(vector, "svg+xml"), caption, plot.file))
+    page = render(f"{words.clean(diagnosis.arm)}: diagnosis", page_sections(diagnosis, pictures), _footer())
+    (folder / "report.html").write_bytes(page.encode("utf-8", "replace"))
+
+
+def page_sections(diagnosis: Diagnosis, pictures: list[Picture]) -> list[Section]:
+    """Return the sections of the page in reading order."""
+    warnings = tuple(words.clean(text) for text in diagnosis.warnings)
+    sections: list[Section | None] = [
+        _answer(diagnosis),
+        Bullets("Mind this", warnings, "warning") if warnings else None,
+        *pictures,
+        tables.stage_table(diagnosis),
+        tables.cause_table(diagnosis),
+        tables.parameter_table(diagnosis),
+        tables.laws(diagnosis),
+        tables.next_experiment(diagnosis),
+        tables.tuned_table(diagnosis) if diagnosis.tuned else None,
+        tables.search_path(diagnosis),
+        tables.method(diagnosis, package_version()),
+        _files(pictures),
+    ]
+    return [section for section in sections if section is not None]
+
+
+def _answer(diagnosis: Diagnosis) -> Answer:
+    fitted, held = len(diagnosis.fit_runs), len(diagnosis.held_out_runs)
+    subtitle = (
+        f"Sim-to-real gap of {words.joints(diagnosis.joints)}: fitted to {fitted} run{'s' * (fitted != 1)}, "
+        f"judged on {held} held-out run{'s' * (held != 1)}."
+    )
+    badge = words.VERDICT.get(diagnosis.verdict, diagnosis.verdict)
+    tone = TONE.get(diagnosis.verdict, "open")
+    return Answer(words.clean(diagnosis.arm), badge, tone, subtitle, sentences.answers(diagnosis))
+
+
+def _files(pictures: list[Picture]) -> Files:
+    files = [
+        ("diagnosis.json", "all of the above for programs"),
+        ("corrected.toml", "the re-tuned arm with the named effects, for simulate, predict and export-fmu"),
+        *((picture.file, picture.title) for picture in pictures),
+    ]
+    return Files("Files beside this page", tuple(files))
+
+
+def _footer() -> str:
+    return f"stribeck {package_version()}. This page is one file: it loads nothing and runs nothing."

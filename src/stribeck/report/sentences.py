@@ -1,0 +1,113 @@
+"""The answer in three sentences: where, which and how far. Where the tool abstains, they claim no cause."""
+
+from __future__ import annotations
+
+import math
+
+from stribeck.gap.result import Cause, Diagnosis, Place
+from stribeck.report import words
+from stribeck.report.numbers import number, percent_interval, probability, unit_text
+
+NAMED_JOINTS = 3  # joints whose numbers a sentence still carries; more are in the table
+
+
+def where(diagnosis: Diagnosis) -> str:
+    """Return the joint and region that hold most of the gap."""
+    if diagnosis.verdict == "no_gap":
+        return (
+            "Nowhere beyond the noise: once the nominal values are re-tuned within their tolerances, "
+            "what is left on the held-out runs cannot be told from noise."
+        )
+    places = sorted(diagnosis.where, key=lambda place: -place.share.value)
+    if not places:
+        return "The gap that re-tuning leaves is spread: no joint or region holds a clear share of it."
+    first = (
+        f"{percent_interval(places[0].share)} of the gap that re-tuning leaves lies at "
+        f"{words.joints([places[0].joint])}, {words.region(places[0].region)}{_channel(diagnosis, places[0])}"
+    )
+    if len(places) == 1:
+        return f"{first}."
+    second = places[1]
+    joint = "" if second.joint == places[0].joint else f"at {words.joints([second.joint])}, "
+    return f"{first}; next, {percent_interval(second.share)} {joint}{words.region(second.region)}."
+
+
+def which(diagnosis: Diagnosis) -> str:
+    """Return the named effects with their probability and those that cannot be told from them."""
+    if diagnosis.verdict == "no_gap":
+        chance = words.probability_of(diagnosis, "none")
+        return f"No unmodelled effect is named: none is needed{_chance(chance, 'that there is none')}."
+    if not diagnosis.named:
+        chance = words.probability_of(diagnosis, "unknown")
+        return (
+            f"No cause is named: no known effect explains the gap{_chance(chance, 'that the cause is none of them')}."
+        )
+    claims = "; and ".join(claim(diagnosis, words.cause_of(diagnosis, name)) for name in diagnosis.named)
+    claims = f"{claims[0].upper()}{claims[1:]}."
+    if diagnosis.verdict == "explained":
+        return claims
+    return f"{claims} This explains a part only; for the rest no cause is named."
+
+
+def claim(diagnosis: Diagnosis, cause: Cause) -> str:
+    """Return one cause as it may be claimed: "presliding or backlash at joint A (97 %): these data cannot tell"."""
+    names = [words.effect(name) for name in dict.fromkeys((cause.effect, *cause.equivalent))]
+    place = f"at {words.joints(cause.joints)}"
+    chance = words.class_probability(diagnosis, cause)
+    if len(names) == 1:
+        return f"{names[0]} {place}{_chance(chance)}"
+    together = f" ({probability(chance)} together)" if math.isfinite(chance) else ""
+    return f"{words.listing(names, 'or')} {place}{together}: these data cannot tell which"
+
+
+def how_far(diagnosis: Diagnosis) -> str:
+    """Return how much of the gap closes on held-out runs, with the torque rms per joint."""
+    rms = _rms(diagnosis)
+    if diagnosis.verdict == "no_gap":
+        return f"Re-tuning alone reaches the noise. {rms}"
+    if not diagnosis.named:
+        return f"No effect was added, so the gap stays as re-tuning leaves it. {rms}"
+    if diagnosis.closed is None:
+        return rms
+    what = "it closes" if len(diagnosis.named) == 1 else "together they close"
+    return (
+        f"Added to the model, {what} {percent_interval(diagnosis.closed)} of the torque gap above the noise floor, "
+        f"on runs that were not fitted. {rms}"
+    )
+
+
+def answers(diagnosis: Diagnosis) -> tuple[tuple[str, str], ...]:
+    """Return (question, sentence) for the first screen."""
+    return (("Where", where(diagnosis)), ("Which", which(diagnosis)), ("How far", how_far(diagnosis)))
+
+
+def _rms(diagnosis: Diagnosis) -> str:
+    stages = {stage.stage: stage.torque for stage in diagnosis.stages}
+    last = diagnosis.named[-1] if diagnosis.named else "retuned"
+    if not {"as_given", "retuned", last} <= set(stages):
+        return ""
+    unit = unit_text(words.torque_unit(diagnosis))
+    path = list(dict.fromkeys(("as_given", "retuned", last)))
+    parts = []
+    for joint in diagnosis.joints[:NAMED_JOINTS]:
+        text = " → ".join(number(stages[name].get(joint, math.nan)) for name in path)
+        floor = stages.get("noise_floor", {}).get(joint, math.nan)
+        text += f" {unit}" + (f" (floor {number(floor)})" if math.isfinite(floor) else "")
+        parts.append(f"{words.short(joint)} {text}")
+    more = len(diagnosis.joints) - NAMED_JOINTS
+    tail = f"; {more} more in the table below" if more > 0 else ""
+    legend = " → ".join(("as given", "re-tuned", words.final(diagnosis))[: len(path)])
+    return f"Torque rms, {legend}: {'; '.join(parts)}{tail}."
+
+
+def _channel(diagnosis: Diagnosis, place: Place) -> str:
+    name = words.clean(place.channel).replace("_", " ")
+    if name in ("", "unknown", "none"):
+        return ""
+    return f" ({name} stage of the signal path)" if diagnosis.named else f" (it looks most like the {name} stage)"
+
+
+def _chance(value: float, what: str = "") -> str:
+    if not (math.isfinite(value) and value > 0):
+        return ""
+    return f" (probability {probability(value)}{' ' + what if what else ''})"

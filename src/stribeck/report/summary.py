@@ -1,0 +1,49 @@
+"""The answer for the terminal."""
+
+from __future__ import annotations
+
+import math
+
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from stribeck.gap.result import Diagnosis
+from stribeck.report import sentences, words
+from stribeck.report.numbers import number
+
+STYLE = {"no_gap": "bold green", "explained": "bold cyan", "partly_explained": "bold yellow", "unexplained": "bold red"}
+
+
+def summary(diagnosis: Diagnosis) -> RenderableType:
+    """Return the verdict, the three sentences, the torque gap per stage and the warnings, for rich to print.
+
+    Names go in as plain text: markup and control characters in them do nothing.
+    """
+    head = Text(words.VERDICT.get(diagnosis.verdict, diagnosis.verdict), STYLE.get(diagnosis.verdict, "bold"))
+    head.append(f"  {words.clean(diagnosis.arm)}", "default not bold")
+    parts: list[RenderableType] = [head, _answers(diagnosis)]
+    if diagnosis.stages:
+        parts.append(_stages(diagnosis))
+    parts += [Text(f"warning: {words.clean(text)}", "yellow") for text in diagnosis.warnings]
+    return Group(*parts)
+
+
+def _answers(diagnosis: Diagnosis) -> Table:
+    table = Table.grid(padding=(0, 2))
+    table.add_column(style="dim", no_wrap=True)
+    table.add_column(overflow="fold")
+    for question, sentence in sentences.answers(diagnosis):
+        table.add_row(Text(question), Text(sentence))
+    return table
+
+
+def _stages(diagnosis: Diagnosis) -> Table:
+    table = Table(box=None, padding=(0, 2, 0, 0), title_justify="left")
+    table.add_column(Text(f"torque rms, {words.torque_unit(diagnosis)}, held-out"), style="dim")
+    for joint in diagnosis.joints:
+        table.add_column(Text(words.short(joint)), justify="right")
+    for stage in diagnosis.stages:
+        values = (stage.torque.get(joint, math.nan) for joint in diagnosis.joints)
+        table.add_row(Text(words.stage(stage.stage)), *(Text(number(value)) for value in values))
+    return table

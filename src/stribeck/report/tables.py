@@ -1,0 +1,204 @@
+"""The tables and lists of the diagnosis page."""
+
+from __future__ import annotations
+
+import math
+
+from stribeck.effects.registry import registry
+from stribeck.gap.result import Cause, Diagnosis, Estimate
+from stribeck.report import words
+from stribeck.report.candidates_order import ranked
+from stribeck.report.equation import equation_image
+from stribeck.report.numbers import (
+    as_written,
+    estimate,
+    interval,
+    number,
+    percent_interval,
+    probability,
+    unit_text,
+    with_unit,
+)
+from stribeck.report.page import Bullets, Facts, Law, Laws, Row, Table
+
+LISTED_RUNS = 20
+
+
+def stage_table(diagnosis: Diagnosis) -> Table:
+    """Return the gap at every stage, per joint."""
+    torque, motion = words.torque_unit(diagnosis), words.position_unit(diagnosis)
+    moving = any(stage.motion for stage in diagnosis.stages)
+    names = [words.clean(joint) for joint in diagnosis.joints]
+    columns = ["stage", *(f"{name} torque, {unit_text(torque)}" for name in names)]
+    columns += [f"{name} motion, {unit_text(motion)}" for name in names] if moving else []
+    rows = []
+    for stage in diagnosis.stages:
+        metrics = [stage.torque, stage.motion] if moving else [stage.torque]
+        cells = [_cell(metric.get(joint)) for metric in metrics for joint in diagnosis.joints]
+        mark = "strong" if diagnosis.named and stage.stage == diagnosis.named[-1] else ""
+        rows.append(Row((words.stage(stage.stage), *cells), "muted" if stage.stage == "noise_floor" else mark))
+    horizon = with_unit(diagnosis.horizon, "s", 2)
+    note = f"Root mean square on held-out runs; motion is simulated for {horizon} from recorded states."
+    return Table("The gap, stage by stage", tuple(columns), tuple(rows), frozenset(range(1, len(columns))), note)
+
+
+def cause_table(diagnosis: Diagnosis) -> Table:
+    """Return every cause with its probability; only those marked strong are claims."""
+    rows = []
+    for cause in diagnosis.causes:
+        own = cause.effect not in ("none", "unknown")
+        name = {"none": "no unmodelled effect", "unknown": "unknown effect"}.get(
+            cause.effect, words.effect(cause.effect)
+        )
+        cells = (
+            name,
+            words.listing([words.clean(joint) for joint in cause.joints]) if own else "",
+            probability(cause.probability),
+            words.listing([words.effect(other) for other in cause.equivalent if other != cause.effect]),
+            percent_interval(cause.closes) if cause.closes else "",
+        )
+        rows.append(Row(cells, "strong" if is_named(diagnosis, cause) else "muted"))
+    columns = ("effect", "at", "probability", "cannot be told from", "closes")
+    note = (
+        "Bold: named. All probabilities sum to one with “unknown”, an effect outside the list."
+        if diagnosis.named
+        else "None of these is named: the probabilities say what was considered, not what was found."
+    )
+    return Table("Causes and their probability", columns, tuple(rows), frozenset({2, 4}), note)
+
+
+def parameter_table(diagnosis: Diagnosis) -> Table | None:
+    """Return the parameters of the named effects with their 95 % intervals; None where nothing is named."""
+    rows = tuple(
+        Row(
+            (
+                words.effect(cause.effect),
+                words.clean(joint),
+                words.clean(key),
+                *_estimate_cells(value),
+                unit_text(value.unit),
+            )
+        )
+        for cause in diagnosis.causes
+        if is_named(diagnosis, cause)
+        for joint, values in cause.parameters.items()
+        for key, value in values.items()
+    )
+    columns = ("effect", "at", "parameter", "value", "95 % interval", "unit")
+    return Table("Parameters of the named effects", columns, rows, frozenset({3, 4})) if rows else None
+
+
+def is_named(diagnosis: Diagnosis, cause: Cause) -> bool:
+    """Return whether the tool commits to this very cause, joints included."""
+    return cause.effect in diagnosis.named and cause == words.cause_of(diagnosis, cause.effect)
+
+
+def tuned_table(diagnosis: Diagnosis) -> Table:
+    """Return the nominal values before and after re-tuning, with what to mind about each."""
+    rows = []
+    for value in diagnosis.tuned:
+        flags = ["at its limit"] * value.at_limit + ["not identified"] * (not value.identified)
+        cells = (
+            words.clean(value.key),
+            as_written(value.nominal),
+            as_written(value.tolerance),
+            *_estimate_cells(value.tuned),
+            unit_text(value.unit),
+            "; ".join(flags),
+        )
+        rows.append(Row(cells, "flag" if value.at_limit else "" if value.identified else "muted"))
+    columns = ("value", "nominal", "± tolerance", "re-tuned", "95 % interval", "unit", "")
+    note = "Tolerance: one standard deviation, as the arm file states it; re-tuning stays within three."
+    note += (
+        " At its limit: the data want more than that. Not identified: these runs cannot tell; it stays near nominal."
+    )
+    return Table("Re-tuned values", columns, tuple(rows), frozenset({1, 2, 3, 4}), note)
+
+
+def search_path(diagnosis: Diagnosis) -> Bullets:
+    """Return one sentence per step of the search."""
+    steps = sorted({row.step for row in diagnosis.candidates})
+    items = tuple(_step(diagnosis, step) for step in steps)
+    return Bullets("The search", items or ("No effect was tried: the re-tuned model already reaches the noise floor.",))
+
+
+def _step(diagnosis: Diagnosis, step: int) -> str:
+    rows = ranked(diagnosis, step)
+    total = sum(row.step == step for row in diagnosis.candidates)
+    chosen = [row for row in rows if row.chosen]
+    others = [row for row in rows if not row.chosen][:1]
+    head = f"Step {step}, {total} candidate{'s' * (total != 1)}: "
+    said = [
+        f"{_who(row.effect, row.joint)} gains {percent_interval(row.gain)}, t = {number(row.t, 2)}"
+        for row in chosen + others
+    ]
+    if not said:
+        return f"{head}all were screened out."
+    if not chosen:
+        return f"{head}nothing was added; the best, {said[0]}."
+    return f"{head}{said[0]}, added" + (f"; next best, {said[1]}." if others else ".")
+
+
+def _who(effect: str, joint: str) -> str:
+    return f"{words.effect(effect)} at {words.clean(joint)}" if joint else words.effect(effect)
+
+
+def next_experiment(diagnosis: Diagnosis) -> Facts | None:
+    """Return what to record next to tell apart what these data cannot; None where there is nothing."""
+    if not diagnosis.next_experiment:
+        return None
+    pairs = tuple(
+        (words.clean(key).replace("_", " "), _plain(value)) for key, value in diagnosis.next_experiment.items()
+    )
+    return Facts("The next experiment", pairs)
+
+
+def laws(diagnosis: Diagnosis) -> Laws | None:
+    """Return the laws of the named effects and of those that cannot be told from them."""
+    wanted = dict.fromkeys(
+        name for named in diagnosis.named for name in (named, *words.cause_of(diagnosis, named).equivalent)
+    )
+    known = [registry()[name] for name in wanted if name in registry()]
+    if not known:
+        return None
+    found = tuple(Law(words.effect(e.name), e.equation, equation_image(e.equation), e.symptom, e.source) for e in known)
+    return Laws("What these effects are", found)
+
+
+def method(diagnosis: Diagnosis, version: str) -> Facts:
+    """Return how the answer was reached."""
+    settings = [(words.clean(key).replace("_", " "), _plain(value)) for key, value in diagnosis.settings.items()]
+    pairs = [
+        ("fitted to", _runs(diagnosis.fit_runs)),
+        ("judged on (held out)", _runs(diagnosis.held_out_runs)),
+        ("horizon of the motion gap", with_unit(diagnosis.horizon, "s", 2)),
+        *settings,
+        *(("note", words.clean(note)) for note in diagnosis.notes),
+        ("stribeck", version),
+    ]
+    return Facts("How it was done", tuple(pairs))
+
+
+def _runs(names: tuple[str, ...]) -> str:
+    more = len(names) - LISTED_RUNS
+    return ", ".join(words.clean(name) for name in names[:LISTED_RUNS]) + (f" and {more} more" if more > 0 else "")
+
+
+def _cell(value: float | None) -> str:
+    return "–" if value is None or math.isnan(value) else number(value)
+
+
+def _estimate_cells(value: Estimate) -> tuple[str, str]:
+    return estimate(value), interval(value)
+
+
+def _plain(value: object) -> str:
+    if isinstance(value, dict) and set(value) == {"value", "unit"}:
+        return f"{_plain(value['value'])} {unit_text(str(value['unit']))}"
+    if isinstance(value, dict):
+        return "; ".join(f"{words.clean(key)} {_plain(item)}" for key, item in value.items())
+    if isinstance(value, (list, tuple)):
+        return ", ".join(_plain(item) for item in value)
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    return words.clean(value).replace("_", " ")

@@ -1,0 +1,117 @@
+"""Names as words: effects, stages, verdicts, joints and regions as a sentence or a label needs them."""
+
+from __future__ import annotations
+
+import re
+
+from stribeck.gap.result import Cause, Diagnosis
+
+VERDICT = {
+    "no_gap": "No gap",
+    "explained": "Explained",
+    "partly_explained": "Partly explained",
+    "unexplained": "Unexplained",
+}
+_STAGE = {"as_given": "as given", "retuned": "re-tuned", "noise_floor": "noise floor"}
+_PREPOSITION = (
+    ("reversal", "at velocity reversals"),
+    ("stuck", "while the joint sticks"),
+    ("forward", "in forward motion"),
+    ("backward", "in backward motion"),
+)
+
+
+def clean(text: object) -> str:
+    """Return text on one line without control characters: names come from files that anyone may have written."""
+    return " ".join("".join(c if c.isprintable() else " " for c in str(text)).split())
+
+
+def short(text: object, limit: int = 24) -> str:
+    """Return a clean name of at most ``limit`` characters, its middle left out."""
+    name = clean(text)
+    if len(name) <= limit:
+        return name
+    tail = (limit - 1) // 2
+    return f"{name[: limit - 1 - tail]}…{name[-tail:]}"
+
+
+def effect(name: str) -> str:
+    """Return ``position_dependent_friction`` as "position-dependent friction"."""
+    return clean(name).replace("_dependent", "-dependent").replace("_", " ")
+
+
+def stage(name: str) -> str:
+    """Return a stage as a label: "as given", "re-tuned", "+ presliding", "noise floor"."""
+    return _STAGE.get(name, f"+ {effect(name)}")
+
+
+def region(name: str) -> str:
+    """Return where in the motion a region is, as the end of a sentence: "at velocity reversals"."""
+    words = clean(name).replace("_", " ")
+    for key, phrase in _PREPOSITION:
+        if re.search(rf"\b{key}s?\b", words):
+            return phrase
+    if re.match(r"(very )?(low|medium|high)(er)? (speed|velocity|acceleration|load|torque)", words):
+        return f"at {words}"
+    return f"in “{words}”"
+
+
+def listing(items: tuple[str, ...] | list[str], last: str = "and") -> str:
+    """Return "A, B and C"."""
+    items = list(items)
+    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} {last} {items[-1]}" if items else ""
+
+
+def joints(names: tuple[str, ...] | list[str]) -> str:
+    """Return "joint A" or "joints A and B"."""
+    if not names:
+        return "the arm"
+    text = listing([clean(name) for name in names])
+    if any("joint" in name.lower() for name in names):  # "joint_3" says it already
+        return text
+    return f"{'joint' if len(names) == 1 else 'joints'} {text}"
+
+
+def cause_of(diagnosis: Diagnosis, name: str) -> Cause:
+    """Return the likeliest cause of that effect; one without a probability where the list lacks it."""
+    found = [cause for cause in diagnosis.causes if cause.effect == name]
+    return max(found, key=lambda cause: cause.probability, default=Cause(name, float("nan"), (), (name,)))
+
+
+def class_probability(diagnosis: Diagnosis, cause: Cause) -> float:
+    """Return the probability of a cause and of those that the data cannot tell from it, together."""
+    others = {
+        other.effect: other.probability for other in reversed(diagnosis.causes) if other.effect in cause.equivalent
+    }
+    return min(sum({**others, cause.effect: cause.probability}.values()), 1.0)
+
+
+def probability_of(diagnosis: Diagnosis, name: str) -> float:
+    """Return the probability of ``none`` or ``unknown``; 0 where the list lacks it."""
+    return sum(cause.probability for cause in diagnosis.causes if cause.effect == name)
+
+
+def named(diagnosis: Diagnosis) -> str:
+    """Return the named effects as the start of a sentence: "Presliding and cable spring"."""
+    text = listing([effect(name) for name in diagnosis.named])
+    return f"{text[:1].upper()}{text[1:]}"
+
+
+def final(diagnosis: Diagnosis) -> str:
+    """Return what the last model is called: "corrected", or "re-tuned" where no effect was added to it."""
+    return "corrected" if diagnosis.named else "re-tuned"
+
+
+def torque_unit(diagnosis: Diagnosis) -> str:
+    """Return "N m", or "N" for a prismatic axis."""
+    return "N" if _prismatic(diagnosis) else "N m"
+
+
+def position_unit(diagnosis: Diagnosis) -> str:
+    """Return "rad", or "m" for a prismatic axis."""
+    return "m" if _prismatic(diagnosis) else "rad"
+
+
+def _prismatic(diagnosis: Diagnosis) -> bool:
+    arm = diagnosis.models.get("as_given")
+    return arm is not None and any(joint.kind == "prismatic" for joint in arm.joints)

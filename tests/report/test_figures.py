@@ -1,0 +1,117 @@
+"""The figures at the edges: nothing to draw, values that are not finite, sizes from one joint to seven."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.text import Text
+
+from stribeck.gap.result import Estimate, Stage
+from stribeck.report.figures.candidates import MOST, candidates_figure, partners, ranking
+from stribeck.report.figures.measured import measured_figure
+from stribeck.report.figures.residual import residual_figure
+from stribeck.report.figures.waterfall import waterfall_figure
+from stribeck.report.figures.where import map_rows, where_figure
+from stribeck.report.style import finding_of, png
+
+DRAW = (measured_figure, residual_figure, waterfall_figure, candidates_figure, where_figure)
+
+
+def labels(figure):
+    return figure.findobj(Text)
+
+
+def words_of(figure):
+    return "\n".join(label.get_text() for label in labels(figure))
+
+
+@pytest.mark.parametrize("draw", DRAW)
+def test_nothing_to_draw_is_no_figure(diagnosis, draw):
+    empty = replace(diagnosis("unexplained"), traces=(), stages=(), regions=(), candidates=(), where=())
+    assert draw(empty) is None
+
+
+@pytest.mark.parametrize("draw", DRAW)
+@pytest.mark.parametrize("n", [1, 7])
+def test_every_size_of_arm_is_drawn(diagnosis, draw, n):
+    figure = draw(diagnosis(joints=tuple(f"axis {k}" for k in range(n)), duration=3.0, candidates=40))
+    assert "axis 0" in words_of(figure) + finding_of(figure)
+
+
+@pytest.mark.parametrize("draw", DRAW)
+def test_values_that_are_not_finite_are_drawn_around(diagnosis, draw):
+    made = diagnosis("explained", duration=3.0)
+    nan = Estimate(0.2, -math.inf, math.inf)
+    rows = (replace(made.candidates[0], gain=Estimate(-40.0, -80.0, 0.0)),)
+    rows += tuple(replace(row, gain=nan) for row in made.candidates[1:4])
+    stages = (*made.stages[:2], Stage("presliding", {"A": math.nan}, {"A": math.inf}), made.stages[-1])
+    hole = tuple(replace(x, retuned=np.where(x.time[:, None] > 1, np.nan, x.retuned)) for x in made.traces)
+    assert len(png(draw(replace(made, candidates=rows, stages=stages, traces=hole)))) > 5_000
+
+
+def test_titles_state_the_finding(diagnosis):
+    made = diagnosis(duration=3.0)
+    findings = [finding_of(draw(made)).replace("\u00a0", " ") for draw in DRAW]
+    assert findings[2] == "Presliding closes 91 % (88 to 93 %) of the torque gap above the noise floor"
+    assert "of the whole gap lies at velocity reversals" in findings[4]
+
+
+@pytest.mark.parametrize("draw", DRAW)
+@pytest.mark.parametrize("verdict", ["no_gap", "unexplained"])
+def test_titles_of_abstentions_name_no_effect(diagnosis, draw, verdict):
+    figure = draw(diagnosis(verdict, duration=3.0))
+    if figure is not None:
+        assert "resliding" not in finding_of(figure)
+        assert "corrected" not in words_of(figure)
+
+
+def test_ranking_keeps_the_chosen_and_its_partners_however_low(diagnosis):
+    made = diagnosis(candidates=40, joints=("A", "B", "C", "D"), equivalent=("presliding", "cable_spring"))
+    low = Estimate(-0.9, -1.0, -0.8)
+    spring = next(row for row in made.candidates if row.effect == "presliding" and row.joint == "B")
+    rows = [replace(spring, effect="cable_spring", joint="A", gain=low), *made.candidates[:40]]
+    rows += [replace(spring, effect=f"other_{k}", gain=Estimate(0.5, 0.4, 0.6)) for k in range(MOST)]
+    made = replace(made, candidates=tuple(rows))
+    shown = ranking(made, 1)
+    assert len(shown) == MOST
+    assert ("cable_spring", "A") in {(row.effect, row.joint) for row in shown}
+    assert partners(made, 1) == {("cable_spring", "A")}
+    assert sum(row.chosen for row in shown) == 1
+    assert "cannot be told apart" in words_of(candidates_figure(made))
+
+
+def test_map_lines_up_regions_that_each_joint_splits_in_its_own_way(diagnosis):
+    rows = map_rows(diagnosis(joints=("A", "B", "C")))
+    position = [row for row in rows if row.family == "position"]
+    assert [row.label for row in position] == [""] * 4
+    assert all(len(row.cells) == 3 for row in rows)
+    assert len({row.y for row in rows}) == len(rows)
+
+
+def test_a_users_matplotlib_settings_neither_leak_in_nor_out(diagnosis):
+    with matplotlib.rc_context({"text.usetex": True, "font.size": 31.0}):
+        figure = waterfall_figure(diagnosis(duration=3.0))
+        assert len(png(figure)) > 5_000
+        assert matplotlib.rcParams["font.size"] == 31.0
+    assert max(label.get_fontsize() for label in labels(figure)) < 14
+
+
+@pytest.mark.parametrize("draw", DRAW)
+def test_nothing_is_set_below_eight_points(diagnosis, draw):
+    sizes = [label.get_fontsize() for label in labels(draw(diagnosis(duration=3.0))) if label.get_text()]
+    assert min(sizes) >= 8.0
+
+
+@pytest.mark.parametrize("n", [1, 3])
+def test_labels_at_the_end_of_lines_do_not_overlap(diagnosis, n):
+    figure = measured_figure(diagnosis(joints=tuple("ABC"[:n]), duration=3.0))
+    figure.draw_without_rendering()
+    for ax in figure.axes:
+        boxes = sorted((Text.get_window_extent(text) for text in ax.texts), key=lambda box: box.y0)
+        assert len(boxes) == 3
+        assert all(below.y1 <= above.y0 + 1.0 for below, above in pairwise(boxes))
