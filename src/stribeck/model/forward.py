@@ -111,7 +111,8 @@ class Forward:
     def _levels(self, joint: int, speed: Expression, load: Expression) -> tuple[Expression, Expression]:
         """Return the levels G at a speed, forward and backward."""
         s = self._signals[joint].at(load=load)
-        return tuple(self.path.level(joint, speed, way, s, self.path.x) for way in (1.0, -1.0))  # type: ignore[return-value]
+        forward, backward = (self.path.level(joint, speed, way, s, self.path.x) for way in (1.0, -1.0))
+        return forward, backward
 
     def _bristle_level(self, joint: int, s: Signals) -> Expression:
         speed = ca.fabs(s.velocity)

@@ -1,9 +1,10 @@
 """Event-accurate simulation with true stiction: the compiled engine, prediction and the control loop."""
 
 from stribeck.simulate.closed import Closed, close_loop, simulate, simulate_many
-from stribeck.simulate.engine import Engine, Trajectory, Windows, path_of
+from stribeck.simulate.engine import Engine, path_of
 from stribeck.simulate.loop import Compensation, JointLoop, Loop, Reference
 from stribeck.simulate.loopfile import check_loop, load_loop
+from stribeck.simulate.motion import Trajectory, Windows
 from stribeck.simulate.predict import Prediction, predict, predict_conditioned
 
 __all__ = [

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import math
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,12 +36,12 @@ class Axis(ctypes.Structure):
     ]
 
 
-def axes_of(arm: Arm, loop: Loop, inertia: Sequence[float]) -> tuple[ctypes.Array[Axis], list[Floats]]:
+def axes_of(arm: Arm, loop: Loop, inertia: Floats) -> tuple[ctypes.Array[Axis], list[Floats]]:
     """Return the structures of all joints, and the tables that they point to, which must be kept alive.
 
     Parameters
     ----------
-    inertia : sequence of n floats
+    inertia : array (n,)
         What each joint moves with the others held, for critical damping, kg m^2.
     """
     axes = (Axis * arm.n)()
@@ -51,7 +50,7 @@ def axes_of(arm: Arm, loop: Loop, inertia: Sequence[float]) -> tuple[ctypes.Arra
         j = arm.names.index(entry.joint)
         table = _table(entry.reference)
         kept.append(table)
-        _fill(axes[j], entry, arm.joints[j], inertia[j], table)
+        _fill(axes[j], entry, arm.joints[j], float(inertia[j]), table)
     return axes, kept
 
 

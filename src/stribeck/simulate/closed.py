@@ -17,8 +17,9 @@ from stribeck.model.path import SignalPath
 from stribeck.model.rigid_body import mass_matrix
 from stribeck.run import Run
 from stribeck.simulate.axis import axes_of, start_position
-from stribeck.simulate.engine import EVENT, STATUS, Engine, Trajectory, array_of, path_of, pointer
+from stribeck.simulate.engine import Engine, array_of, path_of, pointer
 from stribeck.simulate.loop import Loop
+from stribeck.simulate.motion import EVENT, Trajectory
 
 Floats = NDArray[np.float64]
 
@@ -110,37 +111,39 @@ def close_loop(
     most_events : int
         So many are kept.
     """
-    arm, n = engine.path.arm, engine.n
+    arm = engine.path.arm
     values = engine.p if p is None else array_of(p, (len(engine.path.entries),), "p")
     count = int(np.floor(loop.duration / loop.step * (1.0 + 1e-12))) + 1
-    times = np.arange(count) * loop.step
+    times = loop.step * np.arange(count, dtype=np.float64)
     start = start_position(arm, loop)
     axes, tables = axes_of(arm, loop, moved_inertia(engine.path, engine.p, start))
-    state = engine.start(values, start)
-    noise = _noise(arm, loop, count)
-    blank = (count, n)
-    command, computed, seen = np.full(blank, np.nan), np.zeros(blank), np.full(blank, np.nan)
-    signals, modes = np.full((count, 6, n), np.nan), np.full(blank, np.nan)
-    states, log = np.full((count, engine.size), np.nan), np.zeros(most_events, dtype=EVENT)
-    info, ended = np.zeros(4, dtype=np.int64), np.zeros(1)
-    engine.library.sb_closed_loop(
-        pointer(values), ctypes.c_double(tolerance), ctypes.c_double(BOUND), axes, ctypes.c_double(loop.sample_time),
-        pointer(times), ctypes.c_longlong(count), pointer(state), pointer(noise), pointer(command),
-        pointer(computed), pointer(seen), pointer(signals), pointer(modes), pointer(states), pointer(info),
-        pointer(ended), pointer(log), ctypes.c_longlong(most_events),
-    )  # fmt: skip
-    del tables  # C pointed into them until now
-    status, filled, events, steps = (int(v) for v in info)
-    motion = Trajectory(
-        t=times, q=signals[:, 0], dq=signals[:, 1], modes=modes, friction=signals[:, 2], actuator=signals[:, 3],
-        stuck_time=signals[:, 4], top_speed=signals[:, 5], state=states,
-        events=log[: min(events, most_events)][["time", "joint", "before", "after"]], status=STATUS[status],
-        filled=filled, event_count=events, steps=steps,
-    )  # fmt: skip
+    noise, log = _noise(arm, loop, count), np.zeros(most_events, dtype=EVENT)
+    out = _call(engine, values, tolerance, axes, loop.sample_time, times, engine.start(values, start), noise, log)
+    command, measured, signals, modes, states, info, ended = out
+    motion = Trajectory.of(times, signals, modes, states, log, info)
     reference, rate = _references(engine, axes, times, start)
+    del tables  # the axes pointed into them until now
     controlled = tuple(arm.names.index(entry.joint) for entry in loop.joints)
     sees = loop.sample_time == 0.0 or all(entry.velocity == "true" for entry in loop.joints)
-    return Closed(motion, command, seen, reference, rate, float(ended[0]), controlled, sees)
+    return Closed(motion, command, measured, reference, rate, float(ended[0]), controlled, sees)
+
+
+def _call(
+    engine: Engine, p: Floats, tolerance: float, axes: object, sample_time: float, times: Floats, state: Floats,
+    noise: Floats | None, log: np.ndarray,
+) -> tuple[Floats, Floats, Floats, Floats, Floats, np.ndarray, Floats]:  # fmt: skip
+    """Return command, measured position, signals, modes, states, info and the time reached."""
+    count, n = len(times), engine.n
+    command, computed, measured = np.full((count, n), np.nan), np.zeros((count, n)), np.full((count, n), np.nan)
+    signals, modes = np.full((count, 6, n), np.nan), np.full((count, n), np.nan)
+    states, info, ended = np.full((count, engine.size), np.nan), np.zeros(4, dtype=np.int64), np.zeros(1)
+    engine.library.sb_closed_loop(
+        pointer(p), ctypes.c_double(tolerance), ctypes.c_double(BOUND), axes, ctypes.c_double(sample_time),
+        pointer(times), ctypes.c_longlong(count), pointer(state), pointer(noise), pointer(command),
+        pointer(computed), pointer(measured), pointer(signals), pointer(modes), pointer(states), pointer(info),
+        pointer(ended), pointer(log), ctypes.c_longlong(len(log)),
+    )  # fmt: skip
+    return command, measured, signals, modes, states, info, ended
 
 
 def _noise(arm: Arm, loop: Loop, count: int) -> Floats | None:

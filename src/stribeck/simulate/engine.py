@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -18,83 +17,10 @@ from stribeck.model.forward import Forward
 from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
 from stribeck.simulate.compiler import build, load
+from stribeck.simulate.motion import BOUND, EVENT, STATUS, Trajectory, Windows
 from stribeck.simulate.source import library_source
 
 Floats = NDArray[np.float64]
-
-STATUS = ("ok", "unbounded", "too_many_events", "step_too_small", "too_many_steps", "not_finite")
-EVENT = np.dtype([("time", float), ("before", float), ("after", float), ("joint", np.int32), ("_", np.int32)])
-BOUND = 1e5  # rad and rad/s; beyond it a motion is unbounded
-
-
-@dataclass(frozen=True)
-class Trajectory:
-    """A simulated motion of M samples, n joints and s states.
-
-    Attributes
-    ----------
-    t : array (M,)
-        s.
-    q, dq : array (M, n)
-        Position and velocity as the sensor gives them, rad and rad/s.
-    modes : array (M, n)
-        -1 or 1 sliding, 0 stuck; with a bristle, the velocity's sign.
-    friction, actuator : array (M, n)
-        Friction torque and the actuator's torque, N m.
-    stuck_time : array (M, n)
-        Time stuck since the start, s.
-    top_speed : array (M, n)
-        Largest speed on the motor side since the sample before, rad/s.
-    state : array (M, s)
-        True motor positions and velocities, then the path's states.
-    events : structured array
-        ``time``, ``joint``, ``before``, ``after`` (modes); the first ones where there are more than were asked for.
-    status : str
-        ``ok``, or why it ended early; then the rows from ``filled`` on are not a number.
-    """
-
-    t: Floats
-    q: Floats
-    dq: Floats
-    modes: Floats
-    friction: Floats
-    actuator: Floats
-    stuck_time: Floats
-    top_speed: Floats
-    state: Floats
-    events: np.ndarray
-    status: str
-    filled: int
-    event_count: int
-    steps: int
-
-    @property
-    def ok(self) -> bool:
-        """Whether it reached its end."""
-        return self.status == "ok"
-
-
-@dataclass(frozen=True)
-class Windows:
-    """Simulated windows, their R rows one after the other.
-
-    Attributes
-    ----------
-    q, dq, modes, friction : array (R, n)
-        As in `Trajectory`. Rows of a window from its ``filled`` on are not a number.
-    samples, filled : array (W,) of int
-        Rows of each window, and how many of them were reached.
-    status : tuple of str
-        Of each window.
-    """
-
-    q: Floats
-    dq: Floats
-    modes: Floats
-    friction: Floats
-    samples: np.ndarray
-    filled: np.ndarray
-    status: tuple[str, ...]
 
 
 def path_of(arm: Arm) -> SignalPath:
@@ -195,23 +121,7 @@ class Engine:
         signals, mode, states, info = self._call(
             p, times, command, first, samples, np.atleast_2d(state), modes, tolerance, log, states_out=True
         )
-        status, filled, events, steps = (int(v) for v in info[0])
-        return Trajectory(
-            t=np.asarray(times, dtype=float),
-            q=signals[:, 0],
-            dq=signals[:, 1],
-            modes=mode,
-            friction=signals[:, 2],
-            actuator=signals[:, 3],
-            stuck_time=signals[:, 4],
-            top_speed=signals[:, 5],
-            state=states,
-            events=log[: min(events, most_events)][["time", "joint", "before", "after"]],
-            status=STATUS[status],
-            filled=filled,
-            event_count=events,
-            steps=steps,
-        )
+        return Trajectory.of(np.asarray(times, dtype=float), signals, mode, states, log, info[0])
 
     def windows(
         self,

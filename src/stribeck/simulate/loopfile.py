@@ -137,7 +137,5 @@ def _follow_file(entry: JointLoop, arm: Arm, path: Path, duration: float) -> Joi
     position = run.q[:, j] if run.q_ref is None else run.q_ref[:, j]
     times = run.t - run.t[0]
     keep = times <= duration
-    reference = replace(
-        entry.reference, times=tuple(times[keep].tolist()), values=tuple(position[keep].tolist())
-    )
+    reference = replace(entry.reference, times=tuple(times[keep].tolist()), values=tuple(position[keep].tolist()))
     return replace(entry, reference=reference)

@@ -51,9 +51,7 @@ def measures(closed: Closed, joint: int, start: int) -> dict[str, float | None]:
 def simulation_json(closed: Closed, arm: Arm, loop: Loop) -> dict[str, Any]:
     """Return the content of ``simulation.json``: plain values, null where one is not finite."""
     half = closed.motion.filled // 2
-    joints = {
-        arm.names[j]: {**measures(closed, j, half), "whole": measures(closed, j, 0)} for j in closed.controlled
-    }
+    joints = {arm.names[j]: {**measures(closed, j, half), "whole": measures(closed, j, 0)} for j in closed.controlled}
     return {
         "schema": SCHEMA,
         "version": _version(),

@@ -100,9 +100,7 @@ def _windows(data: Conditioned, horizon: float) -> tuple[NDArray[np.int64], NDAr
     return first, np.diff(np.append(first, count))
 
 
-def _start_states(
-    engine: Engine, p: Floats, data: Conditioned, residual: Residual, first: NDArray[np.int64]
-) -> Floats:
+def _start_states(engine: Engine, p: Floats, data: Conditioned, residual: Residual, first: NDArray[np.int64]) -> Floats:
     """Return the state (W, s) at each window's start: smoothed motion, at rest where stuck, effects carried along."""
     velocity = np.where(data.stuck > 0.5, 0.0, data.velocity)[first]
     true = engine.forward.true_motion.map(len(first))
