@@ -53,9 +53,9 @@ PRESENT = {
 
 def motion(seconds=1.5):
     rng = np.random.default_rng(5)
-    curves = [multisine(rng.uniform(0.05, 0.2, 4), np.array([0.7, 1.1, 1.9, 2.7]), rng.uniform(0, 6, 4), 0.1, seconds, 0.3)
-              for _ in range(2)]  # fmt: skip
-    return Motion("multisine", seconds, tuple(curves))
+    tones = np.array([0.7, 1.1, 1.9, 2.7])
+    sizes = [(rng.uniform(0.05, 0.2, 4), rng.uniform(0, 6, 4)) for _ in range(2)]
+    return Motion("multisine", seconds, tuple(multisine(a, tones, b, 0.1, seconds, 0.3) for a, b in sizes))
 
 
 def recorded(arm, effects=(), **changes):
@@ -189,7 +189,7 @@ def test_flexible_joint_rings_at_the_frequency_of_two_inertias(bench):
 def test_backlash_loses_its_gap_at_a_reversal(bench):
     arm = bench.one_link((9.81, 0.0), friction=bench.SMOOTH)
     hidden = [Injection("backlash", "A", {"gap": 0.02})]
-    t, trace = bench.open_loop(arm, lambda t: 3.0 * np.sin(4 * t)[:, None], 3.0, tuple(hidden))
+    _, trace = bench.open_loop(arm, lambda t: 3.0 * np.sin(4 * t)[:, None], 3.0, tuple(hidden))
     twist = trace.motor[:, 0] - trace.link[:, 0]
     stiffness = 0.02 * (2 * math.pi * 100) ** 2
     assert np.abs(twist).max() <= 0.01 + 1.1 * np.abs(trace.load).max() / stiffness

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
@@ -12,7 +13,7 @@ from stribeck.errors import StribeckError
 from stribeck.run import Run
 from stribeck.withheld.injections import Injection, Setup, assemble
 from stribeck.withheld.motions import Motion
-from stribeck.withheld.plant import Array, Drive, Plant, Trace, rigid_torque, simulate
+from stribeck.withheld.plant import STEP, Array, Drive, Plant, Trace, rigid_torque, simulate
 
 SETTLE = 0.5  # s, the controller holds the start before the record begins
 TAIL = 0.1  # s, and the end after it has ended
@@ -68,6 +69,7 @@ def record(
     channels: Sequence[str] = (),
     torque_noise: float = 0.0,
     seed: int = 0,
+    step: float = STEP,
 ) -> tuple[Run, ...]:
     """Record one run a motion; the same arguments give the same numbers.
 
@@ -95,6 +97,8 @@ def record(
         Standard deviation of the noise of ``tau_meas``, N m.
     seed : int
         Of everything random.
+    step : float
+        Longest internal step of the plant, s.
 
     Raises
     ------
@@ -106,11 +110,11 @@ def record(
         raise StribeckError(
             "the recorder has no such channel", ", ".join(sorted(unknown)), "use dq, q_ref, dq_ref, tau_meas"
         )
-    setup = assemble(arm, effects)
     count = 2.0 * np.pi / 2**encoder_bits if encoder_bits else resolution
+    setup = assemble(arm if count is None else _with_encoder(arm, count), effects)
     gains = gains or default_gains(model or arm)
-    plant = _instrument(setup.plant, count, gains)
-    lab = Laboratory(setup, plant, model or arm, gains.forward, rate, noise)
+    plant = _controlled(setup.plant, gains)
+    lab = Laboratory(setup, plant, model or arm, gains.forward, rate, noise, step)
     runs, warmth = [], np.zeros(arm.n)
     for i, motion in enumerate(motions):
         trace, t, first = lab.run(motion, warmth, seed, i)
@@ -129,6 +133,7 @@ class Laboratory:
     forward: str
     rate: float
     noise: float
+    step: float
 
     def run(self, motion: Motion, warmth: Array, seed: int, i: int) -> tuple[Trace, Array, int]:
         """Return the trace from before to after the motion, the motion's times (N,), s, and its first sample."""
@@ -145,7 +150,8 @@ class Laboratory:
         push, factor = self._disturb(len(t) * fine + 1, period / fine, seed, i)
         start = np.stack([q[0], np.zeros(n)], axis=1)
         noise = self.noise * _stream(seed, i, 0).standard_normal((len(t), n))
-        drive = Drive(period, np.stack([q, dq], axis=2), forward, noise, push, factor, start, warmth)
+        substeps = math.ceil(period / self.step - 1e-9)
+        drive = Drive(period, np.stack([q, dq], axis=2), forward, noise, push, factor, start, warmth, substeps)
         trace = simulate(self.plant, drive)
         return trace, t[first:samples], first
 
@@ -172,12 +178,14 @@ def _warm_time(plant: Plant) -> Array:
     return np.array([max(plant.get(k, "warm_time"), 1e-9) for k in range(plant.n)])
 
 
-def _instrument(plant: Plant, resolution: float | None, gains: Gains) -> Plant:
+def _with_encoder(arm: Arm, resolution: float) -> Arm:
+    return replace(arm, joints=tuple(replace(joint, encoder_resolution=resolution) for joint in arm.joints))
+
+
+def _controlled(plant: Plant, gains: Gains) -> Plant:
     for k in range(plant.n):
-        coarse = plant.get(k, "resolution")
         plant = plant.with_joint(
             k,
-            resolution=coarse if resolution is None else max(resolution, coarse),
             kp=gains.kp[k],
             kd=gains.kd[k],
             ki=gains.ki[k],

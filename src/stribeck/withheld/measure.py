@@ -1,0 +1,74 @@
+"""How much torque a hidden effect is worth along a motion: the size of the gap that a diagnoser may hope to see."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from scipy.signal import butter, sosfiltfilt
+
+from stribeck.arm import Arm
+from stribeck.withheld.excitation import needed_torque
+from stribeck.withheld.injections import Injection
+from stribeck.withheld.motions import Motion
+from stribeck.withheld.plant import Array, rigid_torque
+from stribeck.withheld.recorder import Gains, record
+
+CUT = 15.0  # Hz, of the low pass on the torque
+EDGE = 0.3  # s, dropped at both ends
+RATE = 500.0  # Hz
+AT_REST = 0.1  # of the Stribeck velocity
+STEP = 1e-4  # s; coarser than a recording
+
+
+def torque_gap(
+    arm: Arm, effects: Iterable[Injection], motions: Sequence[Motion], gains: Gains | None = None, rate: float = RATE
+) -> tuple[Array, Array]:
+    """Return the torque that the effects are worth, and the torque that moves the arm, both rms (motions, n), N m.
+
+    The arm records the motions with the effects and without noise. The first number is the rms of the commanded
+    torque less what the true arm without effects needs along the recorded motion, the second the rms of that need
+    without gravity (inertia and friction), both below 15 Hz. While a joint sticks, friction takes any value up to
+    break-away.
+    """
+    missing, moving = [], []
+    for run in record(arm, effects, motions, rate=rate, gains=gains, resolution=0.0, step=STEP):
+        gap, need = _residual(arm, run.q, run.tau, rate)
+        missing.append(_rms(gap))
+        moving.append(_rms(need))
+    return np.array(missing), np.array(moving)
+
+
+def relative_gap(
+    arm: Arm, effects: Iterable[Injection], motions: Sequence[Motion], gains: Gains | None = None, rate: float = RATE
+) -> Array:
+    """Return the share (n,) of the torque that moves the arm which the effects are worth.
+
+    Every motion counts alike, but for those in which the joint has next to nothing to do.
+    """
+    missing, moving = torque_gap(arm, effects, motions, gains, rate)
+    busy = moving > 0.1 * moving.max(axis=0)
+    share = np.divide(missing, moving, out=np.zeros_like(moving), where=busy)
+    return np.asarray(np.sqrt(np.sum(share**2, axis=0) / np.maximum(1, np.sum(busy, axis=0))))
+
+
+def _residual(arm: Arm, q: Array, tau: Array, rate: float) -> tuple[Array, Array]:
+    dq = np.gradient(q, 1.0 / rate, axis=0)
+    ddq = np.gradient(dq, 1.0 / rate, axis=0)
+    command = 0.5 * (tau + np.vstack([tau[:1], tau[:-1]]))  # held commands, brought to the time of the sample
+    gravity = rigid_torque(arm, q, 0.0 * q, 0.0 * q)
+    rigid = rigid_torque(arm, q, dq, ddq)
+    need = needed_torque(arm, q, dq, ddq)
+    for k, joint in enumerate(arm.joints):
+        top, bottom = joint.friction.C0 + joint.friction.C1, joint.backward.C0 + joint.backward.C1
+        stuck = np.abs(dq[:, k]) < AT_REST * joint.friction.alpha
+        held = np.clip(command[:, k] - rigid[:, k], -bottom, top)
+        need[:, k] = np.where(stuck, rigid[:, k] + held, need[:, k])
+    edge = round(EDGE * rate)
+    sos = butter(2, CUT, fs=rate, output="sos")
+    inside = slice(edge, -edge)
+    return sosfiltfilt(sos, command - need, axis=0)[inside], sosfiltfilt(sos, need - gravity, axis=0)[inside]
+
+
+def _rms(x: Array) -> Array:
+    return np.asarray(np.sqrt(np.mean(x**2, axis=0)))

@@ -1,0 +1,93 @@
+"""Blind cases and the example: repeatable, as strong as they say, and nothing hidden where nothing is hidden."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import stribeck
+from stribeck.arm import load_arm
+from stribeck.errors import StribeckError
+from stribeck.run import load_run, save_run
+from stribeck.withheld.cases import make_case
+from stribeck.withheld.example import EFFECTS, example_runs, nominal_arm, true_arm, write_example
+from stribeck.withheld.injections import RULES
+from stribeck.withheld.scales import SCALES
+from stribeck.withheld.severity import SHARES, severity
+
+SHIPPED = Path(stribeck.__file__).parent / "example"
+
+
+def test_same_seed_same_case():
+    a, b = make_case(3, "delay", "medium", 1), make_case(3, "delay", "medium", 1)
+    assert a.arm_nominal == b.arm_nominal
+    assert a.truth == b.truth
+    assert all(x.q.tobytes() == y.q.tobytes() for x, y in zip(a.runs, b.runs, strict=True))
+    assert make_case(4, None, n_joints=1).arm_true != a.arm_true
+
+
+def test_case_with_nothing_hidden_is_worth_nothing():
+    case = make_case(1, None)
+    assert case.truth["effects"] == []
+    assert max(case.truth["worth"].values()) < 0.02
+    assert 4 <= len(case.runs) <= 6
+    assert all(8.0 <= run.duration <= 10.0 for run in case.runs)
+
+
+@pytest.mark.parametrize(
+    ("effect", "level"),
+    [("delay", "clear"), ("torque_gain", "weak"), ("cogging", "medium"), ("load_dependent_friction", "clear")],
+)
+def test_effect_is_worth_what_its_level_says(effect, level):
+    truth = make_case(11, effect, level).truth
+    joint = truth["effects"][0]["joint"]
+    low, high = SHARES[level]
+    assert 0.7 * low < truth["worth"][joint] < 1.3 * high
+
+
+def test_every_effect_has_a_scale_and_truth_is_json():
+    assert set(SCALES) == set(RULES)
+    case = make_case(5, ("position_dependent_friction", "payload"), "clear")
+    assert len(json.loads(json.dumps(case.truth))["effects"]) == 2
+    assert case.truth["known"]
+    assert not make_case(6, "friction_jumps", n_joints=1).truth["known"]
+
+
+def test_unknown_level_is_refused():
+    with pytest.raises(StribeckError, match="no such effect or level"):
+        severity("delay", true_arm(), "A", [], "huge", np.random.default_rng(0))
+
+
+def test_negative_damping_is_news_to_the_data_sheet():
+    case = make_case(2, "negative_damping")
+    joint = case.truth["effects"][0]["joint"]
+    assert {j.name: j.friction.C1 for j in case.arm_nominal.joints}[joint] == 0.0
+
+
+@pytest.fixture(scope="module")
+def recorded():
+    return example_runs()
+
+
+def test_shipped_example_is_what_the_plant_records(recorded):
+    """Up to the last digits, in which the mathematical functions of two machines may differ."""
+    assert load_arm(SHIPPED / "arm.toml") == nominal_arm()
+    for made in recorded:
+        shipped = load_run(SHIPPED / f"{made.name}.csv", 2)
+        assert shipped.q == pytest.approx(made.q, abs=1e-4)
+        assert np.mean(np.abs(shipped.tau - made.tau)) < 1e-2
+    truth = json.loads((Path(__file__).parent / "example_truth.json").read_text())
+    assert [e["effect"] for e in truth["effects"]] == [e.effect for e in EFFECTS]
+
+
+def test_example_is_written_byte_for_byte_alike(tmp_path, recorded):
+    folder = tmp_path / "example"
+    write_example(folder, tmp_path / "truth.json")
+    files = sorted(p.name for p in folder.iterdir())
+    assert files == ["arm.toml", *(f"run_{i:02d}.csv" for i in range(6))]
+    for run in recorded:
+        save_run(run, tmp_path / "again.csv")
+        assert (folder / f"{run.name}.csv").read_bytes() == (tmp_path / "again.csv").read_bytes()
+    assert sum((folder / f).stat().st_size for f in files) < 3e6
+    assert "effects" not in (folder / "arm.toml").read_text()
