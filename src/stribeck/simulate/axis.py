@@ -25,7 +25,7 @@ class Axis(ctypes.Structure):
     """One joint's part of the loop, as declared in ``control.h``."""
 
     _fields_ = [
-        *[(name, _D) for name in ("kp", "kv", "ki", "filter", "lag", "resolution", "limit")],
+        *[(name, _D) for name in ("kp", "kv", "ki", "inertia", "filter", "lag", "resolution", "limit")],
         *[(name, _D) for name in ("ratio", "dead_band", "slope", "leakage", "inner", "amplitude", "omega")],
         ("gain", _D * 3),
         ("friction", _D * 8),
@@ -56,7 +56,7 @@ def axes_of(arm: Arm, loop: Loop, inertia: Floats) -> tuple[ctypes.Array[Axis], 
 
 def _fill(axis: Axis, entry: JointLoop, joint: Joint, inertia: float, table: Floats) -> None:
     c = entry.compensation
-    axis.kp, axis.ki = entry.kp, entry.ki
+    axis.kp, axis.ki, axis.inertia = entry.kp, entry.ki, entry.inertia
     axis.kv = 2.0 * math.sqrt(entry.kp * inertia) if entry.kv is None else entry.kv
     axis.filter, axis.lag, axis.resolution = entry.velocity_filter, entry.actuator_lag, entry.encoder_resolution
     axis.limit = math.inf if joint.torque_limit is None else joint.torque_limit

@@ -28,7 +28,7 @@ class Compensation:
     ratio : float
         k, compensation over true friction.
     at_zero : str
-        What ``feedback`` gives at velocity zero: ``zero``, ``hold`` (the last sign), ``error_sign``, or ``set_valued``
+        Sign that ``feedback`` and ``adaptive`` take friction to have at velocity zero: ``zero``, ``hold`` (the last sign), ``error_sign``, or ``set_valued``
         (the sign of the control torque, which makes the net friction (1 - k) F).
     dead_band : float
         Velocity that counts as zero, rad/s.
@@ -101,6 +101,8 @@ class JointLoop:
         N m/rad, N m/(rad s).
     kv : float or None
         N m s/rad; None is critical damping, 2 sqrt(kp J), J the joint's inertia with the others held.
+    inertia : float
+        Feedforward of the reference's acceleration, kg m^2.
     velocity : str
         ``true`` or ``finite_difference`` (whose limit for a continuous controller is ``true``).
     velocity_filter, actuator_lag : float
@@ -120,6 +122,7 @@ class JointLoop:
     reference: Reference
     kv: NotNegative | None = None
     ki: NotNegative = 0.0
+    inertia: NotNegative = 0.0
     velocity: Literal["finite_difference", "true"] = "finite_difference"
     velocity_filter: NotNegative = 0.0
     delay_samples: Count = 0

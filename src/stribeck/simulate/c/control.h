@@ -10,7 +10,7 @@ enum { SB_LINE, SB_SINE, SB_STEPS, SB_CURVE };
 
 /* One joint's part of the loop; mirrored in axis.py. Angles in rad, torques in N m. */
 typedef struct {
-    double kp, kv, ki, filter, lag, resolution, limit;
+    double kp, kv, ki, inertia, filter, lag, resolution, limit;
     double ratio, dead_band, slope, leakage, inner, amplitude, omega;
     double gain[3], friction[2][4]; /* friction: C0, C1, C2, alpha for forward and backward motion */
     double reference[4];            /* start, rate; or start, amplitude, angular frequency, phase */
@@ -21,19 +21,21 @@ typedef struct {
 
 /* What the controller of a joint sees and remembers. */
 typedef struct {
-    double error, rate_error, velocity, reference_rate, integral;
+    double error, rate_error, velocity, reference_rate, reference_acceleration, integral;
     double direction; /* -1, 0, 1: sign of the velocity as the law takes it */
     double held;      /* the last one that was not 0 */
     const double *theta;
 } sb_seen;
 
-/* Reference position and velocity at time t. */
-static void sb_reference(const sb_axis *a, double t, double *r, double *dr) {
+/* Reference position, velocity and acceleration at time t. */
+static void sb_reference(const sb_axis *a, double t, double *r, double *dr, double *ddr) {
     const double *c = a->reference;
+    *ddr = 0.0;
     if (a->reference_kind == SB_LINE) {
         *r = c[0] + c[1] * t, *dr = c[1];
     } else if (a->reference_kind == SB_SINE) {
         *r = c[0] + c[1] * sin(c[2] * t + c[3]), *dr = c[1] * c[2] * cos(c[2] * t + c[3]);
+        *ddr = -c[2] * c[2] * (*r - c[0]);
     } else {
         long low = 0, high = (long)a->knots;
         while (high - low > 1) {
@@ -48,6 +50,7 @@ static void sb_reference(const sb_axis *a, double t, double *r, double *dr) {
         const double b = 3 * d - h * (2 * k[2] + k[5]), e = h * (k[2] + k[5]) - 2 * d;
         *r = k[1] + x * (h * k[2] + x * (b + x * e));
         *dr = k[2] + x * (2 * b + 3 * x * e) / h;
+        *ddr = (2 * b + 6 * x * e) / (h * h);
     }
 }
 
@@ -59,32 +62,44 @@ static double sb_tustin(const sb_axis *a, double direction, double speed) {
     return c[0] + c[1] * exp(-speed / c[3]) + c[2] * speed;
 }
 
-/* The regressor of the adaptive law: torque = theta . Y. */
-static void sb_regressor(const sb_axis *a, const sb_seen *s, double *y) {
-    const double sign = s->direction, speed = sign * s->velocity;
-    y[0] = sign;
-    y[1] = sign * exp(-speed / a->friction[sign < 0.0][3]);
-    y[2] = s->velocity;
+/* Torque of the PID alone, with the feedforward of inertia. */
+static double sb_pid(const sb_axis *a, const sb_seen *s) {
+    return a->kp * s->error + a->kv * s->rate_error + a->ki * s->integral + a->inertia * s->reference_acceleration;
 }
 
-static double sb_feedback(const sb_axis *a, const sb_seen *s, double pd) {
-    if (s->direction != 0.0) return a->ratio * s->direction * sb_tustin(a, s->direction, s->direction * s->velocity);
-    double sign = 0.0;
-    if (a->at_zero == SB_HOLD) sign = s->held;
-    if (a->at_zero == SB_ERROR_SIGN) sign = sb_sign(s->error);
-    if (a->at_zero == SB_SET_VALUED) sign = sb_sign(pd);
-    return a->ratio * sign * sb_tustin(a, sign, 0.0);
+/* The sign that a compensation takes the friction to have; at rest, as the loop says. */
+static double sb_friction_sign(const sb_axis *a, const sb_seen *s) {
+    if (s->direction != 0.0) return s->direction;
+    switch (a->at_zero) {
+    case SB_HOLD: return s->held;
+    case SB_ERROR_SIGN: return sb_sign(s->error);
+    case SB_SET_VALUED: return sb_sign(sb_pid(a, s));
+    default: return 0.0;
+    }
+}
+
+static double sb_feedback(const sb_axis *a, const sb_seen *s) {
+    const double sign = sb_friction_sign(a, s);
+    return a->ratio * sign * sb_tustin(a, sign, s->direction * s->velocity);
+}
+
+/* The regressor of the adaptive law: torque = theta . Y. */
+static void sb_regressor(const sb_axis *a, const sb_seen *s, double *y) {
+    const double sign = sb_friction_sign(a, s);
+    y[0] = sign;
+    y[1] = sign * exp(-s->direction * s->velocity / a->friction[sign < 0.0][3]);
+    y[2] = s->direction != 0.0 ? s->velocity : 0.0;
 }
 
 /* Torque of the law before the limit. */
 static double sb_law(const sb_axis *a, double t, const sb_seen *s) {
-    const double pd = a->kp * s->error + a->kv * s->rate_error + a->ki * s->integral;
+    const double pd = sb_pid(a, s);
     double y[3], sign;
     switch (a->kind) {
     case SB_FEEDFORWARD:
         sign = sb_sign(s->reference_rate);
         return pd + (sign != 0.0 ? a->ratio * sign * sb_tustin(a, sign, sign * s->reference_rate) : 0.0);
-    case SB_FEEDBACK: return pd + sb_feedback(a, s, pd);
+    case SB_FEEDBACK: return pd + sb_feedback(a, s);
     case SB_ADAPTIVE:
         sb_regressor(a, s, y);
         return pd + s->theta[0] * y[0] + s->theta[1] * y[1] + s->theta[2] * y[2];

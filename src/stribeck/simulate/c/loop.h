@@ -38,7 +38,7 @@ static double sb_sampled_command(const sb_loop *loop, const sb_axis *a, sb_memor
     const double t = loop->times[k];
     double r, velocity = dq;
     sb_seen s;
-    sb_reference(a, t, &r, &s.reference_rate);
+    sb_reference(a, t, &r, &s.reference_rate, &s.reference_acceleration);
     if (!a->true_velocity) velocity = k > 0 ? (q - m->last) / loop->sample : 0.0;
     m->last = q;
     if (a->filter > 0.0) velocity = m->filtered += -expm1(-loop->sample / a->filter) * (velocity - m->filtered);
@@ -130,7 +130,7 @@ static void sb_continuous(sb_sim *s, double t, const double *y, double *u, doubl
         memset(out, 0, sizeof(double) * SB_OWN);
         u[j] = 0.0;
         if (!a->controlled) continue;
-        sb_reference(a, t, &r, &seen.reference_rate);
+        sb_reference(a, t, &r, &seen.reference_rate, &seen.reference_acceleration);
         seen.velocity = a->filter > 0.0 ? z[SB_FILTER] : dq[j];
         seen.error = r - q[j], seen.rate_error = seen.reference_rate - seen.velocity;
         /* the mode is the sign of the velocity, and on either side of zero it stays so within a step */
@@ -211,10 +211,11 @@ SB_EXPORT void sb_closed_loop(const double *p, double tolerance, double bound, c
 /* Exported. The references of the controlled joints at the instants times (count,), into (count, SB_N) arrays. */
 SB_EXPORT void sb_references(const sb_axis *axis, const double *times, long long count, double *position,
                              double *rate) {
+    double unused;
     for (long long k = 0; k < count; k++)
         for (int j = 0; j < SB_N; j++)
             if (axis[j].controlled)
-                sb_reference(axis + j, times[k], position + k * SB_N + j, rate + k * SB_N + j);
+                sb_reference(axis + j, times[k], position + k * SB_N + j, rate + k * SB_N + j, &unused);
 }
 
 #endif
