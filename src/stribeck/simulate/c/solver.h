@@ -56,7 +56,7 @@ struct sb_sim {
 static void sb_init(sb_sim *s, const double *p, double tolerance) {
     memset(s, 0, sizeof *s);
     s->p = p;
-    s->rtol = s->atol = tolerance;
+    s->rtol = 0.1 * tolerance, s->atol = 0.01 * tolerance;
     s->h = 1e-3;
     s->bound = 1e6;
     s->ny = SB_NS;
