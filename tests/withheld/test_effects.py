@@ -306,3 +306,35 @@ def test_disturbance_has_its_size_and_colour():
     assert np.mean(x[lag:] * x[:-lag]) / x.var() == pytest.approx(math.exp(-2 * math.pi * 10.0 * 0.016), abs=0.05)
     pure = Disturbance("torque", {**params, "noise": 0.0, "amplitude": 2.0}).signal(t, np.random.default_rng(0))
     assert pure == pytest.approx(2.0 * np.sin(2 * math.pi * 3.0 * t))
+
+
+def test_tendon_pulls_on_both_joints_and_keeps_the_energy(bench):
+    arm = bench.two_link(rough=False)
+    hidden = (Injection("tendon_coupling", "A", {"stiffness": 20.0, "ratio": 0.7, "slack": 0.1}),)
+    start = ((0.4, 0.0), (-0.5, 0.0))
+    _, trace = bench.open_loop(arm, lambda t: np.zeros((len(t), 2)), 3.0, hidden, start)
+    stretch = np.maximum(0.0, trace.link[:, 0] - 0.7 * trace.link[:, 1] - 0.1)
+    kinetic = 0.5 * np.sum(rigid_torque(arm, trace.link, 0 * trace.link, trace.link_rate) * trace.link_rate, axis=1)
+    energy = kinetic + 0.5 * 20.0 * stretch**2
+    assert energy == pytest.approx(energy[0], rel=1e-4)
+    assert stretch.min() == 0.0  # it goes slack
+    assert kinetic.max() > 0.5 * energy[0]
+
+
+def test_sloshing_mass_on_a_stiff_spring_is_the_link_it_was_taken_from(bench):
+    arm = bench.two_link((9.81, 0.0), rough=False)
+    start = ((0.5, 0.3), (0.9, -0.4))
+    still = lambda t: np.zeros((len(t), 2))  # noqa: E731
+    _, plain = bench.open_loop(arm, still, 1.0, start=start)
+    stiff = {"mass": 0.8, "stiffness": 3e4, "damping": 3.0}
+    _, frozen = bench.open_loop(arm, still, 1.0, (Injection("sloshing_mass", "B", stiff),), start)
+    _, loose = bench.open_loop(arm, still, 1.0, (Injection("sloshing_mass", "B", {"mass": 0.8}),), start)
+    assert np.abs(frozen.link - plain.link).max() < 2e-3
+    assert np.abs(loose.link - plain.link).max() > 2e-2
+
+
+def test_drives_velocity_is_the_slope_of_its_encoder(bench):
+    arm = bench.one_link(inertia=5.0)
+    hidden = (Injection("encoder_eccentricity", "A", {"amplitude": 0.05, "harmonic": 2.0}),)
+    t, trace = bench.open_loop(arm, lambda t: np.sin(9 * t)[:, None], 2.0, hidden, ((0.2, 2.0),))
+    assert trace.dq[1:-1, 0] == pytest.approx(np.gradient(trace.q[:, 0], t)[1:-1], abs=1e-4)

@@ -46,6 +46,15 @@ def test_stuck_friction_balances_gravity(bench):
     assert trace.friction[-1] == pytest.approx(-rigid_torque(arm, pose, 0 * pose, 0 * pose)[0], rel=1e-9)
 
 
+def test_two_stuck_joints_carry_their_torques_exactly(bench):
+    """Friction of one joint moves the other: both are found together, in every step."""
+    arm = bench.two_link()
+    swing = lambda t: np.stack([5 * np.sin(30 * t), 2 * np.sin(37 * t + 1)], axis=1)  # noqa: E731
+    _, trace = bench.open_loop(arm, swing, 1.0)
+    assert np.all(trace.link == 0.0)
+    assert trace.friction[1:] == pytest.approx(trace.torque[1:], abs=1e-9)
+
+
 @pytest.mark.parametrize("torque", [6.5, 8.0, 20.0, -7.0, -15.0])
 def test_steady_sliding_is_on_tustins_curve(bench, torque):
     arm = bench.one_link(friction=bench.A)

@@ -89,7 +89,14 @@ def test_position_and_load_enter_the_level(bench):
     middle = trace.motor[1:, 0] - trace.motor_rate[1:, 0] * 2e-5
     wave = 1.5 * np.sin(3.0 * middle + 0.5)
     assert trace.friction[1:, 0] == pytest.approx(level(bench.A, trace.link_rate[1:, 0]) + wave, abs=1e-5)
-    _, trace = spin(bench, "load_dependent_friction", {"ratio": 0.1}, lambda t: 30.0 * np.sin(6 * t), speed=2.0)
+    _, trace = spin(
+        bench,
+        "load_dependent_friction",
+        {"ratio": 0.1},
+        lambda t: 30.0 * np.sin(6 * t),
+        speed=2.0,
+        joint={"inertia": 20.0, "rotor_inertia": 5.0},
+    )
     v = trace.link_rate[5:, 0]
     assert trace.friction[5:, 0] == pytest.approx(level(bench.A, v) + 0.1 * np.abs(trace.load[5:, 0]), rel=2e-3)
     link = 20.0 + 1.0 * 0.25**2  # what the rotor passes on is what moves the link

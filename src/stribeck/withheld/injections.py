@@ -1,4 +1,18 @@
-"""Hidden effects: from a name and physical parameters to what the plant does."""
+"""Hidden effects: from a name and physical parameters to what the plant does.
+
+What the names leave open:
+
+- friction acts on the motor side of a flexible joint or of backlash, where the encoder sits as well;
+- ``presliding``: stiffness of the unloaded contact; it gives way along F (1 - exp(-stiffness x / F)), in closed loops;
+- ``load_dependent_friction``: ratio of friction to the torque that the rotor passes on to the link (the command less
+  friction and less the rotor's own inertia);
+- ``asymmetric_friction``: forward minus backward constants, the mean stays;
+- ``history``: relative change of the level when as much friction power as `power` has flowed for long;
+- ``time_shift``: positive where the recorded position is late, q[i] being the position at t[i] - time;
+- ``torque_dead_zone``: the torque that gets lost, on either side;
+- ``torque_ripple``: relative, at the rotor's angle; ``cogging`` the same in N m;
+- ``gravity_tilt``: change of gravity in the arm's plane, m/s^2; ``base_flexibility``: rocking about the first axis.
+"""
 
 from __future__ import annotations
 

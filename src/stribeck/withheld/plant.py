@@ -17,6 +17,7 @@ from stribeck.withheld.build import library
 Array: TypeAlias = NDArray[np.float64]
 STEP = 4e-5  # s, longest internal step; see tests/withheld/test_plant.py for its error
 MAX_JOINTS = 4
+MEMORY = 16000  # steps of past speed that the plant can look back on
 MAX_FRICTION_LAG = 0.2  # s, bounded by the plant's memory of past speed
 
 
@@ -196,6 +197,11 @@ def simulate(plant: Plant, drive: Drive) -> Trace:
     warmth = np.array(drive.warmth, dtype=np.float64)
     inputs = [drive.reference, drive.forward, drive.noise, drive.push, drive.factor, drive.start]
     arrays = [*(np.ascontiguousarray(a, dtype=np.float64) for a in inputs), warmth, q, tau, dq, truth]
+    reach = joint_fields()["friction_lag"]
+    if np.any(plant.joints[:, reach] * substeps / drive.period > MEMORY):
+        raise StribeckError(
+            "the internal step is too short for the frictional lag", str(substeps), "take fewer substeps"
+        )
     world, joints = np.ascontiguousarray(plant.world), np.ascontiguousarray(plant.joints)
     status = library().plant_record(
         world.ctypes.data,

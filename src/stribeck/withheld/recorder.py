@@ -17,6 +17,7 @@ from stribeck.withheld.plant import STEP, Array, Drive, Plant, Trace, rigid_torq
 
 SETTLE = 0.5  # s, the controller holds the start before the record begins
 TAIL = 0.1  # s, and the end after it has ended
+DRIVE_WINDOW = 5e-3  # s, over which the drive takes its velocity
 PAUSE = 30.0  # s between two runs, in which a warm joint cools
 
 
@@ -114,12 +115,14 @@ def record(
     setup = assemble(arm if count is None else _with_encoder(arm, count), effects)
     gains = gains or default_gains(model or arm)
     plant = _controlled(setup.plant, gains)
-    lab = Laboratory(setup, plant, model or arm, gains.forward, rate, noise, step)
+    lab = Laboratory(
+        setup, plant, model or arm, gains.forward, rate, noise, torque_noise, tuple(channels), seed, step
+    )  # fmt: skip
     runs, warmth = [], np.zeros(arm.n)
     for i, motion in enumerate(motions):
-        trace, t, first = lab.run(motion, warmth, seed, i)
-        warmth = trace.warmth * np.exp(-PAUSE / _warm_time(plant))
-        runs.append(_written(f"run_{i:02d}", motion, trace, t, first, channels, torque_noise, seed, i))
+        run, warmth = lab.run(motion, warmth, i)
+        warmth = warmth * np.exp(-PAUSE / _warm_time(plant))
+        runs.append(run)
     return tuple(runs)
 
 
@@ -133,27 +136,48 @@ class Laboratory:
     forward: str
     rate: float
     noise: float
+    torque_noise: float
+    channels: tuple[str, ...]
+    seed: int
     step: float
 
-    def run(self, motion: Motion, warmth: Array, seed: int, i: int) -> tuple[Trace, Array, int]:
-        """Return the trace from before to after the motion, the motion's times (N,), s, and its first sample."""
+    def run(self, motion: Motion, warmth: Array, i: int) -> tuple[Run, Array]:
+        """Return the record of `motion` as run number `i`, and the state of the warm-up (n,) after it."""
         period, n = 1.0 / self.rate, self.plant.n
-        first = int(np.ceil(SETTLE * self.rate))
-        samples = first + round(motion.duration * self.rate) + 1
-        t: Array = (np.arange(samples + int(np.ceil(TAIL * self.rate))) - first) * np.float64(period)
+        first = math.ceil(SETTLE * self.rate)
+        count = round(motion.duration * self.rate) + 1
+        t: Array = (np.arange(first + count + math.ceil(TAIL * self.rate)) - first) * np.float64(period)
         q, dq, ddq = motion.sample(t)
         forward = self._forward(q, dq, ddq)
         if motion.torque is not None:
             moving = (t >= 0.0) & (t <= motion.duration)
             forward = forward + np.stack([np.where(moving, curve(t), 0.0) for curve in motion.torque], axis=1)
         fine = max(1, round(period / 1e-3))
-        push, factor = self._disturb(len(t) * fine + 1, period / fine, seed, i)
+        push, factor = self._disturb(len(t) * fine + 1, period / fine, i)
         start = np.stack([q[0], np.zeros(n)], axis=1)
-        noise = self.noise * _stream(seed, i, 0).standard_normal((len(t), n))
+        noise = self.noise * self._stream(i, 0).standard_normal((len(t), n))
         substeps = math.ceil(period / self.step - 1e-9)
         drive = Drive(period, np.stack([q, dq], axis=2), forward, noise, push, factor, start, warmth, substeps)
         trace = simulate(self.plant, drive)
-        return trace, t[first:samples], first
+        rows = slice(first, first + count)
+        seen = {"q_ref": q, "dq_ref": dq, "dq": self._velocity(trace, i), "tau_meas": self._torque(trace, i)}
+        run = Run(f"run_{i:02d}", t[rows] - t[first], trace.q[rows], trace.tau[rows])
+        for channel in self.channels:
+            run = replace(run, **{channel: seen[channel][rows]})  # type: ignore[arg-type]
+        return run, trace.warmth
+
+    def _velocity(self, trace: Trace, i: int) -> Array:
+        """Return what a drive tells of its velocity: differences of encoder counts over a few milliseconds."""
+        count = np.array([self.plant.get(k, "resolution") for k in range(self.plant.n)])
+        size = 2.0 * np.hypot(self.noise, count / math.sqrt(12.0)) / DRIVE_WINDOW
+        return np.asarray(trace.dq + size * self._stream(i, 2).standard_normal(trace.dq.shape))
+
+    def _torque(self, trace: Trace, i: int) -> Array:
+        return np.asarray(trace.torque + self.torque_noise * self._stream(i, 1).standard_normal(trace.torque.shape))
+
+    def _stream(self, run: int, use: int) -> np.random.Generator:
+        """Return the random numbers of one use in one run: an effect leaves the noise of the encoder as it was."""
+        return np.random.default_rng([self.seed, run, use])
 
     def _forward(self, q: Array, dq: Array, ddq: Array) -> Array:
         if self.forward == "none":
@@ -162,10 +186,10 @@ class Laboratory:
             return rigid_torque(self.model, q, 0.0 * q, 0.0 * q)
         return rigid_torque(self.model, q, dq, ddq)
 
-    def _disturb(self, points: int, step: float, seed: int, i: int) -> tuple[Array, Array]:
+    def _disturb(self, points: int, step: float, i: int) -> tuple[Array, Array]:
         push, factor = np.zeros((points, self.plant.n)), np.ones((points, self.plant.n))
         for number, (k, disturbance) in enumerate(self.setup.disturbances):
-            signal = disturbance.signal(np.arange(points) * np.float64(step), _stream(seed, i, 10 + number))
+            signal = disturbance.signal(np.arange(points) * np.float64(step), self._stream(i, 10 + number))
             if disturbance.kind == "torque":
                 push[:, k] += signal
             else:
@@ -192,22 +216,3 @@ def _controlled(plant: Plant, gains: Gains) -> Plant:
             control_filter=gains.velocity_filter,
         )
     return plant
-
-
-def _stream(seed: int, run: int, use: int) -> np.random.Generator:
-    """Random numbers of one use in one run: adding an effect leaves the noise of the encoder as it was."""
-    return np.random.default_rng([seed, run, use])
-
-
-def _written(
-    name: str, motion: Motion, trace: Trace, t: Array, first: int, channels: Sequence[str], torque_noise: float,
-    seed: int, i: int,
-) -> Run:  # fmt: skip
-    rows = slice(first, first + len(t))
-    q, dq, _ = motion.sample(t)
-    measured = trace.torque + torque_noise * _stream(seed, i, 1).standard_normal(trace.torque.shape)
-    extra: dict[str, Array] = {"dq": trace.dq[rows], "q_ref": q, "dq_ref": dq, "tau_meas": measured[rows]}
-    run = Run(name, t - t[0], trace.q[rows], trace.tau[rows])
-    for channel in channels:
-        run = replace(run, **{channel: extra[channel]})  # type: ignore[arg-type]
-    return run
