@@ -16,6 +16,7 @@ from typing import Any
 import casadi as ca
 
 from stribeck.errors import StribeckError
+from stribeck.model.cut import DRIVE, Cut, Drive
 from stribeck.model.effect import ActuatorEffect, Expression, FrictionEffect, Signals
 from stribeck.model.path import SignalPath
 from stribeck.model.rigid_body import inverse_dynamics, mass_matrix
@@ -285,6 +286,14 @@ class Forward:
             position.append(true)
             velocity.append(ca.jacobian(true, seen[j]) * speed[j])
         return ca.Function("true_motion", [seen, speed, self.path.p], [ca.vertcat(*position), ca.vertcat(*velocity)])
+
+    @cached_property
+    def settled(self) -> ca.Function:
+        """(recorded position (n,) and velocity (n,), command (n,), p) -> path states with which a motion starts."""
+        given = {name: ca.SX.sym(name, self.n) for name in ("position", "velocity", "command")}
+        drive = Drive(**{name: given.get(name, ca.SX.zeros(1 if name == "time" else self.n)) for name in DRIVE})
+        start = ca.densify(Cut(self.path, 1e-3).start(drive))
+        return ca.Function("settled", [*given.values(), self.path.p], [start])
 
     def _function(self, name: str, results: list[Any]) -> ca.Function:
         return ca.Function(name, self.inputs, ca.cse([ca.densify(result) for result in results]))

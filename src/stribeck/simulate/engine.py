@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from stribeck.arm import Arm
 from stribeck.effects.registry import placed_effects
 from stribeck.errors import StribeckError
-from stribeck.model.cut import Cut
 from stribeck.model.forward import Forward
 from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
@@ -71,20 +70,10 @@ class Engine:
             Torque in force, N m; zero without.
         """
         rate = np.zeros(self.n) if dq is None else np.asarray(dq, dtype=float)
-        true = [value.full().ravel() for value in self.forward.true_motion(q, rate, p)]
-        return np.concatenate([*true, self._path_states(p, q, rate, np.zeros(self.n) if command is None else command)])
-
-    def _path_states(self, p: Floats, q: Floats, dq: Floats, command: Floats) -> Floats:
-        if self.size == 2 * self.n:
-            return np.zeros(0)
-        zero = np.zeros(self.n)
-        drive = np.concatenate([[0.0], q, dq, zero, command, zero, zero + 1e-9, zero])
-        states = self._settled(drive, p, np.zeros(len(self.path.placed)))
-        return np.asarray(states.full().ravel()[: self.size - 2 * self.n])
-
-    @cached_property
-    def _settled(self):  # type: ignore[no-untyped-def]
-        return Cut(self.path, 1e-3).begin
+        torque = np.zeros(self.n) if command is None else np.asarray(command, dtype=float)
+        true = self.forward.true_motion(q, rate, p)
+        parts = [*true, self.forward.settled(q, rate, torque, p)]
+        return np.concatenate([part.full().ravel() for part in parts])
 
     def run(
         self,

@@ -1,0 +1,138 @@
+"""The path forward and the path cut are one model: what one simulates, the other balances."""
+
+from collections.abc import Iterator
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from stribeck.arm import Arm, Friction, Joint
+from stribeck.effects.registry import registry
+from stribeck.model.cut import DRIVE, Cut, Drive
+from stribeck.model.effect import Effect, Scale
+from stribeck.model.forward import Forward
+from stribeck.model.layout import Placed, values_of
+from stribeck.model.path import SignalPath
+
+SCALE = Scale(torque=4.0, friction=2.0, speed=1.0, travel=2.0, inertia=0.3, sample_time=0.01, length=0.3)
+
+
+def arm(n: int = 2) -> Arm:
+    friction = Friction(2.0, 0.5, 0.7, 0.05)
+    backward = Friction(1.7, 0.6, 0.9, 0.07)
+    joints = tuple(
+        Joint(f"J{j}", "revolute", 0.3, 2.0 + j, (0.15, 0.02), 0.03, 0.05, friction, backward) for j in range(n)
+    )
+    return Arm("test", (9.81, 1.0), joints)
+
+
+def trials() -> Iterator[tuple[Effect, dict[str, float]]]:
+    for effect in registry().values():
+        for values in effect.starts(SCALE)[:1]:
+            yield effect, values
+
+
+def cut_drive(path: SignalPath, p: np.ndarray, y: np.ndarray, rates: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """What would be recorded of this instant: exact position, velocity and acceleration of the sensor."""
+    n = path.n
+    q, dq, ddq = ca.SX.sym("q", n), ca.SX.sym("dq", n), ca.SX.sym("ddq", n)
+    seen = ca.vertcat(*[path.measured(j, q[j]) for j in range(n)])
+    speed = ca.jtimes(seen, q, dq)
+    acceleration = ca.jtimes(speed, ca.vertcat(q, dq), ca.vertcat(dq, ddq))
+    record = ca.Function("record", [q, dq, ddq, path.p], [seen, speed, acceleration])
+    values = [v.full().ravel() for v in record(y[:n], y[n : 2 * n], rates[n : 2 * n], p)]
+    return record_of(*values, u)
+
+
+def record_of(position: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray, command: np.ndarray) -> np.ndarray:
+    """One instant as the cut takes it, known exactly."""
+    known = {"time": np.zeros(1), "position": position, "velocity": velocity, "acceleration": acceleration}
+    known |= {"command": command, "velocity_sd": np.full(len(position), 1e-12)}
+    return np.concatenate([known.get(name, np.zeros(len(position))) for name in DRIVE])
+
+
+@pytest.mark.parametrize(("effect", "values"), [pytest.param(e, v, id=e.name) for e, v in trials()])
+def test_forward_balances_the_cut(effect: Effect, values: dict[str, float]) -> None:
+    """Accelerations and state rates of a random sliding state leave no residual at the cut."""
+    rng = np.random.default_rng(1)
+    sites = effect.sites(2)
+    path = SignalPath(arm(), [Placed(effect, joint, values) for joint in sites])
+    forward, cut, p = Forward(path), Cut(path, 0.01), values_of(path.entries)
+    drive = Drive.symbols(2)
+    balance = ca.Function(
+        "balance",
+        [drive.stacked, path.x, path.p, cut.delay_at],
+        [cut.residual(drive, path.x)[0], cut.derivatives(drive, path.x)],
+    )
+    for _ in range(8):
+        y = np.concatenate([rng.normal(size=2), rng.normal(size=2), 0.3 * rng.normal(size=path.x.numel())])
+        for i, j in enumerate(path.flexible):  # a link near its motor
+            y[4 + 2 * i : 6 + 2 * i] = y[[j, 2 + j]] + 0.02 * rng.normal(size=2)
+        u = 5.0 * rng.normal(size=2)
+        rates = forward.flow(0.0, y, np.sign(y[2:4]), u, p)[0].full().ravel()
+        assert np.isfinite(rates).all()
+        recorded = cut_drive(path, p, y, rates, u)
+        delays = np.array([values.get("time", 0.0) for _ in path.placed])
+        residual, derivatives = balance(recorded, y[4:], p, delays)
+        size = 1.0 + np.abs(rates).max() * 0.3
+        inverted = 2e-4 if effect.channel == "sensing" else 1e-9  # the cut undoes a sensor's law by fixed point
+        assert residual.full().ravel() == pytest.approx([0.0, 0.0], abs=inverted * size)
+        assert derivatives.full().ravel() == pytest.approx(rates[4:], rel=1e-9, abs=1e-9 * size)
+
+
+@pytest.mark.parametrize("effect", [pytest.param(e, id=e.name) for e in registry().values()])
+def test_stuck_joint_is_masked(effect: Effect) -> None:
+    """Modes 0: no velocity, no acceleration, and the same break-away margin as a joint that is free to move."""
+    path = SignalPath(arm(), [Placed(effect, joint, effect.starts(SCALE)[0]) for joint in effect.sites(2)])
+    forward, p = Forward(path), values_of(path.entries)
+    rng = np.random.default_rng(2)
+    y = np.concatenate([rng.normal(size=2), [0.0, 0.8], 0.1 * rng.normal(size=path.x.numel())])
+    rates, margins = (v.full().ravel() for v in forward.flow(0.0, y, [0.0, 1.0], [1.0, 2.0], p))
+    assert rates[0] == 0.0
+    assert rates[2] == 0.0
+    assert rates[3] != 0.0
+    if not forward.bristles[0]:
+        torque = np.linspace(-40.0, 40.0, 17)
+        for u in torque:  # where the margin is gone, the freed joint accelerates in that direction, else not
+            up, down = forward.flow(0.0, y, [0.0, 1.0], [u, 2.0], p)[1].full().ravel()[[0, 2]]
+            for margin, way in ((up, 1.0), (down, -1.0)):
+                a = way * float(forward.flow(0.0, y, [way, 1.0], [u, 2.0], p)[0][2])
+                assert (a > 0) == (margin < 0)
+
+
+def test_jacobian() -> None:
+    effects = registry()
+    placed = [Placed(effects["presliding"], 0, {"stiffness": 900.0, "damping": 2.0})]
+    placed += [Placed(effects["load_dependent_friction"], 1, {"ratio": 0.4})]
+    path = SignalPath(arm(), placed)
+    forward, p = Forward(path), values_of(path.entries)
+    y, modes, u = np.array([0.3, -0.5, 0.4, -0.9, 0.7]), np.array([1.0, -1.0]), np.array([3.0, -2.0])
+    exact = forward.jacobian(0.0, y, modes, u, p).full()
+
+    def rates(y: np.ndarray, u: np.ndarray) -> np.ndarray:
+        return np.asarray(forward.flow(0.0, y, modes, u, p)[0].full().ravel())
+
+    for i in range(7):
+        step = np.zeros(7)
+        step[i] = 1e-6
+        difference = (rates(y + step[:5], u + step[5:]) - rates(y - step[:5], u - step[5:])) / 2e-6
+        assert exact[:, i] == pytest.approx(difference, rel=1e-6, abs=1e-5)
+    assert (exact[:, 7] == 0.0).all()
+
+
+@pytest.mark.parametrize("ratio", [0.1, 0.5, 0.9])
+def test_algebraic_loop_of_load_dependent_friction(ratio: float) -> None:
+    """Friction that depends on the load, which depends on the acceleration: solved, not lagged."""
+    place = Placed(registry()["load_dependent_friction"], 0, {"ratio": ratio})
+    path, plain = SignalPath(arm(), [place, Placed(place.effect, 1, place.values)]), SignalPath(arm())
+    forward, p, p0 = Forward(path), values_of(path.entries), values_of(plain.entries)
+    reference = Cut(plain, 0.01)
+    rng = np.random.default_rng(4)
+    for _ in range(30):
+        y, u = np.concatenate([rng.normal(size=2), 2 * rng.normal(size=2)]), 10 * rng.normal(size=2)
+        rates = forward.flow(0.0, y, np.sign(y[2:]), u, p)[0].full().ravel()
+        recorded = record_of(y[:2], y[2:], rates[2:], u)
+        _, stages = reference.balance(recorded, np.zeros(0), p0, np.zeros(0))
+        load = stages.full().ravel()[4:6]
+        residual = reference.balance(recorded, np.zeros(0), p0, np.zeros(0))[0].full().ravel()
+        assert residual == pytest.approx(ratio * np.abs(load) * np.sign(y[2:]), rel=1e-9, abs=1e-9)
