@@ -59,6 +59,11 @@ def test_unknown_level_is_refused():
         severity("delay", true_arm(), "A", [], "huge", np.random.default_rng(0))
 
 
+def test_tendon_needs_two_joints():
+    with pytest.raises(StribeckError, match="second joint"):
+        make_case(2, "tendon_coupling", n_joints=1)
+
+
 def test_negative_damping_is_news_to_the_data_sheet():
     case = make_case(2, "negative_damping", n_joints=1)
     joint = case.truth["effects"][0]["joint"]

@@ -60,6 +60,23 @@ def test_two_links_against_lagrange(bench, gravity):
     assert np.abs(trace.link_rate - truth[2:].T).max() < 2e-5
 
 
+def test_command_is_held_from_its_sample_to_the_next(bench):
+    arm = bench.two_link((9.81, 0.0), rough=False)
+    torque = np.random.default_rng(2).normal(0.0, [8.0, 3.0], (41, 2))
+    _, trace = bench.open_loop(arm, lambda t: torque, 0.4, rate=100.0)
+    state, expected = np.zeros(4), [np.zeros(2)]
+    for tau in torque[:-1]:
+
+        def slope(t, y, tau=tau):
+            mass, bias, _ = lagrange(arm, y[:2], y[2:])
+            return np.concatenate([y[2:], np.linalg.solve(mass, tau + bias)])
+
+        state = solve_ivp(slope, (0, 0.01), state, rtol=1e-9, atol=1e-11).y[:, -1]
+        expected.append(state[:2])
+    assert np.abs(trace.q - expected).max() < 1e-6
+    assert np.abs(trace.q).max() > 0.1
+
+
 def test_energy_stays(bench):
     arm = bench.two_link((G, 0.0), rough=False)
     _, trace = bench.open_loop(arm, lambda t: np.zeros((len(t), 2)), 10.0, start=((2.0, 0.0), (0.5, 0.0)))

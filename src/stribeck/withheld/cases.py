@@ -17,6 +17,7 @@ from stribeck.withheld.excitation import programme
 from stribeck.withheld.injections import KNOWN, Injection
 from stribeck.withheld.measure import relative_gap
 from stribeck.withheld.motions import Motion
+from stribeck.withheld.plant import Diverged
 from stribeck.withheld.recorder import Gains, default_gains, record
 from stribeck.withheld.severity import severity
 
@@ -192,7 +193,7 @@ def _steady(
                 true, effects, motions, rate=bench.rate, noise=bench.noise, gains=bench.gains(nominal), model=nominal,
                 channels=bench.channels, seed=seed,
             )  # fmt: skip
-        except StribeckError:
+        except Diverged:
             runs = ()
         if runs and all(_calm(run, true) for run in runs):
             return bench, runs

@@ -149,9 +149,7 @@ UNKNOWN: dict[str, Rule] = {
         {n: f"sticky_{n}" for n in ("torque", "centre", "width", "load")},
     ),
     "friction_jumps": Rule({"change": 0.0}, {"rate": 1.0}, {}, "factor"),
-    "tendon_coupling": Rule(
-        {"stiffness": 0.0}, {"ratio": 1.0, "slack": 0.0}, {n: f"tendon_{n}" for n in ("stiffness", "ratio", "slack")}
-    ),
+    "tendon_coupling": Rule({"stiffness": 0.0}, {"ratio": 1.0, "slack": 0.0}, special.tendon),
     "hardening_gain": Rule({"change": 0.0}, {"torque": 10.0}, {"change": "hardening", "torque": "hardening_torque"}),
     "sloshing_mass": Rule(
         {"mass": 0.0}, dict.fromkeys(("arm", "length", "stiffness", "damping"), math.nan), special.sloshing

@@ -21,6 +21,10 @@ MEMORY = 16000  # steps of past speed that the plant can look back on
 MAX_FRICTION_LAG = 0.2  # s, bounded by the plant's memory of past speed
 
 
+class Diverged(StribeckError):
+    """The arm swings up: the controller cannot hold it."""
+
+
 @dataclass(frozen=True)
 class Plant:
     """Physical parameters of an arm and of everything around it.
@@ -186,7 +190,7 @@ def simulate(plant: Plant, drive: Drive) -> Trace:
 
     Raises
     ------
-    StribeckError
+    Diverged
         When the motion diverges or the mass matrix is not positive.
     """
     samples, n = drive.forward.shape
@@ -214,8 +218,8 @@ def simulate(plant: Plant, drive: Drive) -> Trace:
         *(a.ctypes.data for a in arrays),
     )
     if status != 0:
-        why = {1: "the motion diverged", 2: "the mass matrix is not positive"}[status]
-        raise StribeckError(f"the recording stopped: {why}", "", "lower the controller gains or check the arm")
+        why = {1: "the motion diverged", 2: "the mass matrix is not positive", 3: "no memory left"}[status]
+        raise Diverged(f"the recording stopped: {why}", "", "lower the controller gains or check the arm")
     motor, motor_rate, link, link_rate, friction, torque, load = np.moveaxis(truth, 2, 0)
     return Trace(q, tau, dq, motor, motor_rate, link, link_rate, friction, torque, load, warmth)
 

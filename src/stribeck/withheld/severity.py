@@ -19,6 +19,7 @@ from stribeck.errors import StribeckError
 from stribeck.withheld.injections import Injection
 from stribeck.withheld.measure import relative_gap
 from stribeck.withheld.motions import Motion
+from stribeck.withheld.plant import Diverged
 from stribeck.withheld.recorder import Gains
 from stribeck.withheld.scales import SCALES
 from stribeck.withheld.stage import stage_of
@@ -83,7 +84,7 @@ def _search(worth: Callable[[float], float], target: float, bounds: tuple[float,
     for _ in range(ROUNDS):
         try:
             now = max(worth(s), 1e-6)
-        except StribeckError:  # too strong to hold on to
+        except Diverged:  # too strong to hold on to
             high = s
             s = math.sqrt(low * s)
             continue

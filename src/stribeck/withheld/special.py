@@ -165,3 +165,10 @@ def sloshing(plant: Plant, k: int, p: Params) -> Plant:
         k, mass=left, com_x=new.real, com_y=new.imag, inertia=inertia, slosh_mass=p["mass"], slosh_arm=arm,
         slosh_length=swing, slosh_stiffness=stiffness, slosh_damping=damping,
     )  # fmt: skip
+
+
+def tendon(plant: Plant, k: int, p: Params) -> Plant:
+    """Run a cable from joint `k` to the next one (the last: to the one before), which only pulls."""
+    if plant.n == 1 and p["stiffness"] > 0.0:
+        raise StribeckError("tendon_coupling needs a second joint", "1 joint", "record a longer arm")
+    return plant.with_joint(k, tendon_stiffness=p["stiffness"], tendon_ratio=p["ratio"], tendon_slack=p["slack"])

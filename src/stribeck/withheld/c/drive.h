@@ -69,6 +69,10 @@ static double outside(const Joint *j, double angle, double rate) {
 static double encoder(const Joint *j, double angle) {
     return angle + j->encoder_offset + j->eccentricity * sin(j->eccentricity_harmonic * angle + j->eccentricity_phase);
 }
+static double encoder_slope(const Joint *j, double angle) {
+    return 1.0 + j->eccentricity * j->eccentricity_harmonic *
+                     cos(j->eccentricity_harmonic * angle + j->eccentricity_phase);
+}
 static double counts(double resolution, double reading) {
     return resolution > 0.0 ? resolution * floor(reading / resolution + 0.5) : reading;
 }

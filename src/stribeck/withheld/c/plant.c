@@ -1,216 +1,9 @@
-/* A robot arm that records itself: rigid bodies, drive, transmission, dry friction, encoder and sampled controller.
- *
- * Fixed step, Moreau's midpoint scheme: positions move half a step with the old velocity, all smooth forces act
- * there, friction is solved implicitly at the new velocity for all joints together (Gauss-Seidel on the exact
- * one-joint solution), positions move the other half. A stuck joint has velocity exactly zero. */
+/* A robot arm that records itself: the sampled controller, the encoder and the log around the stepper. */
 #include <stdlib.h>
-#include <string.h>
-#include "fields.h"
-#include "tree.h"
-#include "friction.h"
-#include "drive.h"
+#include "stepper.h"
 
 #define TRUTH 7        /* motor angle and rate, link angle and rate, friction, rotor torque, transmitted torque */
 #define HISTORY 16384  /* steps of past speed kept for the friction lag */
-#define SWEEPS 400
-enum { OK = 0, DIVERGED = 1, SINGULAR = 2 };
-
-typedef struct {
-    const World *world;
-    const Joint *joint;
-    int n, base, slosh[MAX_JOINTS], flexible[MAX_JOINTS];
-    Tree tree;
-    double x[MAX_BODIES], v[MAX_BODIES], v_old[MAX_BODIES];             /* bodies, relative to the parent */
-    double theta[MAX_JOINTS], omega[MAX_JOINTS], omega_old[MAX_JOINTS]; /* rotors behind a transmission */
-    double amplifier[MAX_JOINTS], rotor_torque[MAX_JOINTS], speed_log[MAX_JOINTS];
-    Friction friction[MAX_JOINTS];
-} Plant;
-
-static double motor_angle(const Plant *p, int k) { return p->flexible[k] ? p->theta[k] : p->x[p->base + k]; }
-static double motor_rate(const Plant *p, int k) { return p->flexible[k] ? p->omega[k] : p->v[p->base + k]; }
-
-static void add_body(Tree *tree, int parent, Vec mount, double mass, Vec com, double inertia, double rotor) {
-    int i = tree->count++;
-    tree->parent[i] = parent;
-    tree->mount[i] = mount;
-    tree->mass[i] = mass;
-    tree->com[i] = com;
-    tree->inertia[i] = inertia;
-    tree->rotor[i] = rotor;
-}
-
-static void build(Plant *p, const World *world, const Joint *joint, int n) {
-    memset(p, 0, sizeof *p);
-    p->world = world;
-    p->joint = joint;
-    p->n = n;
-    p->base = world->base_stiffness > 0.0;
-    if (p->base) add_body(&p->tree, -1, (Vec){0, 0}, 0.0, (Vec){0, 0}, world->base_inertia, 0.0);
-    for (int k = 0; k < n; k++) {
-        const Joint *j = &joint[k];
-        p->flexible[k] = j->stiffness > 0.0;
-        Vec mount = {k > 0 ? joint[k - 1].length : 0.0, 0.0};
-        add_body(&p->tree, p->tree.count - 1, mount, j->mass, (Vec){j->com_x, j->com_y}, j->inertia,
-                 p->flexible[k] ? 0.0 : j->rotor);
-    }
-    for (int k = 0; k < n; k++) {
-        const Joint *j = &joint[k];
-        if (j->slosh_mass <= 0.0) continue;
-        p->slosh[k] = p->tree.count;
-        add_body(&p->tree, p->base + k, (Vec){j->slosh_arm, 0.0}, j->slosh_mass, (Vec){j->slosh_length, 0.0}, 0.0, 0.0);
-    }
-}
-
-/* Generalised forces on the bodies that do not come from the rotors. */
-static void passive(const Plant *p, const double *x, const double *v, double *force) {
-    for (int i = 0; i < p->tree.count; i++) force[i] = 0.0;
-    if (p->base) force[0] = -p->world->base_stiffness * x[0] - p->world->base_damping * v[0];
-    for (int k = 0; k < p->n; k++) {
-        const Joint *j = &p->joint[k];
-        int i = p->base + k;
-        force[i] += outside(j, x[i], v[i]);
-        if (p->slosh[k]) force[p->slosh[k]] -= j->slosh_stiffness * x[p->slosh[k]] + j->slosh_damping * v[p->slosh[k]];
-        if (j->tendon_stiffness > 0.0 && p->n > 1) { /* a cable from joint to joint, which only pulls */
-            int other = p->base + (k + 1 < p->n ? k + 1 : k - 1);
-            double pull = j->tendon_stiffness * (x[i] - j->tendon_ratio * x[other] - j->tendon_slack);
-            if (pull > 0.0) {
-                force[i] -= pull;
-                force[other] += j->tendon_ratio * pull;
-            }
-        }
-    }
-}
-
-/* Mobility (inverse mass) and torque of motion at the position x; the single sliding axis is a case of its own. */
-static int rigid(const Plant *p, const double *x, const double *v, double *needed, double inverse[MAX_BODIES][MAX_BODIES]) {
-    const Tree *tree = &p->tree;
-    if (p->world->prismatic > 0.0) {
-        needed[0] = -tree->mass[0] * p->world->gravity_x;
-        inverse[0][0] = 1.0 / (tree->mass[0] + tree->rotor[0]);
-        return 1;
-    }
-    Pose pose;
-    double spin[MAX_BODIES], matrix[MAX_BODIES][MAX_BODIES];
-    outwards(tree, (Vec){p->world->gravity_x, p->world->gravity_y}, x, v, NULL, &pose, spin);
-    inwards(tree, &pose, spin, NULL, needed);
-    mass_matrix(tree, &pose, matrix);
-    return invert(tree->count, matrix, inverse);
-}
-
-static double one_joint(const Joint *j, const Friction *f, double guess, double a, double b, double h, double *torque) {
-    return j->bristle_stiffness > 0.0 ? stretch(j, f, guess, a, b, h, torque) : slide(f, a, b, torque);
-}
-
-/* New velocities from the friction-free ones. */
-static void rub(Plant *p, double h, double inverse[MAX_BODIES][MAX_BODIES], double *v) {
-    double lambda[MAX_JOINTS], rate[MAX_JOINTS], free_rate[MAX_JOINTS];
-    int base = p->base;
-    for (int k = 0; k < p->n; k++) {
-        lambda[k] = p->flexible[k] ? 0.0 : p->friction[k].torque;
-        rate[k] = motor_rate(p, k);
-        free_rate[k] = v[base + k];
-        if (!p->flexible[k]) continue;
-        double a = h / p->joint[k].rotor;
-        p->omega[k] = one_joint(&p->joint[k], &p->friction[k], p->omega[k], a, p->omega[k], h, &p->friction[k].torque);
-    }
-    for (int sweep = 0; sweep < SWEEPS; sweep++) {
-        double change = 0.0, size = 0.0;
-        for (int k = 0; k < p->n; k++) {
-            if (p->flexible[k]) continue;
-            double b = free_rate[k], a = h * inverse[base + k][base + k], old = lambda[k];
-            for (int m = 0; m < p->n; m++)
-                if (m != k) b -= h * inverse[base + k][base + m] * lambda[m];
-            rate[k] = one_joint(&p->joint[k], &p->friction[k], rate[k], a, b, h, &lambda[k]);
-            change = fmax(change, fabs(lambda[k] - old));
-            size = fmax(size, fabs(lambda[k]));
-        }
-        if (change <= 1e-11 * size) break;
-    }
-    for (int i = 0; i < p->tree.count; i++)
-        for (int k = 0; k < p->n; k++) v[i] -= h * inverse[i][base + k] * lambda[k];
-    for (int k = 0; k < p->n; k++) {
-        if (p->flexible[k]) continue;
-        v[base + k] = rate[k]; /* exactly zero where it sticks */
-        p->friction[k].torque = lambda[k];
-    }
-}
-
-/* Memory of the friction contact after a step with the motor rate w. */
-static void remember(const Joint *j, Friction *f, double h, double w) {
-    double slope, next[ELEMENTS];
-    if (j->bristle_stiffness > 0.0) {
-        elements(j, f, w, h, &slope, next);
-        memcpy(f->slip, next, sizeof next);
-    }
-    if (j->dwell_rise != 0.0) {
-        double grow = h / j->dwell_time;
-        f->dwell = (f->dwell + grow) / (1.0 + grow + h * fabs(w) / j->dwell_distance);
-    }
-    if (j->warm_change != 0.0) f->warmth += h / j->warm_time * (f->torque * w / j->warm_power - f->warmth);
-}
-
-/* One step. `command` is the mean amplifier input of the step, `push` a torque from outside, `factor` scales friction. */
-static int step(Plant *p, double t, double h, const double *command, const double *push, const double *factor,
-                const double *old_speed) {
-    int count = p->tree.count, base = p->base;
-    double mid[MAX_BODIES], glide[MAX_BODIES], force[MAX_BODIES], needed[MAX_BODIES], v[MAX_BODIES];
-    double inverse[MAX_BODIES][MAX_BODIES];
-    for (int i = 0; i < count; i++) {
-        mid[i] = p->x[i] + 0.5 * h * p->v[i];
-        glide[i] = 1.5 * p->v[i] - 0.5 * p->v_old[i]; /* velocity of the middle of the step, extrapolated */
-    }
-    if (!rigid(p, mid, glide, needed, inverse)) return SINGULAR;
-    passive(p, mid, glide, force);
-    for (int k = 0; k < p->n; k++) {
-        const Joint *j = &p->joint[k];
-        int i = base + k;
-        double angle = p->flexible[k] ? p->theta[k] + 0.5 * h * p->omega[k] : mid[i];
-        double rate = p->flexible[k] ? 1.5 * p->omega[k] - 0.5 * p->omega_old[k] : glide[i];
-        double u = lagged_mean(j->lag, drive(j, command[k]), h, &p->amplifier[k]);
-        double torque = at_rotor(j, u, angle, rate, t + 0.5 * h) + push[k];
-        p->rotor_torque[k] = torque;
-        p->friction[k].forward = level_now(j, &p->friction[k], 1, angle, factor[k], old_speed[k]);
-        p->friction[k].backward = level_now(j, &p->friction[k], 0, angle, factor[k], old_speed[k]);
-        if (!p->flexible[k]) {
-            force[i] += torque;
-            continue;
-        }
-        double twist = shaft(j, angle - mid[i], rate - glide[i]);
-        force[i] += twist;
-        p->friction[k].load = twist;
-        p->omega_old[k] = p->omega[k];
-        p->theta[k] = angle;
-        p->omega[k] += h / j->rotor * (torque - twist);
-    }
-    for (int i = 0; i < count; i++) {
-        v[i] = p->v[i];
-        for (int m = 0; m < count; m++) v[i] += h * inverse[i][m] * (force[m] - needed[m]);
-    }
-    rub(p, h, inverse, v);
-    for (int k = 0; k < p->n; k++) {
-        Friction *f = &p->friction[k];
-        double w = p->flexible[k] ? p->omega[k] : v[base + k];
-        if (p->flexible[k]) p->theta[k] += 0.5 * h * w;
-        else f->load = p->rotor_torque[k] - f->torque - p->joint[k].rotor * (w - p->v[base + k]) / h;
-        remember(&p->joint[k], f, h, w);
-    }
-    for (int i = 0; i < count; i++) {
-        p->v_old[i] = p->v[i];
-        p->v[i] = v[i];
-        p->x[i] = mid[i] + 0.5 * h * v[i];
-        if (!(fabs(v[i]) < 1e4)) return DIVERGED;
-    }
-    return OK;
-}
-
-/* Links hang or stretch so that the shafts carry nothing at the start. */
-static void place(Plant *p, const double *q0, const double *dq0) {
-    for (int k = 0; k < p->n; k++) {
-        p->theta[k] = p->x[p->base + k] = q0[k];
-        p->omega[k] = p->omega_old[k] = p->v[p->base + k] = p->v_old[p->base + k] = dq0[k];
-        p->speed_log[k] = dq0[k];
-    }
-}
 
 typedef struct { double seen, rate, sum; } Control;
 
@@ -228,78 +21,104 @@ static double control(const Joint *j, Control *c, double period, double q, const
     return copysign(j->torque_limit, u);
 }
 
-/* Record `samples` samples. Arrays are row-major; width n unless said.
- * reference (samples, n, 2), forward (samples, n), noise (samples, n)
- * push and factor (samples * fine + 1, n): torque from outside and friction factor, linear between points
- * start (n, 2): angle and rate; carried (n): warmth, read and written
- * out: q, tau, dq (samples, n), truth (samples, n, TRUTH) */
+/* What a recording reads and writes; arrays are row-major, of width n unless said. */
+typedef struct {
+    int n, samples, substeps, fine;
+    double period, h;
+    const double *reference; /* (samples, n, 2): position and velocity that the controller wants */
+    const double *forward;   /* (samples, n): torque that it adds */
+    const double *noise;     /* (samples, n): of the encoder */
+    const double *push;      /* (samples * fine + 1, n): torque from outside, linear between points */
+    const double *factor;    /* the same: factor on friction */
+    double *q, *tau, *dq;    /* (samples, n) */
+    double *truth;           /* (samples, n, TRUTH) */
+    double *past;            /* (HISTORY, MAX_JOINTS): speeds of the last steps */
+    long steps;
+    int logged[MAX_JOINTS];
+    Control loop[MAX_JOINTS];
+} Record;
+
+/* The controller sees the encoder of joint k at sample i, and answers. */
+static void sample(Plant *p, Record *r, int i, int k) {
+    const Joint *j = &p->joint[k];
+    int at = i * r->n + k;
+    double angle = motor_angle(p, k), seen = counts(j->resolution, encoder(j, angle) + r->noise[at]);
+    if (j->time_shift == 0.0) r->q[at] = seen;
+    r->dq[at] = p->speed_log[k] * encoder_slope(j, angle);
+    r->tau[at] = control(j, &r->loop[k], r->period, seen, r->reference + 2 * at, r->forward[at], i == 0);
+    if (i == 0) p->amplifier[k] = drive(j, r->tau[at]);
+    double values[TRUTH] = {angle, motor_rate(p, k), p->x[p->base + k], p->v[p->base + k],
+                            p->friction[k].torque, p->rotor_torque[k], p->friction[k].load};
+    memcpy(r->truth + (size_t)TRUTH * at, values, sizeof values);
+}
+
+/* Speed of joint k a friction lag ago; zero before the start. */
+static double speed_before(Record *r, const Joint *j, int k, double speed) {
+    double back = j->friction_lag / r->h;
+    long b = (long)back;
+    r->past[(r->steps % HISTORY) * MAX_JOINTS + k] = fabs(speed);
+    if (b + 1 > r->steps) return 0.0;
+    return (1.0 - (back - b)) * r->past[((r->steps - b) % HISTORY) * MAX_JOINTS + k] +
+           (back - b) * r->past[((r->steps - b - 1) % HISTORY) * MAX_JOINTS + k];
+}
+
+/* A position channel whose clock is off: it notes the angle between `was` and now, at times of its own. */
+static void note(const Plant *p, Record *r, int k, double t, double was) {
+    const Joint *j = &p->joint[k];
+    for (; j->time_shift != 0.0 && r->logged[k] < r->samples; r->logged[k]++) {
+        double late = r->logged[k] * r->period - j->time_shift - t;
+        if (late > r->h) return;
+        double here = was + fmax(0.0, late / r->h) * (motor_angle(p, k) - was);
+        int at = r->logged[k] * r->n + k;
+        r->q[at] = counts(j->resolution, encoder(j, here) + r->noise[at]);
+    }
+}
+
+static int substep(Plant *p, Record *r, int i, int s) {
+    double command[MAX_JOINTS], torque[MAX_JOINTS], scale[MAX_JOINTS], old[MAX_JOINTS], was[MAX_JOINTS];
+    double t = i * r->period + s * r->h, fine = ((double)s + 0.5) / r->substeps * r->fine, w = fine - floor(fine);
+    int a = (i * r->fine + (int)fine) * r->n, b = a + r->n;
+    for (int k = 0; k < r->n; k++) {
+        command[k] = held_mean(r->tau + k, r->n, r->period, p->joint[k].delay, t, r->h);
+        torque[k] = (1.0 - w) * r->push[a + k] + w * r->push[b + k];
+        scale[k] = (1.0 - w) * r->factor[a + k] + w * r->factor[b + k];
+        old[k] = speed_before(r, &p->joint[k], k, motor_rate(p, k));
+        was[k] = motor_angle(p, k);
+    }
+    int status = step(p, t, r->h, command, torque, scale, old);
+    for (int k = 0; k < r->n; k++) {
+        lagged_mean(p->joint[k].velocity_lag, motor_rate(p, k), r->h, &p->speed_log[k]);
+        note(p, r, k, t, was[k]);
+    }
+    r->steps++;
+    return status;
+}
+
+/* Record an arm; `start` (n, 2) holds angle and rate, `carried` (n) the warmth, read and written. */
 int plant_record(const World *world, const Joint *joint, int n, int samples, int substeps, int fine, double period,
                  const double *reference, const double *forward, const double *noise, const double *push,
                  const double *factor, const double *start, double *carried, double *q, double *tau, double *dq,
                  double *truth) {
     Plant *p = malloc(sizeof *p);
     double *past = calloc((size_t)HISTORY * MAX_JOINTS, sizeof *past);
-    Control loop[MAX_JOINTS] = {{0}};
-    int status = OK, logged[MAX_JOINTS] = {0};
-    long steps = 0;
-    double h = period / substeps, q0[MAX_JOINTS], dq0[MAX_JOINTS], was[MAX_JOINTS];
-    build(p, world, joint, n);
-    for (int k = 0; k < n; k++) {
-        q0[k] = start[2 * k];
-        dq0[k] = start[2 * k + 1];
-        p->friction[k].warmth = carried[k];
+    if (!p || !past) {
+        free(past);
+        free(p);
+        return NO_MEMORY;
     }
-    place(p, q0, dq0);
+    Record r = {n, samples, substeps, fine, period, period / substeps, reference, forward, noise, push, factor,
+                q, tau, dq, truth, past, 0, {0}, {{0.0, 0.0, 0.0}}};
+    int status = OK;
+    build(p, world, joint, n);
+    place(p, start);
+    for (int k = 0; k < n; k++) p->friction[k].warmth = carried[k];
     for (int i = 0; i < samples && status == OK; i++) {
-        for (int k = 0; k < n; k++) {
-            const Joint *j = &joint[k];
-            int at = i * n + k;
-            double angle = motor_angle(p, k), seen = counts(j->resolution, encoder(j, angle) + noise[at]);
-            if (j->time_shift == 0.0) q[at] = seen;
-            double slope = j->eccentricity * j->eccentricity_harmonic *
-                           cos(j->eccentricity_harmonic * angle + j->eccentricity_phase);
-            dq[at] = p->speed_log[k] * (1.0 + slope);
-            tau[at] = control(j, &loop[k], period, seen, reference + 2 * at, forward[at], i == 0);
-            if (i == 0) p->amplifier[k] = drive(j, tau[at]);
-            double values[TRUTH] = {angle, motor_rate(p, k), p->x[p->base + k], p->v[p->base + k],
-                                    p->friction[k].torque, p->rotor_torque[k], p->friction[k].load};
-            memcpy(truth + (size_t)TRUTH * at, values, sizeof values);
-        }
-        for (int s = 0; s < substeps && status == OK; s++, steps++) {
-            double t = i * period + s * h, command[MAX_JOINTS], torque[MAX_JOINTS], scale[MAX_JOINTS], old[MAX_JOINTS];
-            double place_fine = ((double)s + 0.5) / substeps * fine;
-            int a = i * fine + (int)place_fine;
-            double w = place_fine - floor(place_fine);
-            for (int k = 0; k < n; k++) {
-                const Joint *j = &joint[k];
-                command[k] = held_mean(tau + k, n, period, j->delay, t, h);
-                torque[k] = (1.0 - w) * push[a * n + k] + w * push[(a + 1) * n + k];
-                scale[k] = (1.0 - w) * factor[a * n + k] + w * factor[(a + 1) * n + k];
-                was[k] = motor_angle(p, k);
-                past[(steps % HISTORY) * MAX_JOINTS + k] = fabs(motor_rate(p, k));
-                double back = j->friction_lag / h;
-                long b = (long)back;
-                if (b + 1 > steps) old[k] = 0.0;
-                else old[k] = (1.0 - (back - b)) * past[((steps - b) % HISTORY) * MAX_JOINTS + k] +
-                              (back - b) * past[((steps - b - 1) % HISTORY) * MAX_JOINTS + k];
-            }
-            status = step(p, t, h, command, torque, scale, old);
-            for (int k = 0; k < n; k++) {
-                const Joint *j = &joint[k];
-                lagged_mean(j->velocity_lag, motor_rate(p, k), h, &p->speed_log[k]);
-                for (; j->time_shift != 0.0 && logged[k] < samples; logged[k]++) { /* the log has a clock of its own */
-                    double late = logged[k] * period - j->time_shift - t;
-                    if (late > h) break;
-                    double here = was[k] + fmax(0.0, late / h) * (motor_angle(p, k) - was[k]);
-                    int at = logged[k] * n + k;
-                    q[at] = counts(j->resolution, encoder(j, here) + noise[at]);
-                }
-            }
-        }
+        for (int k = 0; k < n; k++) sample(p, &r, i, k);
+        for (int s = 0; s < substeps && status == OK; s++) status = substep(p, &r, i, s);
     }
     for (int k = 0; k < n; k++) {
         carried[k] = p->friction[k].warmth;
-        for (; joint[k].time_shift != 0.0 && logged[k] < samples; logged[k]++) q[logged[k] * n + k] = motor_angle(p, k);
+        for (; joint[k].time_shift != 0.0 && r.logged[k] < samples; r.logged[k]++) q[r.logged[k] * n + k] = motor_angle(p, k);
     }
     free(past);
     free(p);
