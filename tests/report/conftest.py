@@ -74,10 +74,10 @@ def _family_masks(v, a, q, t):
     near = np.convolve(np.abs(np.diff(np.sign(v), prepend=np.sign(v[0]))), np.ones(31), "same") > 0
     speed = np.abs(v)
     low, high = np.quantile(speed, [0.4, 0.75])
-    yield "velocity", "velocity reversal", near
-    yield "velocity", "low velocity", ~near & (speed <= low)
-    yield "velocity", "medium velocity", ~near & (speed > low) & (speed <= high)
-    yield "velocity", "high velocity", ~near & (speed > high)
+    yield "motion", "velocity reversal", near
+    yield "motion", "low velocity", ~near & (speed <= low)
+    yield "motion", "medium velocity", ~near & (speed > low) & (speed <= high)
+    yield "motion", "high velocity", ~near & (speed > high)
     yield "direction", "forward", v > 0
     yield "direction", "backward", v <= 0
     for k in range(4):
@@ -126,7 +126,7 @@ def make_candidates(joints, count, partner):
             half = 0.02 + 0.05 * rng.random()
             status = "Solve_Succeeded" if k % 7 != 5 else "Maximum_Iterations_Exceeded"
             status = "screened out" if k > 8 and k % 3 else status
-            value = Estimate(float("nan"), float("nan"), float("nan")) if status == "screened out" else None
+            value = Estimate(0.0, 0.0, 0.0) if status == "screened out" else None
             estimate = value or Estimate(gain, gain - half, gain + half)
             rows.append(Candidate(step, effect, joint, estimate, gain / half, status, step == 1 and k == 0))
     return tuple(rows)
@@ -192,7 +192,7 @@ def make_diagnosis(verdict="explained", joints=("A", "B"), candidates=26, equiva
         traces = tuple(Trace(x.run, x.time, x.position, x.velocity, x.measured, x.nominal, x.retuned, x.retuned)
                        for x in traces)  # fmt: skip
     regions = make_regions(joints, traces)
-    top = sorted((r for r in regions if r.family == "velocity"), key=lambda r: -r.share.value)[:4]
+    top = sorted((r for r in regions if r.family == "motion"), key=lambda r: -r.share.value)[:4]
     places = tuple(Place(r.joint, "friction", r.region, _part(r.share, 1 / len(joints))) for r in top)
     partly = Estimate(0.52, 0.41, 0.6) if named else None
     limit = f"{joints[0]}.com_x: the data push it to three standard deviations of its tolerance"

@@ -93,7 +93,7 @@ def test_inseparable_effects_are_never_claimed_alone(written):
     _, folder = written("class")
     text = read(folder).text
     assert "Presliding or backlash at joint A (97 % together): these data cannot tell which." in text
-    assert "Presliding at joint A closes" not in text
+    assert "Presliding at A removes" not in text
     assert "micro-amplitude reversals" in text  # the experiment that would tell
 
 

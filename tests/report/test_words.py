@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 
-from stribeck.gap.result import Cause
+from stribeck.gap.result import Cause, Estimate, Place
 from stribeck.report import sentences, summary, words
 
 
@@ -23,7 +23,10 @@ def test_effects_and_regions_in_words():
     assert words.stage("presliding") == "+ presliding"
     assert words.region("velocity_reversal") == "at velocity reversals"
     assert words.region("low velocity") == "at low velocity"
-    assert words.region("0.2 to 0.4 rad") == "in “0.2 to 0.4 rad”"
+    assert words.region("0.20 to 0.40 rad") == "at positions of 0.20 to 0.40 rad"
+    assert words.region("0 to 3.1 Hz") == "between 0 and 3.1 Hz"
+    assert words.region("last third of a run") == "in the last third of a run"
+    assert words.region("odd") == "in “odd”"
     assert words.joints(["A", "B"]) == "joints A and B"
     assert words.joints(["joint_3"]) == "joint_3"
 
@@ -87,3 +90,29 @@ def test_partly_explained_without_a_name_claims_nothing(diagnosis):
     made = diagnosis("partly_explained", named=())
     assert sentences.which(made).startswith("No cause is named")
     assert "closes" not in sentences.how_far(made)
+
+
+def test_presence_is_claimed_where_effects_share_the_probability(diagnosis):
+    made = diagnosis()
+    made = replace(made, causes=(replace(made.causes[0], probability=0.5, presence=0.98), *made.causes[1:]))
+    assert "(probability 98\u00a0%)" in sentences.which(made)
+
+
+def test_where_says_how_much_lies_at_the_joint_and_where_it_is_densest(diagnosis):
+    place = Place("A", "actuator", "high velocity", Estimate(0.94, 0.88, 0.97))
+    rest = Place("B", "unknown", "all motion", Estimate(0.05, 0.02, 0.1))
+    text = sentences.where(replace(diagnosis(), where=(place, rest))).replace("\u00a0", " ")
+    assert "94 % (88 to 97 %)" in text
+    assert "at joint A, in the actuator stage, densest at high velocity" in text
+    assert "at joint B, of unknown origin, densest throughout the motion" in text
+    unnamed = sentences.where(replace(diagnosis("unexplained"), where=(place,)))
+    assert "most like the actuator stage" in unnamed
+
+
+def test_title_of_where_takes_its_share_from_the_region_it_names(diagnosis):
+    made = diagnosis()
+    region = next(r for r in made.regions if (r.joint, r.region) == ("B", "velocity reversal"))
+    places = (Place("B", "friction", "velocity reversal", Estimate(0.8, 0.7, 0.9)),)
+    places += (Place("B", "unknown", "velocity reversal", Estimate(0.1, 0.0, 0.2)),)
+    text = sentences.finding(replace(made, where=places)).replace("\u00a0", " ")
+    assert text == f"B holds 90 % of the gap; {100 * region.share.value:.0f} % of that lies at velocity reversals"

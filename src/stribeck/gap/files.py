@@ -117,6 +117,7 @@ def _cause(cause: Cause) -> dict[str, Any]:
             for joint, values in cause.parameters.items()
         },
         "closes": _estimate(cause.closes),
+        **({} if cause.presence is None else {"presence": _number(cause.presence)}),
     }
 
 

@@ -6,7 +6,7 @@ import math
 
 from stribeck.gap.result import Cause, Diagnosis, Place
 from stribeck.report import words
-from stribeck.report.numbers import number, percent_interval, probability, unit_text
+from stribeck.report.numbers import number, percent, percent_interval, probability, unit_text
 
 NAMED_JOINTS = 3  # joints whose numbers a sentence still carries; more are in the table
 
@@ -21,15 +21,24 @@ def where(diagnosis: Diagnosis) -> str:
     places = sorted(diagnosis.where, key=lambda place: -place.share.value)
     if not places:
         return "The gap that re-tuning leaves is spread: no joint or region holds a clear share of it."
-    first = (
-        f"{percent_interval(places[0].share)} of the gap that re-tuning leaves lies at "
-        f"{words.joints([places[0].joint])}, {words.region(places[0].region)}{_channel(diagnosis, places[0])}"
-    )
+    first = f"{percent_interval(places[0].share)} of the gap that re-tuning leaves lies {_place(diagnosis, places[0])}"
     if len(places) == 1:
         return f"{first}."
-    second = places[1]
-    joint = "" if second.joint == places[0].joint else f"at {words.joints([second.joint])}, "
-    return f"{first}; next, {percent_interval(second.share)} {joint}{words.region(second.region)}."
+    return f"{first}; next, {percent_interval(places[1].share)} {_place(diagnosis, places[1])}."
+
+
+def finding(diagnosis: Diagnosis) -> str:
+    """Return where most of the gap lies as the title of a figure: the joint, and the region where it is densest."""
+    top = max(diagnosis.where, key=lambda place: place.share.value)
+    joint = words.short(top.joint)
+    whole = min(sum(place.share.value for place in diagnosis.where if place.joint == top.joint), 1.0)
+    head = f"{joint} holds {percent(whole)} of the gap" if len(diagnosis.joints) > 1 else f"{joint}: the gap"
+    region = next((r for r in diagnosis.regions if (r.joint, r.region) == (top.joint, top.region)), None)
+    if region is None:
+        return f"{head}{',' if len(diagnosis.joints) > 1 else ' is'} densest {words.region(top.region)}"
+    if len(diagnosis.joints) > 1:
+        return f"{head}; {percent(region.share.value)} of that lies {words.region(top.region)}"
+    return f"{joint}: {percent(region.share.value)} of the gap lies {words.region(top.region)}"
 
 
 def which(diagnosis: Diagnosis) -> str:
@@ -83,7 +92,7 @@ def answers(diagnosis: Diagnosis) -> tuple[tuple[str, str], ...]:
 
 def _rms(diagnosis: Diagnosis) -> str:
     stages = {stage.stage: stage.torque for stage in diagnosis.stages}
-    last = diagnosis.named[-1] if diagnosis.named else "retuned"
+    last = words.last_stage(diagnosis)
     if not {"as_given", "retuned", last} <= set(stages):
         return ""
     unit = unit_text(words.torque_unit(diagnosis))
@@ -100,11 +109,14 @@ def _rms(diagnosis: Diagnosis) -> str:
     return f"Torque rms, {legend}: {'; '.join(parts)}{tail}."
 
 
-def _channel(diagnosis: Diagnosis, place: Place) -> str:
+def _place(diagnosis: Diagnosis, place: Place) -> str:
+    """Return joint, stage and densest region; where nothing is named the stage is a likeness, not a claim."""
     name = words.clean(place.channel).replace("_", " ")
     if name in ("", "unknown", "none"):
-        return ""
-    return f" ({name} stage of the signal path)" if diagnosis.named else f" (it looks most like the {name} stage)"
+        stage = ", of unknown origin" if diagnosis.named else ""
+    else:
+        stage = f", in the {name} stage" if diagnosis.named else f", most like the {name} stage"
+    return f"at {words.joints([place.joint])}{stage}, densest {words.region(place.region)}"
 
 
 def _chance(value: float, what: str = "") -> str:

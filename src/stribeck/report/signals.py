@@ -85,8 +85,11 @@ def telling_family(diagnosis: Diagnosis) -> str:
 
     Compared by how much more of the squared residual than of the time a single region holds.
     """
-    best = {"position": 0.0, "velocity": 0.0}
+    position, velocity = 0.0, 0.0
     for region in diagnosis.regions:
-        if region.family in best:
-            best[region.family] = max(best[region.family], region.share.value - region.time_share)
-    return "position" if best["position"] > best["velocity"] else "velocity"
+        excess = region.share.value - region.time_share
+        if region.family == "position":
+            position = max(position, excess)
+        elif region.family in ("velocity", "motion", "direction"):
+            velocity = max(velocity, excess)
+    return "position" if position > velocity else "velocity"

@@ -191,4 +191,4 @@ def _spread(wanted: list[float], gap: float) -> list[float]:
 
 def _wrap(text: str, width: float, size: float) -> str:
     per_inch = 72.0 / (0.59 * size)  # a bold letter is about 0.59 of its size wide
-    return "\n".join(textwrap.wrap(text, max(int(width * per_inch), 20)))
+    return "\n".join(textwrap.wrap(text, max(int(width * per_inch), 20), break_on_hyphens=False))

@@ -35,7 +35,7 @@ def stage_table(diagnosis: Diagnosis) -> Table:
     for stage in diagnosis.stages:
         metrics = [stage.torque, stage.motion] if moving else [stage.torque]
         cells = [_cell(metric.get(joint)) for metric in metrics for joint in diagnosis.joints]
-        mark = "strong" if diagnosis.named and stage.stage == diagnosis.named[-1] else ""
+        mark = "strong" if diagnosis.named and stage.stage == words.last_stage(diagnosis) else ""
         rows.append(Row((words.stage(stage.stage), *cells), "muted" if stage.stage == "noise_floor" else mark))
     horizon = with_unit(diagnosis.horizon, "s", 2)
     note = f"Root mean square on held-out runs; motion is simulated for {horizon} from recorded states."
@@ -54,17 +54,19 @@ def cause_table(diagnosis: Diagnosis) -> Table:
             name,
             words.listing([words.clean(joint) for joint in cause.joints]) if own else "",
             probability(cause.probability),
+            probability(cause.presence) if cause.presence is not None else "",
             words.listing([words.effect(other) for other in cause.equivalent if other != cause.effect]),
             percent_interval(cause.closes) if cause.closes else "",
         )
         rows.append(Row(cells, "strong" if is_named(diagnosis, cause) else "muted"))
-    columns = ("effect", "at", "probability", "cannot be told from", "closes")
+    columns = ("effect", "at", "probability", "is there at all", "cannot be told from", "closes")
     note = (
-        "Bold: named. All probabilities sum to one with “unknown”, an effect outside the list."
+        "Bold: named. The probabilities sum to one with “unknown”, an effect outside the list; effects that act "
+        "together share theirs. Is there at all: the probability of this effect by itself, beside whatever else acts."
         if diagnosis.named
         else "None of these is named: the probabilities say what was considered, not what was found."
     )
-    return Table("Causes and their probability", columns, tuple(rows), frozenset({2, 4}), note)
+    return Table("Causes and their probability", columns, tuple(rows), frozenset({2, 3, 5}), note)
 
 
 def parameter_table(diagnosis: Diagnosis) -> Table | None:
@@ -97,20 +99,22 @@ def tuned_table(diagnosis: Diagnosis) -> Table:
     """Return the nominal values before and after re-tuning, with what to mind about each."""
     rows = []
     for value in diagnosis.tuned:
-        flags = ["at its limit"] * value.at_limit + ["not identified"] * (not value.identified)
+        held = value.tolerance == 0.0
+        flags = ["at its limit"] * value.at_limit + ["not identified"] * (not value.identified and not held)
+        flags += ["held"] * held
         cells = (
             words.clean(value.key),
             as_written(value.nominal),
             as_written(value.tolerance),
-            *_estimate_cells(value.tuned),
+            *(("", "") if held else _estimate_cells(value.tuned)),
             unit_text(value.unit),
             "; ".join(flags),
         )
-        rows.append(Row(cells, "flag" if value.at_limit else "" if value.identified else "muted"))
+        rows.append(Row(cells, "flag" if value.at_limit else "" if value.identified and not held else "muted"))
     columns = ("value", "nominal", "± tolerance", "re-tuned", "95 % interval", "unit", "")
-    note = "Tolerance: one standard deviation, as the arm file states it; re-tuning stays within three."
-    note += (
-        " At its limit: the data want more than that. Not identified: these runs cannot tell; it stays near nominal."
+    note = (
+        "Tolerance: one standard deviation, as the arm file states it; re-tuning stays within three. At its limit: the "
+        "data want more than that. Not identified: these runs cannot tell; it stays near nominal. Held: no tolerance."
     )
     return Table("Re-tuned values", columns, tuple(rows), frozenset({1, 2, 3, 4}), note)
 
@@ -167,7 +171,7 @@ def laws(diagnosis: Diagnosis) -> Laws | None:
 
 def method(diagnosis: Diagnosis, version: str) -> Facts:
     """Return how the answer was reached."""
-    settings = [(words.clean(key).replace("_", " "), _plain(value)) for key, value in diagnosis.settings.items()]
+    settings = [_setting(key, value) for key, value in diagnosis.settings.items() if not key.startswith("horizon")]
     pairs = [
         ("fitted to", _runs(diagnosis.fit_runs)),
         ("judged on (held out)", _runs(diagnosis.held_out_runs)),
@@ -177,6 +181,15 @@ def method(diagnosis: Diagnosis, version: str) -> Facts:
         ("stribeck", version),
     ]
     return Facts("How it was done", tuple(pairs))
+
+
+def _setting(key: str, value: float | str) -> tuple[str, str]:
+    """Return name and value, the unit moved from the name ("cutoff_hz") to the value ("32.3 Hz")."""
+    name, _, last = words.clean(key).rpartition("_")
+    unit = {"hz": "Hz", "s": "s"}.get(last, "")
+    if unit and name and isinstance(value, (int, float)):
+        return name.replace("_", " "), with_unit(float(value), unit)
+    return words.clean(key).replace("_", " "), _plain(value)
 
 
 def _runs(names: tuple[str, ...]) -> str:

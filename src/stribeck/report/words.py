@@ -18,6 +18,7 @@ _PREPOSITION = (
     ("stuck", "while the joint sticks"),
     ("forward", "in forward motion"),
     ("backward", "in backward motion"),
+    ("all motion", "throughout the motion"),
 )
 
 
@@ -51,6 +52,14 @@ def region(name: str) -> str:
     for key, phrase in _PREPOSITION:
         if re.search(rf"\b{key}s?\b", words):
             return phrase
+    if re.search(r" to .* Hz$", words):
+        return f"between {words.replace(' to ', ' and ')}"
+    if re.search(r" to .* (rad|m)$", words):
+        return f"at positions of {words}"
+    if words.startswith("at "):
+        return words
+    if words.endswith("of a run"):
+        return f"in the {words}"
     if re.match(r"(very )?(low|medium|high)(er)? (speed|velocity|acceleration|load|torque)", words):
         return f"at {words}"
     return f"in “{words}”"
@@ -79,7 +88,9 @@ def cause_of(diagnosis: Diagnosis, name: str) -> Cause:
 
 
 def class_probability(diagnosis: Diagnosis, cause: Cause) -> float:
-    """Return the probability of a cause and of those that the data cannot tell from it, together."""
+    """Return the probability that a cause, or one that the data cannot tell from it, is there."""
+    if cause.presence is not None:
+        return cause.presence
     others = {
         other.effect: other.probability for other in reversed(diagnosis.causes) if other.effect in cause.equivalent
     }
@@ -95,6 +106,12 @@ def named(diagnosis: Diagnosis) -> str:
     """Return the named effects as the start of a sentence: "Presliding and cable spring"."""
     text = listing([effect(name) for name in diagnosis.named])
     return f"{text[:1].upper()}{text[1:]}"
+
+
+def last_stage(diagnosis: Diagnosis) -> str:
+    """Return the stage of the final model: the last effect that was added, or "retuned"."""
+    added = [stage.stage for stage in diagnosis.stages if stage.stage not in _STAGE]
+    return added[-1] if added else "retuned"
 
 
 def final(diagnosis: Diagnosis) -> str:

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from stribeck.gap.result import Candidate, Diagnosis
 from stribeck.report import words
-from stribeck.report.candidates_order import ranked
+from stribeck.report.candidates_order import judged, ranked
 from stribeck.report.numbers import percent, percent_interval
 from stribeck.report.style import COLOUR, INK, MUTED, WIDTH, drawn, grid, heading, new_figure, title
 
@@ -28,12 +28,14 @@ def candidates_figure(diagnosis: Diagnosis) -> Figure | None:
     figure = new_figure(0.7 + sum(heights))
     axes = figure.subplots(len(steps), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
     for step, ax in zip(steps, axes, strict=True):
-        draw_ranking(ax, shown[step], partners(diagnosis, step))
+        draw_ranking(ax, shown[step], partners(diagnosis, step), diagnosis.named)
         title(ax, _panel(diagnosis, step, shown[step]), WIDTH - 1.5)
     ends = [x for rows in shown.values() for row in rows for x in (row.gain.low, row.gain.high) if math.isfinite(x)]
     axes[-1].set_xlim(max(min(ends, default=0.0), LOWEST) - 0.02, min(max(ends, default=1.0), 1.5) + 0.05)
     axes[-1].xaxis.set_major_formatter(lambda x, _: percent(round(x, 3)))
-    axes[-1].set_xlabel("part of the closable gap that the candidate closes on held-out runs (95 % interval)")
+    axes[-1].set_xlabel(
+        "part of the squared residual at that step that the candidate removes, held-out (95 % interval)"
+    )
     heading(figure, _finding(diagnosis))
     return figure
 
@@ -52,17 +54,19 @@ def partners(diagnosis: Diagnosis, step: int) -> frozenset[tuple[str, str]]:
     found = set()
     for chosen in (row for row in rows if row.chosen):
         for effect in words.cause_of(diagnosis, chosen.effect).equivalent:
-            same = [row for row in rows if row.effect == effect and not row.chosen and math.isfinite(row.gain.value)]
+            same = [row for row in rows if row.effect == effect and not row.chosen and judged(row)]
             here = [row for row in same if row.joint == chosen.joint] or same
             if here and effect != chosen.effect:
                 found.add(_key(max(here, key=lambda row: row.gain.value)))
     return frozenset(found)
 
 
-def draw_ranking(ax: Axes, rows: list[Candidate], same: frozenset[tuple[str, str]]) -> Axes:
+def draw_ranking(
+    ax: Axes, rows: list[Candidate], same: frozenset[tuple[str, str]], named: tuple[str, ...] = ()
+) -> Axes:
     """Draw candidates from top to bottom, the chosen one filled, its partners as diamonds; return ``ax``."""
     for place, row in enumerate(rows):
-        _draw_row(ax, place, row, _key(row) in same)
+        _draw_row(ax, place, row, _key(row) in same, row.effect in named)
     ax.axvline(0.0, color=MUTED, linewidth=0.8)
     ax.set_yticks(range(len(rows)), [_label(row) for row in rows])
     for tick, row in zip(ax.get_yticklabels(), rows, strict=True):
@@ -73,7 +77,7 @@ def draw_ranking(ax: Axes, rows: list[Candidate], same: frozenset[tuple[str, str
     return ax
 
 
-def _draw_row(ax: Axes, place: int, row: Candidate, partner: bool) -> None:
+def _draw_row(ax: Axes, place: int, row: Candidate, partner: bool, named: bool) -> None:
     colour = COLOUR["corrected"] if row.chosen else COLOUR["partner"] if partner else COLOUR["noise_floor"]
     marker = "o" if row.chosen else "D" if partner else "o"
     low, high = (x if math.isfinite(x) else row.gain.value for x in (row.gain.low, row.gain.high))
@@ -87,7 +91,12 @@ def _draw_row(ax: Axes, place: int, row: Candidate, partner: bool) -> None:
             row.gain.value, place, marker=marker, color=colour, markerfacecolor=face, markersize=7 if row.chosen else 6
         )
         note, at = "", high
-    notes = [note, "chosen" if row.chosen else "", "cannot be told apart" if partner else "", _trouble(row.status)]
+    notes = [
+        note,
+        ("chosen" if named else "best, not named") if row.chosen else "",
+        "cannot be told apart" if partner else "",
+        _trouble(row.status),
+    ]
     text = ", ".join(part for part in notes if part)
     ax.annotate(
         text, (at, place), xytext=(8, 0), textcoords="offset points", va="center", fontsize=9,
@@ -112,13 +121,14 @@ def _label(row: Candidate) -> str:
 
 def _panel(diagnosis: Diagnosis, step: int, shown: list[Candidate]) -> str:
     total = sum(row.step == step for row in diagnosis.candidates)
-    screened = sum(row.step == step and not math.isfinite(row.gain.value) for row in diagnosis.candidates)
+    screened = sum(row.step == step and not judged(row) for row in diagnosis.candidates)
     rest = total - screened - len(shown)
     counts = [f"{total} candidate{'s' * (total != 1)}"]
     counts += [f"{screened} screened out"] if screened else []
     counts += [f"{rest} lower not shown"] if rest else []
     chosen = [row for row in shown if row.chosen]
-    what = f"{words.listing([_label(row) for row in chosen])} added" if chosen else "nothing added"
+    done = "added" if chosen and chosen[0].effect in diagnosis.named else "tried, not named"
+    what = f"{words.listing([_label(row) for row in chosen])} {done}" if chosen else "nothing added"
     return f"Step {step}: {what} ({', '.join(counts)})"
 
 
@@ -132,7 +142,8 @@ def _finding(diagnosis: Diagnosis) -> str:
     names = [words.effect(name) for name in (cause.equivalent or (first.effect,))]
     gain = percent_interval(first.gain)
     if len(names) > 1:
-        return f"{words.listing(names, 'or').capitalize()}: these data cannot tell; the first closes {gain} of the gap"
-    return (
-        f"{names[0].capitalize()} at {words.short(first.joint)} closes {gain} of the gap on runs that were not fitted"
-    )
+        either = words.listing(names, "or")
+        return f"{either[0].upper()}{either[1:]}: these data cannot tell; the first removes {gain}"
+    if len(diagnosis.named) > 1:
+        return f"{words.named(diagnosis)}: each was added for its gain on runs that were not fitted"
+    return f"{words.named(diagnosis)} at {words.short(first.joint)} removes {gain} of the squared residual, held-out"

@@ -70,7 +70,7 @@ def _finding(diagnosis: Diagnosis, window: Window) -> str:
 
 def _panel(diagnosis: Diagnosis, joint: str) -> str:
     rms = {stage.stage: stage.torque.get(joint, float("nan")) for stage in diagnosis.stages}
-    last = diagnosis.named[-1] if diagnosis.named and diagnosis.named[-1] in rms else "retuned"
+    last = words.last_stage(diagnosis)
     if "as_given" not in rms or last not in rms:
         return words.short(joint)
     unit = unit_text(words.torque_unit(diagnosis))

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stribeck.gap.result import Diagnosis, Place
-from stribeck.report import words
+from stribeck.report import sentences, words
 from stribeck.report.numbers import percent
 from stribeck.report.signals import Window, sampled, stacked, telling_family, telling_window, thin
 from stribeck.report.style import COLOUR, MUTED, RULE, drawn, grid, heading, key, new_figure, title
@@ -104,7 +104,4 @@ def _finding(diagnosis: Diagnosis) -> str:
     if diagnosis.named and gone > 0.1:
         place = f"{words.short(top.joint)} {words.region(top.region)}"
         return f"{words.named(diagnosis)}: {percent(gone)} of the squared residual of {place} is gone"
-    return (
-        f"{words.short(top.joint)}: {percent(top.share.value)} of the gap that re-tuning leaves "
-        f"lies {words.region(top.region)}"
-    )
+    return sentences.finding(diagnosis)

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from stribeck.gap.result import Diagnosis, Region
-from stribeck.report import words
+from stribeck.report import sentences, words
 from stribeck.report.numbers import number, percent
 from stribeck.report.style import INK, MUTED, RULE, WIDTH, drawn, heading, new_figure
 
@@ -99,7 +99,7 @@ def _draw_cell(ax: Axes, diagnosis: Diagnosis, region: Region, row: MapRow) -> N
         Rectangle((column - 0.48, row.y - 0.47), 0.96, 0.94, facecolor=SHADES(share), edgecolor=RULE, linewidth=0.6)
     )
     colour = "white" if share > 0.68 else INK
-    clear = diagnosis.verdict != "no_gap" and region.share.low > region.time_share
+    clear = diagnosis.verdict != "no_gap" and region.share.low > region.time_share > 0.0
     lines = _cell_lines(diagnosis, region, not row.label)
     for k, (text, dy, size) in enumerate(lines):
         weight = "bold" if clear and k == 0 else "normal"
@@ -111,7 +111,7 @@ def _cell_lines(diagnosis: Diagnosis, region: Region, named: bool) -> list[tuple
     share = percent(region.share.value)
     if len(diagnosis.joints) > ROOMY:
         return [(share, 0.0, 9.0)]
-    if region.time_share > 0.0:
+    if 0.0 < region.time_share < 1.0:
         share = f"{share} in {percent(region.time_share)} of time"
     change = number(region.rms, 2)
     change = f"{change} → {number(region.rms_corrected, 2)}" if diagnosis.named else change
@@ -133,5 +133,4 @@ def _finding(diagnosis: Diagnosis) -> str:
         return "No joint and no region stands out of the noise"
     if not diagnosis.where:
         return "Where the residual of the re-tuned model lies"
-    top = max(diagnosis.where, key=lambda place: place.share.value)
-    return f"{words.short(top.joint)}: {percent(top.share.value)} of the whole gap lies {words.region(top.region)}"
+    return sentences.finding(diagnosis)

@@ -1,0 +1,73 @@
+"""The tables and lists of the diagnosis page."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from stribeck.gap.result import Estimate, Stage, Tuned
+from stribeck.report import tables, words
+from stribeck.report.figures.candidates import candidates_figure, ranking
+
+
+def test_tuned_values_are_marked_by_what_to_mind(diagnosis):
+    rows = (
+        Tuned("A.C0", "N m", 4.6, 1.4, Estimate(5.214, 5.13, 5.3)),
+        Tuned("A.mass", "kg", 4.0, 0.4, Estimate(4.0, 3.2, 4.8), identified=False),
+        Tuned("A.com_x", "m", 0.17, 0.01, Estimate(0.14, 0.139, 0.141), at_limit=True),
+        Tuned("A.com_y", "m", 0.0, 0.0, Estimate(0.0, 0.0, 0.0), identified=False),
+    )
+    table = tables.tuned_table(replace(diagnosis(), tuned=rows))
+    assert [row.mark for row in table.rows] == ["", "muted", "flag", "muted"]
+    assert [row.cells[-1] for row in table.rows] == ["", "not identified", "at its limit", "held"]
+    assert table.rows[0].cells[:5] == ("A.C0", "4.6", "1.4", "5.214", "5.130 to 5.300")
+    assert table.rows[3].cells[3:5] == ("", "")
+
+
+def test_settings_carry_their_unit_with_the_value(diagnosis):
+    made = replace(diagnosis(), settings={"cutoff_hz": 32.3418, "horizon_s": 0.5, "seed": 0, "rule": "t"})
+    pairs = dict(tables.method(made, "1.0").pairs)
+    assert pairs["cutoff"] == "32.3\u00a0Hz"
+    assert pairs["seed"] == "0"
+    assert "horizon" not in pairs
+
+
+def test_long_lists_of_runs_are_cut(diagnosis):
+    made = replace(diagnosis(), fit_runs=tuple(f"run_{k:03d}.csv" for k in range(100)))
+    assert dict(tables.method(made, "1.0").pairs)["fitted to"].endswith("run_019.csv and 80 more")
+
+
+def test_only_the_claimed_cause_is_strong(diagnosis):
+    made = diagnosis(equivalent=("presliding", "backlash"))
+    assert [row.mark for row in tables.cause_table(made).rows] == ["strong", "muted", "muted"]
+    assert [row.mark for row in tables.cause_table(diagnosis("unexplained")).rows] == ["muted"] * 3
+
+
+def test_search_path_says_what_was_added_and_what_was_not(diagnosis):
+    first, second = tables.search_path(diagnosis()).items
+    assert first.startswith("Step 1, 26 candidates: presliding at A gains 91")
+    assert "added; next best" in first
+    assert "nothing was added; the best" in second
+    assert "No effect was tried" in tables.search_path(diagnosis("no_gap")).items[0]
+
+
+def test_screened_out_candidates_are_counted_not_ranked(diagnosis):
+    made = diagnosis()
+    assert all(row.status != "screened out" for row in ranking(made, 1))
+    out = sum(row.step == 1 and row.status == "screened out" for row in made.candidates)
+    assert f"{out} screened out" in candidates_figure(made).axes[0].get_title(loc="left")
+
+
+def test_what_was_tried_but_not_named_is_not_said_to_be_added(diagnosis):
+    figure = candidates_figure(diagnosis("unexplained"))
+    text = figure.axes[0].get_title(loc="left") + "".join(note.get_text() for note in figure.axes[0].texts)
+    assert "tried, not named" in text
+    assert "added" not in text
+    assert "chosen" not in text
+
+
+def test_the_last_effect_added_is_the_final_stage_even_when_not_named_itself(diagnosis):
+    made = diagnosis()
+    stages = (*made.stages[:3], Stage("cable_spring", {"A": 0.01, "B": 0.01}, {}), made.stages[-1])
+    made = replace(made, stages=stages)
+    assert words.last_stage(made) == "cable_spring"
+    assert [row.mark for row in tables.stage_table(made).rows] == ["", "", "", "strong", "muted"]
