@@ -33,7 +33,7 @@ def one_joint(friction: Friction) -> Arm:
 
 
 def entry(effect: str, joints: Sequence[str], **values: float) -> EffectEntry:
-    return EffectEntry(effect, tuple(joints), {joint: values for joint in joints})
+    return EffectEntry(effect, tuple(joints), dict.fromkeys(joints, values))
 
 
 @pytest.fixture(scope="session")

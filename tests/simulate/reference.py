@@ -30,7 +30,9 @@ class Reference:
         cross = two.mass * length * (x2 * c - y2 * s)
         about_one = one.inertia + one.mass * (x1**2 + y1**2) + two.mass * length**2
         rotor = np.diag([one.rotor_inertia, two.rotor_inertia])
-        return np.array([[about_one + about_two + 2 * cross, about_two + cross], [about_two + cross, about_two]]) + rotor
+        return (
+            np.array([[about_one + about_two + 2 * cross, about_two + cross], [about_two + cross, about_two]]) + rotor
+        )
 
     def potential(self, q: np.ndarray) -> float:
         gx, gy = self.arm.gravity
@@ -93,7 +95,13 @@ class Reference:
         raise AssertionError("no mode holds")
 
     def advance(
-        self, y: np.ndarray, t: float, end: float, command: Command, modes: tuple[int, int], log: list[tuple[float, int]]
+        self,
+        y: np.ndarray,
+        t: float,
+        end: float,
+        command: Command,
+        modes: tuple[int, int],
+        log: list[tuple[float, int]],
     ) -> tuple[np.ndarray, tuple[int, int]]:
         """Integrate to ``end``; every change of mode is appended to the log as (time, joint)."""
         while t < end:

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from .conftest import two_links
-from .reference import Reference
 from stribeck.simulate import Engine, JointLoop, Loop, close_loop
 from stribeck.simulate import Reference as Follow
+
+from .conftest import two_links
+from .reference import Reference
 
 STEP, SAMPLES = 0.0125, 401
 
@@ -45,7 +46,8 @@ def test_break_away_between_samples(level_arm: Engine) -> None:
         0.0,
         5.0,
         tuple(
-            JointLoop(name, kp, Follow("ramp", velocity=v), kv=kv) for name, (kp, kv, v) in zip("AB", gains, strict=True)
+            JointLoop(name, kp, Follow("ramp", velocity=v), kv=kv)
+            for name, (kp, kv, v) in zip("AB", gains, strict=True)
         ),
         record_step=0.05,
     )

@@ -76,5 +76,5 @@ def test_break_away_with_effects() -> None:
     for sign in (1.0, -1.0):
         level = (6.25 + 0.3 * abs(load)) * modulation + sign * 0.4
         for share, expected in ((1 - 1e-9, 0.0), (1 + 1e-6, sign)):
-            command = still + [load + sign * level * share, 0.0]
+            command = still + np.array([load + sign * level * share, 0.0])
             assert mode_at_start(engine, q, command)[0] == expected

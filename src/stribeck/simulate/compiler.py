@@ -37,8 +37,14 @@ def compiler() -> tuple[str, ...]:
 
 @cache
 def _identity(command: tuple[str, ...]) -> str:
-    done = subprocess.run([*command, "--version"], capture_output=True, text=True, timeout=120, check=False)
-    return " ".join(command) + done.stdout
+    return " ".join(command) + _call([*command, "--version"]).stdout
+
+
+def _call(command: list[str]) -> subprocess.CompletedProcess[str]:
+    try:
+        return subprocess.run(command, capture_output=True, text=True, timeout=_LONGEST_BUILD, check=False)
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise StribeckError("the C compiler could not be run", str(error), "check STRIBECK_CC") from error
 
 
 def cache_folder() -> Path:
@@ -82,10 +88,7 @@ def build(source: str, folder: Path | None = None) -> Path:
         work = Path(name)
         (work / "model.c").write_text(source, encoding="utf-8")
         call = [*command, *FLAGS, "-o", str(work / "model.so"), str(work / "model.c"), "-lm"]
-        try:
-            done = subprocess.run(call, capture_output=True, text=True, timeout=_LONGEST_BUILD, check=False)
-        except (OSError, subprocess.TimeoutExpired) as error:
-            raise StribeckError("the C compiler could not be run", str(error), "check STRIBECK_CC") from error
+        done = _call(call)
         if done.returncode != 0:
             raise StribeckError("the C compiler failed", done.stderr.strip()[:150], "check STRIBECK_CC")
         (work / "model.so").replace(target)

@@ -28,8 +28,8 @@ class Compensation:
     ratio : float
         k, compensation over true friction.
     at_zero : str
-        Sign that ``feedback`` and ``adaptive`` take friction to have at velocity zero: ``zero``, ``hold`` (the last sign), ``error_sign``, or ``set_valued``
-        (the sign of the control torque, which makes the net friction (1 - k) F).
+        Sign that ``feedback`` and ``adaptive`` take friction to have at velocity zero: ``zero``, ``hold`` (the last
+        one), ``error_sign``, or ``set_valued`` (the sign of the control torque, so that net friction is (1 - k) F).
     dead_band : float
         Velocity that counts as zero, rad/s.
     gain : tuple of 3 floats

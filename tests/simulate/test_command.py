@@ -1,0 +1,76 @@
+"""``stribeck simulate``: its files, and its failures."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stribeck.arm import save_arm
+from stribeck.cli import main
+from stribeck.run import load_run
+
+from .conftest import two_links
+
+LOOP = """\
+schema = "stribeck.loop/1"
+sample_time = 0.0125
+duration = 20.0
+[[joints]]
+joint = "A"
+kp = 60.0
+kv = "critical"
+[joints.reference]
+kind = "ramp"
+velocity = 0.05
+"""
+
+
+@pytest.fixture
+def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    save_arm(two_links(), "arm.toml")
+    Path("loop.toml").write_text(LOOP)
+    return tmp_path
+
+
+@pytest.mark.usefixtures("bench")
+def test_writes_a_run_and_its_measures(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["simulate", "arm.toml", "loop.toml", "--out", "out"]) == 0
+    assert capsys.readouterr().err == ""
+    found = json.loads(Path("out/simulation.json").read_text())
+    run = load_run("out/simulation.csv", 2)
+    assert found["schema"] == "stribeck.simulation/1"
+    assert list(found["joints"]) == ["A"]
+    error = run.q_ref[:, 0] - run.q[:, 0]
+    late = error[len(error) // 2 :]
+    measures = found["joints"]["A"]
+    assert measures["mean_error"] == pytest.approx(late.mean(), rel=1e-9)
+    assert measures["rms_error"] == pytest.approx(np.sqrt(np.mean(late**2)), rel=1e-9)
+    assert measures["peak_error"] == pytest.approx(np.abs(late).max(), rel=1e-9)
+    assert measures["whole"]["peak_torque"] == pytest.approx(np.abs(run.tau[:, 0]).max(), rel=1e-9)
+    assert measures["whole"]["peak_velocity"] > measures["peak_velocity"] > 0.049
+    assert measures["mean_error"] == pytest.approx((5 + 1.25 * np.exp(-1) + 1.5 * 0.05) / 60.0, rel=1e-6)
+    assert 0.0 < measures["whole"]["stick_fraction"] < 0.5
+    assert found["units"]["mean_error"] == "rad"
+    assert (run.q[:, 1] == 0.0).all()
+    assert Path("out/motion_1.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.usefixtures("bench")
+def test_an_unstable_loop_says_when(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("loop.toml").write_text(LOOP.replace("kp = 60.0", "kp = 90000.0"))
+    assert main(["simulate", "arm.toml", "loop.toml", "--out", "out"]) == 0
+    found = json.loads(Path("out/simulation.json").read_text())
+    assert found["status"] == "unbounded"
+    assert 0.0 < found["ended"] < 20.0
+    assert capsys.readouterr().err == f"warning: unbounded after {found['ended']:.6g} s\n"
+
+
+@pytest.mark.usefixtures("bench")
+@pytest.mark.parametrize(("old", "new"), [("kp = 60.0", "kp = -60.0"), ('"A"', '"C"'), ("[[joints]]", "[joints]")])
+def test_wrong_input_is_one_line_and_no_folder(old: str, new: str, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("loop.toml").write_text(LOOP.replace(old, new, 1))
+    assert main(["simulate", "arm.toml", "loop.toml", "--out", "out"]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+    assert not Path("out").exists()

@@ -1,0 +1,107 @@
+"""Effects in the engine: delays to the instant, stiff and discontinuous laws, extremes that must end in a status."""
+
+import numpy as np
+import pytest
+
+from stribeck.arm import EffectEntry
+from stribeck.simulate import Engine, path_of
+
+from .conftest import entry, two_links
+
+TIMES = 0.005 * np.arange(401)
+COMMAND = np.stack([12.0 * np.sin(3.0 * TIMES) + 5.0, 5.0 * np.sin(4.1 * TIMES)], axis=1)
+
+
+def test_delay_shifts_events_exactly(level_arm: Engine) -> None:
+    """A delay that is no whole number of samples moves every event by itself."""
+    late = Engine(path_of(two_links(entry("delay", ("A", "B"), time=0.0173))))
+    command = COMMAND.copy()
+    command[:2] = 0.0
+    found, plain = (e.run(e.p, np.zeros(4), TIMES, command, tolerance=1e-10) for e in (late, level_arm))
+    shifted = plain.events["time"][plain.events["time"] + 0.0173 < TIMES[-1]] + 0.0173
+    assert len(shifted) > 5
+    assert found.events["time"][: len(shifted)] == pytest.approx(shifted, abs=1e-8)
+
+
+def test_window_looks_back_for_its_delay() -> None:
+    engine = Engine(path_of(two_links(entry("delay", ("A",), time=0.0173))))
+    whole = engine.run(engine.p, np.zeros(4), TIMES, COMMAND, tolerance=1e-10)
+    assert whole.modes[200].all()
+    part = engine.windows(engine.p, whole.state[[200]], TIMES, COMMAND, [200], [201], tolerance=1e-10)
+    assert part.q == pytest.approx(whole.q[200:], abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    "effect",
+    [
+        entry("presliding", ("A", "B"), stiffness=1500.0, damping=5.0),
+        entry("presliding", ("A", "B"), stiffness=1e5, damping=0.0),
+        entry("actuator_lag", ("A",), time_constant=1e-5),
+        entry("joint_flexibility", ("B",), stiffness=1e6, damping=50.0),
+        entry("backlash", ("B",), gap=0.02, stiffness=1e4, damping=5.0),
+    ],
+    ids=lambda effect: effect.effect,
+)
+def test_stiff_effects_converge(effect: EffectEntry) -> None:
+    engine = Engine(path_of(two_links(effect)))
+    start = engine.start(engine.p, np.zeros(2), np.zeros(2), COMMAND[0])
+    rough, fine = (engine.run(engine.p, start, TIMES, COMMAND, tolerance=tolerance) for tolerance in (1e-6, 1e-9))
+    assert rough.ok
+    assert fine.ok
+    assert np.abs(rough.q - fine.q).max() < 1e-3
+    assert rough.steps < 100_000
+
+
+def test_tiny_lag_is_no_lag(level_arm: Engine) -> None:
+    engine = Engine(path_of(two_links(entry("actuator_lag", ("A", "B"), time_constant=1e-5))))
+    start = engine.start(engine.p, np.zeros(2), np.zeros(2), COMMAND[0])
+    found = engine.run(engine.p, start, TIMES, COMMAND)
+    plain = level_arm.run(level_arm.p, np.zeros(4), TIMES, COMMAND)
+    assert np.abs(found.q - plain.q).max() < 1e-3
+
+
+def test_effects_at_null_are_left_out() -> None:
+    arm = two_links(entry("presliding", ("A",), damping=3.0), entry("actuator_lag", ("A",)), entry("delay", ("B",)))
+    assert path_of(arm).placed == ()
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3, 1e6])
+def test_random_commands_end_in_a_status(hanging_arm: Engine, scale: float) -> None:
+    """Whatever the torque: finite rows up to the end, or up to where the status says."""
+    rng = np.random.default_rng(int(scale * 1000) % 97)
+    for _ in range(10):
+        command = scale * rng.standard_cauchy((200, 2))
+        found = hanging_arm.run(hanging_arm.p, rng.normal(size=4), TIMES[:200], command, tolerance=1e-6)
+        assert found.status in ("ok", "unbounded", "too_many_steps")
+        assert np.isfinite(found.q[: found.filled]).all()
+        assert (found.filled == 200) == found.ok
+
+
+def test_bad_states_are_said(level_arm: Engine) -> None:
+    found = level_arm.run(level_arm.p, np.array([0.0, np.nan, 0.0, 0.0]), TIMES, COMMAND)
+    assert found.status == "not_finite"
+    command = COMMAND.copy()
+    command[50, 0] = np.nan
+    broken = level_arm.run(level_arm.p, np.zeros(4), TIMES, command)
+    assert broken.status in ("not_finite", "step_too_small")
+    assert broken.filled <= 51
+
+
+def test_frictionless_joint_reverses(hanging_arm: Engine) -> None:
+    """Without Coulomb friction each reversal is an event that changes nothing: a pendulum keeps its energy."""
+    from dataclasses import replace
+
+    from stribeck.arm import Friction
+
+    none = Friction(0.0, 0.0, 0.0, 0.05)
+    arm = two_links(gravity=(9.81, 0.0))
+    arm = replace(arm, joints=tuple(replace(joint, friction=none, backward=none) for joint in arm.joints))
+    engine = Engine(path_of(arm))
+    times = 0.01 * np.arange(1001)
+    found = engine.run(engine.p, np.array([0.5, 0.0, 0.0, 0.0]), times, np.zeros((1001, 2)), tolerance=1e-10)
+    from .reference import Reference
+
+    reference = Reference(arm)
+    energy = np.array([reference.energy(y) for y in found.state])
+    assert found.ok
+    assert np.ptp(energy) < 1e-7

@@ -1,0 +1,122 @@
+"""The loop file: read strictly, refused in one line."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stribeck.errors import InputError
+from stribeck.run import Run, save_run
+from stribeck.simulate import Compensation, Reference, load_loop
+
+from .conftest import entry, two_links
+
+LOOP = """\
+schema = "stribeck.loop/1"
+sample_time = 0.0125        # s; 0 is a continuous controller
+duration = 20.0             # s
+[[joints]]
+joint = "A"
+kp = 60.0
+kv = "critical"
+ki = 0.0
+velocity = "finite_difference"
+velocity_filter = 0.0
+delay_samples = 0
+actuator_lag = 0.0
+encoder_resolution = 0.0
+encoder_noise = 0.0
+[joints.compensation]
+kind = "feedforward"
+ratio = 1.0
+at_zero = "zero"
+dead_band = 0.0
+[joints.reference]
+kind = "ramp"
+velocity = 0.05
+initial_error = 0.0
+"""
+
+
+def test_reads_the_contract_s_example(tmp_path: Path) -> None:
+    loop = load_loop(_write(tmp_path, LOOP), two_links())
+    (joint,) = loop.joints
+    assert (loop.sample_time, loop.duration, loop.seed) == (0.0125, 20.0, 0)
+    assert (joint.joint, joint.kp, joint.kv, joint.ki) == ("A", 60.0, None, 0.0)
+    assert joint.compensation == Compensation("feedforward")
+    assert joint.reference == Reference("ramp", velocity=0.05)
+
+
+def _write(folder: Path, text: str) -> Path:
+    (folder / "loop.toml").write_text(text, encoding="utf-8")
+    return folder / "loop.toml"
+
+
+CONTINUOUS = ("sample_time = 0.0125", "sample_time = 0")
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ([("kp = 60.0", "kp = 0.0")], "kp must be greater than 0"),
+        ([("kp = 60.0", "kp = -60.0")], "joints[0].kp"),
+        ([("kp = 60.0\n", "")], "kp is missing"),
+        ([("kp = 60.0", "kq = 60.0")], "kq is not a known key; did you mean"),
+        ([('kv = "critical"', "kv = -1.0")], "joints[0].kv must not be less than 0"),
+        ([('kv = "critical"', 'kv = "cricital"')], "'critical'"),
+        ([('kv = "critical"\n', "")], "kv is missing"),
+        ([("ki = 0.0", "ki = nan")], "joints[0].ki"),
+        ([("sample_time = 0.0125", "sample_time = -0.1")], "sample_time"),
+        ([("duration = 20.0", "duration = 0.0")], "duration"),
+        ([("duration = 20.0", "duration = 1e9")], "duration is more than"),
+        ([("duration = 20.0", "duration = 0.001")], "duration is under two samples"),
+        ([('joint = "A"', 'joint = "C"')], "is not a joint of this arm"),
+        ([('kind = "ramp"', 'kind = "rump"')], "kind must be"),
+        ([('kind = "feedforward"', 'kind = "magic"')], "kind must be"),
+        ([("ratio = 1.0", "ratio = -1.0")], "ratio"),
+        ([("delay_samples = 0", "delay_samples = 1.5")], "delay_samples must be a whole number"),
+        ([("delay_samples = 0", "delay_samples = -1")], "delay_samples"),
+        ([CONTINUOUS, ("delay_samples = 0", "delay_samples = 1")], "delay_samples needs a sampled controller"),
+        ([CONTINUOUS, ("encoder_noise = 0.0", "encoder_noise = 1e-5")], "encoder_noise needs a sampled controller"),
+        ([("velocity = 0.05", "velocity = 5e3")], "rad"),
+        ([("velocity = 0.05", "velocity = 60.0")], "goes beyond 1000 rad"),
+        ([('kind = "ramp"', 'kind = "sine"')], "frequency is missing"),
+        ([('kind = "ramp"', 'kind = "file"')], "file is missing"),
+        ([('kind = "ramp"', 'kind = "steps"')], "times and values must be as many"),
+        ([('kind = "ramp"', 'kind = "steps"\ntimes = [1.0, 1.0]\nvalues = [0.0, 0.0]')], "times must increase"),
+        ([('kind = "feedforward"', 'kind = "dither"')], "frequency is missing"),
+        ([('"stribeck.loop/1"', '"stribeck.loop/2"')], "schema"),
+        ([("duration = 20.0", 'duration = 20.0\nclamp = { A = 0.1 }')], "clamp"),
+    ],
+)  # fmt: skip
+def test_refuses_in_one_line(changes: list[tuple[str, str]], words: str, tmp_path: Path) -> None:
+    text = LOOP
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new, 1)
+    with pytest.raises(InputError) as caught:
+        load_loop(_write(tmp_path, text), two_links())
+    message = str(caught.value)
+    assert words in message
+    assert "loop.toml" in message
+    assert "\n" not in message
+
+
+def test_a_joint_twice(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="controlled twice"):
+        load_loop(_write(tmp_path, LOOP + LOOP[LOOP.index("[[joints]]") :]), two_links())
+
+
+def test_continuous_control_of_a_delayed_arm(tmp_path: Path) -> None:
+    arm = two_links(entry("delay", ("A",), time=0.01))
+    with pytest.raises(InputError, match="effect delay"):
+        load_loop(_write(tmp_path, LOOP.replace(*CONTINUOUS)), arm)
+
+
+def test_a_followed_file(tmp_path: Path) -> None:
+    t = 0.01 * np.arange(100)
+    save_run(Run("move.csv", t, np.stack([0.2 * t, 0 * t], axis=1), np.zeros((100, 2))), tmp_path / "move.csv")
+    loop = load_loop(_write(tmp_path, LOOP.replace('kind = "ramp"', 'kind = "file"\nfile = "move.csv"')), two_links())
+    assert loop.joints[0].reference.values[:2] == (0.0, 0.002)
+    with pytest.raises(InputError, match=r"missing\.csv"):
+        load_loop(_write(tmp_path, LOOP.replace('kind = "ramp"', 'kind = "file"\nfile = "missing.csv"')), two_links())

@@ -1,0 +1,110 @@
+"""Prediction in windows: near the truth where the model is true, and a status where it runs away."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stribeck.arm import Arm, EffectEntry, Friction, load_arm
+from stribeck.errors import InputError
+from stribeck.grid import uniform
+from stribeck.run import Run, load_run
+from stribeck.simulate import Compensation, JointLoop, Loop, Reference, predict, simulate
+
+from .conftest import entry, two_links
+
+STEP = 0.005
+REAL = Path(__file__).parents[3] / "shared" / "data" / "dfki-double-pendulum"
+
+
+def recorded(arm: Arm, noise: float = 1e-5) -> Run:
+    """A closed-loop recording with reversals, sticking and sliding, positions only."""
+    sines = [Reference("sine", amplitude=a, frequency=f) for a, f in ((0.8, 0.31), (0.6, 0.53))]
+    joints = tuple(
+        JointLoop(name, kp, sine, encoder_noise=noise, compensation=Compensation("feedforward"))
+        for name, kp, sine in zip(arm.names, (120.0, 50.0), sines, strict=True)
+    )
+    return replace(simulate(arm, Loop(STEP, 12.0, joints)).run("made.csv"), q_ref=None, dq_ref=None)
+
+
+def rms(values: np.ndarray) -> np.ndarray:
+    return np.asarray(np.sqrt(np.mean(values**2, axis=0)))
+
+
+@pytest.mark.parametrize(
+    "effects",
+    [
+        (),
+        (entry("presliding", ("A",), stiffness=800.0, damping=4.0),),
+        (entry("actuator_lag", ("A", "B"), time_constant=0.02), entry("delay", ("A",), time=0.013)),
+        (entry("joint_flexibility", ("B",), stiffness=300.0, damping=0.6),),
+        (entry("encoder_eccentricity", ("A",), sine=0.05, cosine=0.0),),
+    ],
+    ids=lambda effects: "+".join(effect.effect for effect in effects) or "none",
+)
+def test_true_model_predicts(effects: tuple[EffectEntry, ...]) -> None:
+    arm = two_links(*effects, gravity=(9.81, 0.0))
+    run = recorded(arm)
+    found = predict(arm, run, 0.5)
+    assert found.failed == ()
+    later = found.window > 0  # what went on before a recording began, nobody knows
+    error = rms((found.q - run.q)[later])
+    assert (error < 0.005).all()
+    joints = tuple(replace(j, friction=_more(j.friction), backward=_more(j.friction)) for j in arm.joints)
+    assert (rms((predict(replace(arm, joints=joints), run, 0.5).q - run.q)[later]) > 3 * error).all()
+    inside = slice(100, -100)
+    assert (rms((found.tau - run.tau)[inside]) < 0.35 * rms(run.tau)).all()
+
+
+def _more(friction: Friction) -> Friction:
+    return replace(friction, C0=friction.C0 + 2.0)
+
+
+def test_windows_start_on_the_record() -> None:
+    arm = two_links()
+    run = recorded(arm)
+    found = predict(arm, run, 0.25)
+    starts = np.flatnonzero(np.diff(found.window, prepend=-1))
+    assert np.diff(starts).tolist() == [50] * (len(starts) - 1)
+    assert np.abs(found.q[starts] - run.q[starts]).max() < 2e-3
+    assert len(found.t) == len(run.t)
+    assert len(found.status) == len(starts)
+
+
+def test_runaway_windows_are_held_and_named() -> None:
+    arm = two_links()
+    run = recorded(arm)
+    torn = replace(run, tau=run.tau * 1e7)
+    found = predict(arm, torn, 1.0)
+    assert len(found.failed) > 0
+    assert {found.status[i] for i in found.failed} <= {"unbounded", "too_many_steps", "step_too_small"}
+    for values in (found.q, found.dq, found.tau):
+        assert np.isfinite(values).all()
+
+
+def test_refuses() -> None:
+    arm = two_links()
+    run = recorded(arm)
+    with pytest.raises(InputError, match="horizon"):
+        predict(arm, run, 0.001)
+    alone = replace(run, q=run.q[:, :1], tau=run.tau[:, :1], dq=None)
+    with pytest.raises(InputError, match="not a recording of this arm"):
+        predict(arm, alone, 0.5)
+    with pytest.raises(InputError, match="horizon"):
+        predict(arm, run, math.nan)
+
+
+@pytest.mark.skipif(not REAL.exists(), reason="the recordings are not at hand")
+@pytest.mark.parametrize("name", ["design-A.0/run_01.csv", "design-C.1/run_04.csv"])
+def test_real_recordings(name: str) -> None:
+    arm = load_arm(REAL / name.split("/")[0] / "arm.toml")
+    run = load_run(REAL / name, 2)
+    for given in (run, replace(run, dq=None)):
+        found = predict(arm, given, 0.3)
+        even, _ = uniform(given)
+        assert found.failed == ()
+        for values in (found.q, found.dq, found.tau):
+            assert np.isfinite(values).all()
+        assert (rms(found.q - even.q) < (0.1, 0.35)).all()
