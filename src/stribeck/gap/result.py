@@ -66,6 +66,8 @@ class Region:
 class Cause:
     """One candidate explanation; ``effect`` may be ``none`` or ``unknown``.
 
+    ``probability`` sums to 1 over the causes: where several effects are named together they share it by what each
+    closes. ``presence`` is the probability that this effect is there at all, beside whatever else is.
     ``parameters`` is joint -> parameter -> Estimate; ``closes`` the part of the closable gap that it closes.
     """
 
@@ -75,6 +77,7 @@ class Cause:
     equivalent: tuple[str, ...] = ()
     parameters: Mapping[str, Mapping[str, Estimate]] = field(default_factory=dict)
     closes: Estimate | None = None
+    presence: float | None = None
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ STILL = 1e-3  # of the rms speed: slower is at rest
 class Conditioned:
     """One run on its uniform grid of N samples, with its M analysis samples.
 
-    ``position``, ``velocity``, ``acceleration``, ``command``, ``command_rate``, ``stuck`` are (N, n);
+    ``position``, ``velocity``, ``acceleration``, ``command``, ``stuck`` are (N, n);
     ``velocity_sd`` and ``noise`` (n,); ``analysis_time`` (M,); ``taps`` the low-pass (odd length).
     """
 
@@ -38,7 +38,6 @@ class Conditioned:
     velocity: np.ndarray
     acceleration: np.ndarray
     command: np.ndarray
-    command_rate: np.ndarray
     velocity_sd: np.ndarray
     stuck: np.ndarray
     noise: np.ndarray
@@ -114,7 +113,6 @@ def condition(arm: Arm, run: Run, cutoff: float, noise: np.ndarray | None = None
         velocity=velocity,
         acceleration=acceleration,
         command=command,
-        command_rate=np.gradient(command, h, axis=0),
         velocity_sd=velocity_sd,
         stuck=_stuck(velocity, np.maximum(3.0 * gain * noise, STILL * speed), h),
         noise=noise,

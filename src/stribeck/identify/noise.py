@@ -6,7 +6,6 @@ import numpy as np
 from scipy import signal
 
 BAND = (0.7, 0.98)  # share of the Nyquist frequency in which noise is looked for
-LEAST_BAND = 100.0  # Hz: below it an arm's own motion may reach into the band
 
 
 def position_noise(position: np.ndarray, sample_time: float, resolution: float | None = None) -> float:
@@ -32,8 +31,7 @@ def position_noise(position: np.ndarray, sample_time: float, resolution: float |
     nyquist = 0.5 / sample_time
     band = (frequency > BAND[0] * nyquist) & (frequency < BAND[1] * nyquist)
     gain = (2 * np.sin(np.pi * frequency[band] * sample_time)) ** 4  # of the second difference
-    median = float(np.median(density[band] / gain)) / 0.7  # a periodogram's median lies below its mean
-    white = np.sqrt(median * nyquist)
+    white = np.sqrt(float(np.median(density[band] / gain)) * nyquist)
     step = resolution if resolution else smallest_step(position)
     return float(max(white, step / np.sqrt(12.0), 1e-12))
 

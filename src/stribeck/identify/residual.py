@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from stribeck.identify.conditioning import Conditioned
 from stribeck.model.cut import CHUNK, Cut
@@ -22,12 +23,18 @@ class Residual:
     path : SignalPath
     runs : sequence of Conditioned
         The rows of all results are those of the runs, one after the other.
+    columns : sequence of int or None
+        Parameters whose derivatives are wanted; those that a fit may move (prior deviation over 0) where None.
     """
 
-    def __init__(self, path: SignalPath, runs: Sequence[Conditioned]) -> None:
+    def __init__(
+        self, path: SignalPath, runs: Sequence[Conditioned], columns: Sequence[int] | None = None
+    ) -> None:
         self.path, self.runs = path, tuple(runs)
+        free = [i for i, entry in enumerate(path.entries) if entry.sd > 0.0]
+        self.columns = tuple(free if columns is None else columns)
         steps = {round(run.sample_time, 9): run.sample_time for run in runs}
-        self._cuts = {key: Cut(path, step) for key, step in steps.items()}
+        self._cuts = {key: Cut(path, step, self.columns) for key, step in steps.items()}
 
     def _cut(self, run: Conditioned) -> Cut:
         return self._cuts[round(run.sample_time, 9)]
@@ -38,12 +45,12 @@ class Residual:
         return sum(len(run.analysis_index) for run in self.runs)
 
     def __call__(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the residual (M, n) and its Jacobian (M, n, p) at physical parameter values (p,)."""
+        """Return the residual (M, n) and its Jacobian (M, n, columns) at physical parameter values (p,)."""
         parts = [self._one(run, p) for run in self.runs]
         return np.concatenate([r for r, _ in parts]), np.concatenate([jacobian for _, jacobian in parts])
 
     def _one(self, run: Conditioned, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        cut, n, width = self._cut(run), self.path.n, len(p)
+        cut, n, width = self._cut(run), self.path.n, len(self.columns)
         delays = self._delays(p)
         drive = self._drive(run, delays)
         states = self._states(cut, drive, p, delays)
@@ -51,11 +58,10 @@ class Residual:
         half = len(run.taps)
         for begin in range(0, len(run.time), SAMPLES):
             lo, hi = max(0, begin - half), min(len(run.time), begin + SAMPLES + half)
-            residual, jacobian = cut.evaluate(drive[:, lo:hi], states[:, lo:hi], p, delays)
-            values = np.concatenate([residual.full(), jacobian.full()]).T
+            values = np.asarray(cut.evaluate(drive[:, lo:hi], states[:, lo:hi], p, delays)).T
             outputs.append(_keep(run, values, lo, begin, min(begin + SAMPLES, len(run.time))))
         merged = np.concatenate(outputs)
-        return merged[:, :n], merged[:, n:].reshape(-1, width, n).transpose(0, 2, 1)
+        return merged[:, :n], merged[:, n:].reshape(len(merged), width, n).transpose(0, 2, 1)
 
     def stages(self, run: Conditioned, p: np.ndarray) -> dict[str, np.ndarray]:
         """Return the unfiltered residual and stage torques of one run, each (N, n), N m of command."""
@@ -77,17 +83,23 @@ class Residual:
                 delays[owner] = p[i]
         return delays
 
+    def states(self, run: Conditioned, p: np.ndarray) -> np.ndarray:
+        """Return the states (N, nx) of the path along one run; the order is that of ``path.state_names``."""
+        cut, delays = self._cut(run), self._delays(p)
+        return self._states(cut, self._drive(run, delays), p, delays)[: cut.nx].T
+
     def _drive(self, run: Conditioned, delays: np.ndarray) -> np.ndarray:
-        """Return the drive (1 + 7 n, N), the command delayed."""
-        command, rate = run.command, run.command_rate
+        """Return the drive (1 + 6 n, N), the command delayed."""
+        command, rate = run.command, np.zeros_like(run.command)
         for k, place in enumerate(self.path.placed):
-            if place.effect.delays == "command" and delays[k] > 0.0:
+            if place.effect.delays == "command":
                 command, rate = command.copy(), rate.copy()
-                shifted = run.time - delays[k]
-                for signal in (command, rate):
-                    signal[:, place.joint] = np.interp(shifted, run.time, signal[:, place.joint])
+                # the spline's own slope, so that the derivative by the delay is exact
+                curve = CubicSpline(run.time, command[:, place.joint])
+                earlier = np.maximum(run.time - delays[k], run.time[0])
+                command[:, place.joint], rate[:, place.joint] = curve(earlier), curve(earlier, 1)
         spread = np.broadcast_to(run.velocity_sd, run.position.shape)
-        columns = (run.time[:, None], run.position, run.velocity, run.acceleration, command, rate, spread, run.stuck)
+        columns = (run.time[:, None], run.position, run.velocity, run.acceleration, command, rate, spread)
         return np.concatenate(columns, axis=1).T
 
     def _states(self, cut: Cut, drive: np.ndarray, p: np.ndarray, delays: np.ndarray) -> np.ndarray:

@@ -6,6 +6,7 @@ States (a friction bristle, an actuator lag, a flexible joint's link) follow the
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -16,8 +17,9 @@ from stribeck.model.effect import ActuatorEffect, Expression, FrictionEffect, Si
 from stribeck.model.path import SignalPath
 from stribeck.model.rigid_body import inverse_dynamics, mass_matrix
 
-DRIVE = ("time", "position", "velocity", "acceleration", "command", "command_rate", "velocity_sd", "stuck")
-SUBSTEP = 1e-3  # s, longest step of a flexible joint's link
+DRIVE = ("time", "position", "velocity", "acceleration", "command", "command_rate", "velocity_sd")
+SUBSTEP = 2e-3  # s, longest step of a flexible joint's link
+UNSURE = 2.5  # standard deviations of velocity within which its sign, and so friction, is not known
 CHUNK = 256  # samples that one compiled recursion advances
 
 
@@ -26,7 +28,7 @@ class Drive:
     """The recorded signals of all joints at one sample, each (n, 1) symbolic but ``time`` (1, 1).
 
     ``command`` is the command averaged over the sample before and after, as zero-order hold implies;
-    ``command_rate`` its time derivative; ``velocity_sd`` the uncertainty of the velocity; ``stuck`` 1 or 0.
+    ``command_rate`` its time derivative where it is delayed; ``velocity_sd`` the uncertainty of the velocity.
     """
 
     time: Any
@@ -36,7 +38,6 @@ class Drive:
     command: Any
     command_rate: Any
     velocity_sd: Any
-    stuck: Any
 
     @staticmethod
     def symbols(n: int, suffix: str = "") -> Drive:
@@ -45,7 +46,7 @@ class Drive:
 
     @property
     def stacked(self) -> Any:
-        """All signals, one column (1 + 7 n, 1)."""
+        """All signals, one column (1 + 6 n, 1)."""
         return ca.vertcat(*[getattr(self, name) for name in DRIVE])
 
 
@@ -57,6 +58,8 @@ class Cut:
     path : SignalPath
     sample_time : float
         Step of the uniform grid on which the states advance, s.
+    columns : sequence of int or None
+        Parameters whose derivatives are wanted; all where None.
 
     Attributes
     ----------
@@ -64,8 +67,9 @@ class Cut:
         Parameters on which the states depend (columns that the sensitivity recursion carries).
     """
 
-    def __init__(self, path: SignalPath, sample_time: float) -> None:
+    def __init__(self, path: SignalPath, sample_time: float, columns: Sequence[int] | None = None) -> None:
         self.path, self.sample_time, self.n = path, sample_time, path.n
+        self.columns = tuple(range(len(path.entries))) if columns is None else tuple(columns)
         self.delay_at = ca.SX.sym("T0", len(path.placed))
         self.drive = Drive.symbols(path.n)
         self.nx = path.x.numel()
@@ -127,7 +131,10 @@ class Cut:
         return load, {j: swing[i] for i, j in enumerate(flexible)}
 
     def _friction(self, joint: int, s: Signals, d: Drive, x: Any, needed: Expression) -> Expression:
-        """Return friction without its viscous part, given the torque ``needed`` to hold the joint where stuck."""
+        """Return friction without its viscous part, given the torque ``needed`` to balance the joint.
+
+        At rest friction is an interval, not a value; so it is wherever noise hides the sign of the velocity.
+        """
         path = self.path
         bristle = path.bristle(joint)
         if bristle is not None:
@@ -136,11 +143,10 @@ class Cut:
             return effect.bristle_torque(level, s, path.states(k, x), path.parameters(k))
         speed = ca.fabs(s.velocity)
         forward, backward = (path.level(joint, speed, way, s, x) for way in (1.0, -1.0))
-        probable = 0.5 * (1.0 + ca.erf(s.velocity / (ca.sqrt(2.0) * d.velocity_sd[joint])))
-        sliding = probable * forward - (1.0 - probable) * backward
-        up, down = (path.level(joint, 0.0, way, s, x) for way in (1.0, -1.0))
-        held = ca.fmax(ca.fmin(needed, up), -down)
-        return ca.if_else(d.stuck[joint] > 0.5, held, sliding)
+        z = s.velocity / d.velocity_sd[joint]
+        lowest, highest = (ca.erf((z + side * UNSURE) / ca.sqrt(2.0)) for side in (-1.0, 1.0))
+        lower, upper = (ca.fmax(way, 0.0) * forward + ca.fmin(way, 0.0) * backward for way in (lowest, highest))
+        return ca.fmin(ca.fmax(needed, lower), upper)
 
     def _moving_level(self, joint: int, s: Signals, x: Any) -> Expression:
         speed = ca.fabs(s.velocity)
@@ -265,7 +271,7 @@ class Cut:
         after = Drive.symbols(self.n, "1")
         depends = ca.vertcat(self.advance(self.drive, after, self.path.x), self.start(self.drive))
         rows = ca.jacobian(depends, self.path.p).sparsity()
-        return tuple(sorted({int(c) for c in rows.get_triplet()[1]}))
+        return tuple(sorted({int(c) for c in rows.get_triplet()[1]} & set(self.columns)))
 
     @cached_property
     def begin(self) -> ca.Function:
@@ -296,15 +302,16 @@ class Cut:
 
     @cached_property
     def evaluate(self) -> ca.Function:
-        """(drive, states, p, T0) -> residual (n, 1), its Jacobian by parameter (n, p) and the stages."""
+        """(drive, states, p, T0) -> residual (n, 1) and its Jacobian by the wanted columns, stacked."""
         carried = ca.SX.sym("S", self.nx, len(self.active))
-        residual, stages = self.residual(self.drive, self.path.x)
-        jacobian = ca.SX(ca.densify(ca.jacobian(residual, self.path.p)))
+        residual, _ = self.residual(self.drive, self.path.x)
+        jacobian = ca.SX(ca.densify(ca.jacobian(residual, self.path.p)[:, list(self.columns)]))
         if self.nx:
-            jacobian[:, list(self.active)] += ca.mtimes(ca.jacobian(residual, self.path.x), carried)
+            place = [self.columns.index(i) for i in self.active]
+            jacobian[:, place] += ca.mtimes(ca.jacobian(residual, self.path.x), carried)
         state = ca.vertcat(self.path.x, ca.vec(carried))
         inputs = [self.drive.stacked, state, self.path.p, self.delay_at]
-        return ca.Function("evaluate", inputs, [ca.densify(residual), ca.densify(ca.vec(jacobian))])
+        return ca.Function("evaluate", inputs, [ca.densify(ca.vertcat(residual, ca.vec(jacobian)))])
 
     @cached_property
     def balance(self) -> ca.Function:

@@ -129,6 +129,8 @@ class Effect(ABC):
     states: ClassVar[tuple[str, ...]] = ()
     delays: ClassVar[str | None] = None
     """The signal that the parameter ``time`` delays: ``"command"``, ``"velocity"`` or None."""
+    nonlinear: ClassVar[bool] = False
+    """True where a trial's linear model says little of a full fit (a stiffness, a gap)."""
     whole_arm: ClassVar[bool] = False
     """True where the effect belongs to the arm and is declared once, at the joint named in ``sites``."""
 

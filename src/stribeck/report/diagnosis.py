@@ -33,9 +33,9 @@ PLOTS = (
     _Plot(
         "measured_nominal_corrected.png",
         measured_figure,
-        "Torque along the recorded motion, on the stretch of the held-out runs where the re-tuned model misses most: "
+        "{effort} along the recorded motion, on the stretch of the held-out runs where the re-tuned model misses most: "
         "measured (the filtered command), the nominal model as given, and the corrected one.",
-        "Torque along the recorded motion, on the stretch of the held-out runs where the re-tuned model misses most: "
+        "{effort} along the recorded motion, on the stretch of the held-out runs where the re-tuned model misses most: "
         "measured (the filtered command), the nominal model as given, and re-tuned.",
     ),
     _Plot(
@@ -53,9 +53,9 @@ PLOTS = (
     _Plot(
         "residual.png",
         residual_figure,
-        "Torque that the model does not account for, before and after the named effects; "
+        "{effort} that the model does not account for, before and after the named effects; "
         "shaded, the stretch of the first figure.",
-        "Torque that the re-tuned model does not account for; shaded, the stretch of the first figure.",
+        "{effort} that the re-tuned model does not account for; shaded, the stretch of the first figure.",
     ),
     _Plot(
         "candidates.png",
@@ -83,6 +83,7 @@ def write_report(diagnosis: Diagnosis, folder: Path | str) -> None:
             raster, vector = png_and_svg(figure)
             (folder / plot.file).write_bytes(raster)
             caption = plot.caption if diagnosis.named or not plot.abstained else plot.abstained
+            caption = caption.format(effort=words.effort(diagnosis).capitalize())
             pictures.append(Picture(finding_of(figure), data_uri(vector, "svg+xml"), caption, plot.file))
     page = render(f"{words.clean(diagnosis.arm)}: diagnosis", page_sections(diagnosis, pictures), _footer())
     (folder / "report.html").write_bytes(page.encode("utf-8", "replace"))

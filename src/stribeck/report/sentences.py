@@ -79,10 +79,8 @@ def how_far(diagnosis: Diagnosis) -> str:
     if diagnosis.closed is None:
         return rms
     what = "it closes" if len(diagnosis.named) == 1 else "together they close"
-    return (
-        f"Added to the model, {what} {percent_interval(diagnosis.closed)} of the torque gap above the noise floor, "
-        f"on runs that were not fitted. {rms}"
-    )
+    part = f"{percent_interval(diagnosis.closed)} of the {words.effort(diagnosis)} gap"
+    return f"Added to the model, {what} {part} above the noise floor, on runs that were not fitted. {rms}"
 
 
 def answers(diagnosis: Diagnosis) -> tuple[tuple[str, str], ...]:
@@ -106,7 +104,7 @@ def _rms(diagnosis: Diagnosis) -> str:
     more = len(diagnosis.joints) - NAMED_JOINTS
     tail = f"; {more} more in the table below" if more > 0 else ""
     legend = " → ".join(("as given", "re-tuned", words.final(diagnosis))[: len(path)])
-    return f"Torque rms, {legend}: {'; '.join(parts)}{tail}."
+    return f"{words.effort(diagnosis).capitalize()} rms, {legend}: {'; '.join(parts)}{tail}."
 
 
 def _place(diagnosis: Diagnosis, place: Place) -> str:

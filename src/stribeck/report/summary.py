@@ -40,7 +40,7 @@ def _answers(diagnosis: Diagnosis) -> Table:
 
 def _stages(diagnosis: Diagnosis) -> Table:
     table = Table(box=None, padding=(0, 2, 0, 0), title_justify="left")
-    table.add_column(Text(f"torque rms, {words.torque_unit(diagnosis)}, held-out"), style="dim")
+    table.add_column(Text(f"{words.effort(diagnosis)} rms, {words.torque_unit(diagnosis)}, held-out"), style="dim")
     for joint in diagnosis.joints:
         table.add_column(Text(words.short(joint)), justify="right")
     for stage in diagnosis.stages:

@@ -29,7 +29,7 @@ def stage_table(diagnosis: Diagnosis) -> Table:
     torque, motion = words.torque_unit(diagnosis), words.position_unit(diagnosis)
     moving = any(stage.motion for stage in diagnosis.stages)
     names = [words.clean(joint) for joint in diagnosis.joints]
-    columns = ["stage", *(f"{name} torque, {unit_text(torque)}" for name in names)]
+    columns = ["stage", *(f"{name} {words.effort(diagnosis)}, {unit_text(torque)}" for name in names)]
     columns += [f"{name} motion, {unit_text(motion)}" for name in names] if moving else []
     rows = []
     for stage in diagnosis.stages:

@@ -124,6 +124,11 @@ def torque_unit(diagnosis: Diagnosis) -> str:
     return "N" if _prismatic(diagnosis) else "N m"
 
 
+def effort(diagnosis: Diagnosis) -> str:
+    """Return "torque", or "force" for a prismatic axis."""
+    return "force" if _prismatic(diagnosis) else "torque"
+
+
 def position_unit(diagnosis: Diagnosis) -> str:
     """Return "rad", or "m" for a prismatic axis."""
     return "m" if _prismatic(diagnosis) else "rad"

@@ -25,12 +25,8 @@ class PositionDependentFriction(FrictionEffect):
     )
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
-        harmonics = (1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0)
-        return tuple(
-            {"sine": 0.1 * (part == 0), "cosine": 0.1 * (part == 1), "harmonic": harmonic}
-            for harmonic in harmonics
-            for part in (0, 1)
-        )
+        # one trial a harmonic: the derivatives by both amplitudes find the phase
+        return tuple({"sine": 0.05, "cosine": 0.05, "harmonic": n} for n in (1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0))
 
     def level(self, level: Expression, direction: float, s: Signals, x: States, p: Parameters) -> Expression:
         phase = p["harmonic"] * s.position

@@ -28,6 +28,7 @@ class Presliding(FrictionEffect):
     )
     states = ("torque",)
     bristle = True
+    nonlinear = True
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         level = max(scale.friction, 0.01 * scale.torque)

@@ -10,6 +10,9 @@ import casadi as ca
 from stribeck.model.effect import Expression, Parameter, Parameters, Scale, TransmissionEffect
 
 
+ONSET = 0.02  # of the gap: the penetration over which the damper comes in, so that the law has no jump
+
+
 @final
 class Backlash(TransmissionEffect):
     """A spring with a dead zone between motor and link; the encoder is on the motor.
@@ -22,6 +25,7 @@ class Backlash(TransmissionEffect):
     equation = r"\tau = k\,\mathrm{dz}_{\Delta/2}(\theta - q) + d\,(\dot\theta - \dot q)\,[\text{in contact}]"
     symptom = "a pulse in the residual wherever the transmitted torque changes sign"
     source = "Nordin & Gutman (2002)"
+    nonlinear = True
     parameters = (
         Parameter("gap", "rad", "full width of the play", 0.0, 0.0, 0.5),
         Parameter("stiffness", "N m/rad", "contact stiffness", math.inf, 1e-2, 1e8, log=True),
@@ -36,7 +40,8 @@ class Backlash(TransmissionEffect):
     def transmitted(self, deflection: Expression, rate: Expression, p: Parameters) -> Expression:
         half = 0.5 * p["gap"]
         over = ca.fmax(deflection - half, 0.0) + ca.fmin(deflection + half, 0.0)
-        push = p["stiffness"] * over + p["damping"] * rate * ca.if_else(ca.fabs(over) > 0.0, 1.0, 0.0)
+        pressed = ca.fabs(over) / (ca.fabs(over) + ONSET * p["gap"] + 1e-9)
+        push = p["stiffness"] * over + p["damping"] * rate * pressed
         return ca.if_else(over > 0.0, ca.fmax(push, 0.0), ca.fmin(push, 0.0))
 
     def deflection(self, torque: Expression, p: Parameters) -> Expression:

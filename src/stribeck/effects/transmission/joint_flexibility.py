@@ -17,6 +17,7 @@ class JointFlexibility(TransmissionEffect):
     equation = r"\tau = k (\theta - q) + d (\dot\theta - \dot q)"
     symptom = "a lightly damped resonance in the residual, and inertia that seems to grow with frequency"
     source = "Spong (1987)"
+    nonlinear = True
     parameters = (
         Parameter("stiffness", "N m/rad", "torsional stiffness", math.inf, 1e-2, 1e8, log=True),
         Parameter("damping", "N m s/rad", "torsional damping", 0.0, 1e-6, 1e5, log=True),

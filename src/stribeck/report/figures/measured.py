@@ -51,7 +51,7 @@ def draw_measured(ax: Axes, diagnosis: Diagnosis, joint: int, window: Window) ->
         ends.append((float(torque[-1]), label, colour if label != "measured" else MUTED))
     ax.axhline(0.0, color=MUTED, linewidth=0.5, zorder=0)
     ax.set_xlim(trace.time[part][0], trace.time[part][-1])
-    ax.set_ylabel(f"torque, {words.torque_unit(diagnosis)}")
+    ax.set_ylabel(f"{words.effort(diagnosis)}, {words.torque_unit(diagnosis)}")
     grid(ax)
     end_labels(ax, ends, gap=0.1)
     title(ax, _panel(diagnosis, diagnosis.joints[joint]))

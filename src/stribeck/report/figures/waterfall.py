@@ -24,12 +24,13 @@ def waterfall_figure(diagnosis: Diagnosis) -> Figure | None:
     n, rows = len(diagnosis.joints), len(diagnosis.stages)
     figure = new_figure(0.9 + n * (0.75 + 0.34 * rows))
     axes = figure.subplots(n, len(metrics), squeeze=False, sharey="row")
+    names = {"torque": words.effort(diagnosis), "motion": "motion"}
     units = {"torque": words.torque_unit(diagnosis), "motion": words.position_unit(diagnosis)}
     for j, joint in enumerate(diagnosis.joints):
         for k, metric in enumerate(metrics):
             steps = [(stage.stage, getattr(stage, metric).get(joint, math.nan)) for stage in diagnosis.stages]
             draw_steps(axes[j, k], steps)
-            title(axes[j, k], f"{words.short(joint)}: {metric} gap", 3.5)
+            title(axes[j, k], f"{words.short(joint)}: {names[metric]} gap", 3.5)
             axes[j, k].set_xlabel(f"{units[metric]} rms, held-out" if j == n - 1 else "")
     heading(figure, _finding(diagnosis), WIDTH)
     return figure
@@ -91,11 +92,12 @@ def _draw_step(ax: Axes, row: int, stage: str, value: float, previous: float) ->
 
 def _finding(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "no_gap":
-        return "Re-tuning alone brings the torque gap to the noise floor"
+        return f"Re-tuning alone brings the {words.effort(diagnosis)} gap to the noise floor"
     if not diagnosis.named:
         return "Re-tuning leaves a gap above the noise floor that no known effect explains"
     named = words.named(diagnosis)
     if diagnosis.closed is None:
         return f"{named}: the gap before and after"
     closes = "closes" if len(diagnosis.named) == 1 else "close"
-    return f"{named} {closes} {percent_interval(diagnosis.closed)} of the torque gap above the noise floor"
+    part = percent_interval(diagnosis.closed)
+    return f"{named} {closes} {part} of the {words.effort(diagnosis)} gap above the noise floor"

@@ -1,0 +1,279 @@
+"""The diagnosis: re-tune, search, and say where, which and how far."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from stribeck.arm import Arm
+from stribeck.effects.registry import placed_effects
+from stribeck.errors import InputError, StribeckError
+from stribeck.gap.blocks import bayesian_bootstrap, block_of_rows
+from stribeck.gap.corrected import arm_of
+from stribeck.gap.floor import noise_floor
+from stribeck.gap.model import Model, retune, weights_of
+from stribeck.gap.motion import motion_gap
+from stribeck.gap.places import places
+from stribeck.gap.prepare import Prepared, prepare
+from stribeck.gap.result import Candidate, Cause, Diagnosis, Estimate, Stage, Trace, Tuned
+from stribeck.gap.search import Progress, Step, search
+from stribeck.gap.verdict import AT_FLOOR, NAMED_OVER, causes_of, closes_estimate, no_gap_probability
+from stribeck.gap.where import analysis_signals, regions
+from stribeck.identify.confidence import Intervals, intervals
+from stribeck.identify.residual import Residual
+from stribeck.model.layout import values_of
+from stribeck.model.path import SignalPath
+from stribeck.run import Run
+
+HORIZON = 0.5  # s
+
+
+def diagnose(
+    arm: Arm,
+    runs: Sequence[Run],
+    held_out: Sequence[Run] = (),
+    *,
+    seed: int = 0,
+    jobs: int = 2,
+    leave_out: Sequence[str] = (),
+    progress: Progress = lambda text: None,
+) -> Diagnosis:
+    """Diagnose the gap between an arm's model and its recordings.
+
+    Parameters
+    ----------
+    arm : Arm
+        The nominal arm; effects in its file are part of the nominal model.
+    runs, held_out : sequence of Run
+        Recordings to fit and to judge by; without the latter some of ``runs`` are kept back.
+    seed : int
+        Of all resampling.
+    jobs : int
+        Processes.
+    leave_out : sequence of str
+        Effects that are no candidates.
+    progress : callable
+        Told in words what is being done.
+
+    Raises
+    ------
+    InputError
+        When a run has not the arm's joints.
+    """
+    for run in (*runs, *held_out):
+        if run.n != arm.n:
+            raise InputError(f"{run.name}: not a recording of this arm", f"{run.n} joints", f"the arm has {arm.n}")
+    progress("conditioning the recordings")
+    prepared = prepare(arm, runs, held_out)
+    own = placed_effects(arm)
+    path = SignalPath(arm, own)
+    given = Residual(path, prepared.held, ())(values_of(path.entries))[0]
+    progress("re-tuning the nominal model")
+    floor = _floor_rms(noise_floor(arm, path, values_of(path.entries), prepared.held, prepared.cutoff, seed))
+    base = retune(prepared, floor, own)
+    noise = noise_floor(arm, path, base.fit.p, prepared.held, prepared.cutoff, seed)
+    floor = _floor_rms(noise)
+    steps = search(prepared, base, floor, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
+    progress("simulating the held-out runs")
+    return _Assembly(prepared, given, noise, floor, steps, seed).diagnosis()
+
+
+def _floor_rms(noise: np.ndarray) -> np.ndarray:
+    return np.asarray(np.maximum(np.sqrt(np.mean(noise**2, axis=0)), 1e-12))
+
+
+class _Assembly:
+    """The parts of a finished search, put together as a :class:`Diagnosis`."""
+
+    def __init__(
+        self,
+        prepared: Prepared,
+        given: np.ndarray,
+        noise: np.ndarray,
+        floor: np.ndarray,
+        steps: Sequence[Step],
+        seed: int,
+    ) -> None:
+        self.prepared, self.given, self.noise, self.floor, self.seed = prepared, given, noise, floor, seed
+        self.steps = tuple(steps)
+        self.base = steps[0].base
+        taken = [step.best for step in steps if step.taken and step.best is not None]
+        self.models: list[Model] = [self.base, *taken]
+        self.block = block_of_rows(prepared.held)
+        self.draws = bayesian_bootstrap(int(self.block.max()) + 1, 400, np.random.default_rng(seed))
+        self.warnings = list(prepared.warnings)
+
+    def diagnosis(self) -> Diagnosis:
+        """Return the diagnosis."""
+        arm, prepared = self.prepared.arm, self.prepared
+        causes, left_over = causes_of(self.steps, arm.names, self.floor)
+        named = tuple(cause.effect for cause in causes if (cause.presence or 0.0) > NAMED_OVER)
+        final = self.models[-1] if named else self.base
+        causes = [self._with_details(cause) for cause in causes]
+        verdict, rest = self._verdict(final, named, left_over)
+        closed = self._closes(self.base, final) if named else None
+        arms = {
+            "as_given": arm,
+            "retuned": arm_of(arm, self.base.fit, self.base.placed),
+            "corrected": arm_of(arm, final.fit, final.placed),
+        }
+        regions_ = regions(prepared, self.base.held, final.held, self.noise, self.seed)
+        return Diagnosis(
+            arm=arm.name,
+            joints=arm.names,
+            fit_runs=tuple(dict.fromkeys(run.name for run in prepared.fit)),
+            held_out_runs=tuple(dict.fromkeys(run.name for run in prepared.held)),
+            verdict=verdict,
+            named=named,
+            horizon=HORIZON,
+            stages=self._stages(final),
+            closed=closed,
+            where=places(prepared, self.models if named else [self.base], self.noise, regions_, self.seed),
+            regions=regions_,
+            causes=(*causes, *rest),
+            candidates=self._candidates(),
+            tuned=self._tuned(),
+            traces=self._traces(final),
+            models=arms,
+            notes=prepared.notes,
+            warnings=tuple(self.warnings + self._limits()),
+            settings={"seed": self.seed, "cutoff_hz": prepared.cutoff, "horizon_s": HORIZON},
+        )
+
+    def _verdict(self, final: Model, named: tuple[str, ...], left_over: float) -> tuple[str, list[Cause]]:
+        ratio = float(np.max(final.rms() / self.floor))
+        if named:
+            verdict = "explained" if ratio < AT_FLOOR or self._closes(self.base, final).value > 0.9 else "partly_explained"
+            return verdict, [Cause("unknown", left_over)]
+        if any(step.taken for step in self.steps):
+            return "unexplained", [Cause("unknown", left_over)]
+        none = no_gap_probability(self.steps[0], self.floor)
+        rest = [Cause("none", none), Cause("unknown", 1.0 - none)]
+        return ("no_gap" if none > NAMED_OVER else "unexplained"), rest
+
+    def _closes(self, before: Model, after: Model) -> Estimate:
+        return closes_estimate(before.held, after.held, self.floor, self.block, self.draws)
+
+    def _intervals(self, model: Model) -> Intervals:
+        weights = weights_of(model.fit.residual, self.prepared, self.floor)
+        return intervals(model.fit, weights, block_of_rows(self.prepared.fit))
+
+    def _with_details(self, cause: Cause) -> Cause:
+        """Return a cause with its parameters from the final model and what its own steps close."""
+        from dataclasses import replace
+
+        final = self.models[-1]
+        bounds = self._intervals(final)
+        parameters: dict[str, dict[str, Estimate]] = {}
+        for i, entry in enumerate(final.fit.entries):
+            if isinstance(entry.owner, int) and final.placed[entry.owner].effect.name == cause.effect:
+                joint = self.prepared.arm.names[entry.joint]
+                estimate = Estimate(float(final.fit.p[i]), float(bounds.low[i]), float(bounds.high[i]), entry.unit)
+                parameters.setdefault(joint, {})[entry.name] = estimate
+        pairs = [
+            (before, after)
+            for before, after in zip(self.models[:-1], self.models[1:], strict=True)
+            if after.placed[-1].effect.name == cause.effect
+        ]
+        first, last = pairs[0][0], pairs[-1][1]
+        before, after = self.base.held, self.base.held + (last.held - first.held)
+        del after
+        share = self._closes(self.base, last).value - (self._closes(self.base, first).value if first is not self.base else 0.0)
+        whole = closes_estimate(before, last.held, self.floor, self.block, self.draws)
+        spread = (whole.high - whole.low) / 2
+        closes = Estimate(share, share - spread, share + spread)
+        return replace(cause, parameters=parameters, closes=closes)
+
+    def _stages(self, final: Model) -> tuple[Stage, ...]:
+        arm = self.prepared.arm
+        rows: list[tuple[str, np.ndarray, Arm | None]] = [
+            ("as_given", self.given, arm),
+            ("retuned", self.base.held, arm_of(arm, self.base.fit, self.base.placed)),
+        ]
+        for model in self.models[1:]:
+            if final is not self.base:
+                rows.append((model.placed[-1].effect.name, model.held, arm_of(arm, model.fit, model.placed)))
+        stages = [Stage(name, self._per_joint(held), self._motion(name, model)) for name, held, model in rows]
+        floor = {name: float(self.floor[j]) for j, name in enumerate(arm.names)}
+        noise = {name: float(self.prepared.held[0].noise[j]) for j, name in enumerate(arm.names)}
+        return (*stages, Stage("noise_floor", floor, noise))
+
+    def _per_joint(self, held: np.ndarray) -> dict[str, float]:
+        rms = np.sqrt(np.mean(held**2, axis=0))
+        return {name: float(rms[j]) for j, name in enumerate(self.prepared.arm.names)}
+
+    def _motion(self, stage: str, arm: Arm | None) -> dict[str, float]:
+        if arm is None:
+            return {}
+        try:
+            motion, failed = motion_gap(arm, self.prepared.held, HORIZON)
+        except StribeckError as error:
+            self.warnings.append(f"{stage}: no motion gap: {error}")
+            return {}
+        if failed:
+            self.warnings.append(f"{stage}: {failed} windows could not be simulated and are left out of the motion gap")
+        return motion
+
+    def _candidates(self) -> tuple[Candidate, ...]:
+        names = self.prepared.arm.names
+        rows = []
+        for number, step in enumerate(self.steps, 1):
+            for k, model in enumerate(step.rivals, 1):
+                place, gain = model.placed[-1], step.ranking.gain[k]
+                chosen = step.taken and k == step.ranking.best
+                estimate = Estimate(float(gain[0]), float(gain[1]), float(gain[2]))
+                t = float(step.ranking.t[k])
+                rows.append(
+                    Candidate(number, place.effect.name, names[place.joint], estimate, t, model.fit.status, chosen)
+                )
+            nothing = Estimate(0.0, 0.0, 0.0)
+            rows += [
+                Candidate(number, effect, names[joint], nothing, 0.0, "screened out")
+                for effect, joint in step.screened_out
+            ]
+        return tuple(rows)
+
+    def _tuned(self) -> tuple[Tuned, ...]:
+        fit, bounds = self.base.fit, self._intervals(self.base)
+        return tuple(
+            Tuned(
+                entry.key,
+                entry.unit,
+                entry.value,
+                entry.sd,
+                Estimate(float(fit.p[i]), float(bounds.low[i]), float(bounds.high[i]), entry.unit),
+                entry.key in fit.at_limit,
+                bool(bounds.identified[i]),
+            )
+            for i, entry in enumerate(fit.entries)
+            if entry.owner in ("inertial", "friction")
+        )
+
+    def _limits(self) -> list[str]:
+        return [
+            f"{key}: the data push it to three standard deviations from its nominal value; it is held there"
+            for key in self.models[-1].fit.at_limit
+        ]
+
+    def _traces(self, final: Model) -> tuple[Trace, ...]:
+        signals = analysis_signals(self.prepared.held)
+        traces = []
+        start = 0
+        for run in self.prepared.held:
+            rows = slice(start, start + len(run.analysis_index))
+            start = rows.stop
+            measured = signals["command"][rows]
+            traces.append(
+                Trace(
+                    run.name,
+                    signals["time"][rows],
+                    signals["position"][rows],
+                    signals["velocity"][rows],
+                    measured,
+                    measured - self.given[rows],
+                    measured - self.base.held[rows],
+                    measured - final.held[rows],
+                )
+            )
+        return tuple(traces)

@@ -1,0 +1,98 @@
+"""One model of the search: placed effects, fitted to the fit runs and judged on the held-out ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stribeck.gap.blocks import correlation_rows
+from stribeck.gap.prepare import Prepared
+from stribeck.identify.map_fit import Fit, Weights, fit
+from stribeck.identify.residual import Residual
+from stribeck.model.layout import Placed, values_of
+from stribeck.model.path import SignalPath
+
+
+@dataclass(frozen=True)
+class Model:
+    """A fitted model: its effects with fitted values, the fit, and the residual (M, n) on held-out runs, N m."""
+
+    placed: tuple[Placed, ...]
+    fit: Fit
+    held: np.ndarray
+
+    def rms(self) -> np.ndarray:
+        """Return the held-out residual's root mean square (n,), N m."""
+        return np.asarray(np.sqrt(np.mean(self.held**2, axis=0)))
+
+
+def start_values(path: SignalPath, known: Fit | None, trial: dict[str, float] | None) -> np.ndarray:
+    """Return starting values (p,): fitted ones where a known fit has them, the trial for the last effect."""
+    values = values_of(path.entries)
+    if known is not None:
+        fitted = {entry.key: known.p[i] for i, entry in enumerate(known.entries)}
+        values = np.array([fitted.get(entry.key, value) for entry, value in zip(path.entries, values, strict=True)])
+    last = len(path.placed) - 1
+    for i, entry in enumerate(path.entries):
+        if trial is not None and entry.owner == last:
+            values[i] = trial[entry.name]
+    return values
+
+
+def effect_scales(path: SignalPath, prepared: Prepared) -> dict[str, float]:
+    """Return a typical size of every effect parameter, by key, from the effects' own trial values."""
+    scales: dict[str, float] = {}
+    for entry in path.entries:
+        if isinstance(entry.owner, int):
+            trials = path.placed[entry.owner].effect.starts(prepared.scales[entry.joint])
+            null = next(p.null for p in path.placed[entry.owner].effect.parameters if p.name == entry.name)
+            sizes = [abs(trial[entry.name] - null) for trial in trials if np.isfinite(null)]
+            sizes = [size for size in sizes if size > 0.0]
+            scales[entry.key] = max(sizes) if sizes else 1.0
+    return scales
+
+
+def fit_model(
+    prepared: Prepared,
+    placed: Sequence[Placed],
+    weights: Weights,
+    known: Fit | None = None,
+    trial: dict[str, float] | None = None,
+    *,
+    evaluations: int = 80,
+) -> Model:
+    """Fit a model to the fit runs and evaluate it on the held-out runs."""
+    path = SignalPath(prepared.arm, placed)
+    residual = Residual(path, prepared.fit)
+    start = start_values(path, known, trial)
+    result = fit(residual, weights, start, effect_scales(path, prepared), evaluations=evaluations)
+    held, _ = Residual(path, prepared.held, ())(result.p)
+    return Model(_with_values(placed, result), result, held)
+
+
+def _with_values(placed: Sequence[Placed], fit: Fit) -> tuple[Placed, ...]:
+    values = [
+        {entry.name: float(fit.p[i]) for i, entry in enumerate(fit.entries) if entry.owner == k}
+        for k in range(len(placed))
+    ]
+    return tuple(replace(place, values=own) for place, own in zip(placed, values, strict=True))
+
+
+def weights_of(residual: np.ndarray, prepared: Prepared, floor: np.ndarray) -> Weights:
+    """Return weights from a residual on the fit runs (M, n): its spread, at least the floor (n,), and correlation."""
+    sd = np.maximum(np.sqrt(np.mean(residual**2, axis=0)), floor)
+    return Weights(sd, correlation_rows(residual, prepared.fit))
+
+
+def retune(prepared: Prepared, floor: np.ndarray, placed: Sequence[Placed] = (), rounds: int = 3) -> Model:
+    """Return the re-tuned model: weights and fit in turn until the weights hold."""
+    path = SignalPath(prepared.arm, placed)
+    residual, _ = Residual(path, prepared.fit, ())(values_of(path.entries))
+    known: Fit | None = None
+    for _ in range(rounds):
+        weights = weights_of(residual, prepared, floor)
+        model = fit_model(prepared, placed, weights, known)
+        residual, known = model.fit.residual, model.fit
+    return model

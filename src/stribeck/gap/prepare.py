@@ -1,0 +1,122 @@
+"""From files to conditioned runs: uniform time, one analysis cutoff, fit and held-out parts, typical scales."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import casadi as ca
+import numpy as np
+
+from stribeck.arm import Arm
+from stribeck.grid import uniform
+from stribeck.identify.conditioning import Conditioned, condition, cutoff_frequency
+from stribeck.model.effect import Scale
+from stribeck.model.layout import values_of
+from stribeck.model.path import SignalPath
+from stribeck.model.rigid_body import mass_matrix
+from stribeck.run import Run
+
+HELD_SHARE = 0.3  # of the runs, or of a single run
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """Runs ready for the search.
+
+    ``fit`` and ``held`` are conditioned runs; ``scales`` typical magnitudes per joint; ``cutoff`` in Hz.
+    """
+
+    arm: Arm
+    fit: tuple[Conditioned, ...]
+    held: tuple[Conditioned, ...]
+    scales: tuple[Scale, ...]
+    cutoff: float
+    notes: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+
+def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = ()) -> Prepared:
+    """Condition runs for a diagnosis.
+
+    Parameters
+    ----------
+    arm : Arm
+    runs : sequence of Run
+        Fitted; some of them are kept back where ``held_out`` is empty.
+    held_out : sequence of Run
+        Judged, never fitted.
+    """
+    notes: list[str] = []
+    even = [_even(run, notes) for run in runs]
+    if held_out:
+        fit, held = even, [_even(run, notes) for run in held_out]
+    else:
+        fit, held = split(even, notes)
+    every = [*fit, *held]
+    inertia = moved_inertia(arm, every)
+    cutoff = cutoff_frequency(arm, every, inertia)
+    notes.append(f"analysed up to {cutoff:.3g} Hz")
+    fitted = tuple(condition(arm, run, cutoff) for run in fit)
+    judged = tuple(condition(arm, run, cutoff) for run in held)
+    warnings = tuple(f"{run.name}: {text}" for run in every for text in run.warnings)
+    return Prepared(arm, fitted, judged, typical(arm, fitted, inertia), cutoff, tuple(notes), warnings)
+
+
+def _even(run: Run, notes: list[str]) -> Run:
+    even, said = uniform(run)
+    notes.extend(said)
+    return even
+
+
+def split(runs: Sequence[Run], notes: list[str]) -> tuple[list[Run], list[Run]]:
+    """Return (fit, held out): every third run back, or the last part of a single run."""
+    if len(runs) == 1:
+        run = runs[0]
+        k = round((1.0 - HELD_SHARE) * len(run.t))
+        notes.append(f"{run.name}: the last {HELD_SHARE:.0%} is held out")
+        return [part(run, 0, k)], [part(run, k, len(run.t))]
+    held = list(range(2, len(runs), 3)) or [len(runs) - 1]
+    return [run for i, run in enumerate(runs) if i not in held], [runs[i] for i in held]
+
+
+def part(run: Run, start: int, stop: int) -> Run:
+    """Return a stretch of a run."""
+    keys = ("t", "q", "tau", "dq", "q_ref", "dq_ref", "tau_meas", "temperature", "gaps")
+    cut = {key: getattr(run, key)[start:stop] for key in keys if getattr(run, key) is not None}
+    return replace(run, extra=None, **cut)
+
+
+def moved_inertia(arm: Arm, runs: Sequence[Run]) -> np.ndarray:
+    """Return the mean inertia (n,) that each joint moves in the poses of the runs, kg m^2."""
+    path = SignalPath(arm)
+    q = ca.SX.sym("q", arm.n)
+    mass = mass_matrix(path.body(), [q[i] for i in range(arm.n)], prismatic=path.prismatic)
+    diagonal = ca.diag(mass) + ca.vertcat(*[path.rotor(j) for j in range(arm.n)])
+    function = ca.Function("inertia", [q, path.p], [diagonal])
+    poses = np.concatenate([run.q[:: max(1, len(run.q) // 50)] for run in runs])
+    values = function(poses.T, values_of(path.entries)).full()
+    return np.asarray(values.mean(axis=1))
+
+
+def typical(arm: Arm, runs: Sequence[Conditioned], inertia: np.ndarray) -> tuple[Scale, ...]:
+    """Return the typical magnitudes of each joint in conditioned runs."""
+
+    def rms(name: str, j: int) -> float:
+        return float(np.sqrt(np.mean(np.concatenate([getattr(run, name)[:, j] for run in runs]) ** 2)))
+
+    def travel(j: int) -> float:
+        return max(float(np.ptp(run.position[:, j])) for run in runs)
+
+    return tuple(
+        Scale(
+            torque=rms("command", j) + 1e-9,
+            friction=arm.joints[j].friction.C0,
+            speed=rms("velocity", j) + 1e-6,
+            travel=travel(j) + 1e-6,
+            inertia=float(inertia[j]),
+            sample_time=runs[0].sample_time,
+            length=arm.joints[j].length,
+        )
+        for j in range(arm.n)
+    )

@@ -1,0 +1,118 @@
+"""Candidates judged side by side: held-out residuals, block by block, with the prior's say."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stribeck.gap.blocks import bayesian_bootstrap, block_of_rows, block_sums, correlation_rows, t_value
+from stribeck.gap.model import Model
+from stribeck.gap.prepare import Prepared
+
+DRAWS = 400
+SAME = 2.0  # block-robust t value below which two models are not told apart
+SHARED = 0.75  # of the best model's gain: less is another story, not a twin
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """The base model and its rivals on held-out data, one entry a model, the base first.
+
+    Attributes
+    ----------
+    probability : array (K,)
+        Of being the best, by Bayesian bootstrap over blocks.
+    loss : array (K, B, n)
+        Squared residual per block and joint, in units of the best model's mean per block.
+    gain : array (K, 3)
+        Relative reduction of the squared residual against the base, joints multiplied, with its 95 % interval.
+    t : array (K,)
+        Block-robust t value of the gain.
+    prior_gain : array (K,)
+        The prior's cost saved against the base.
+    best : int
+        The best rival's place.
+    """
+
+    probability: np.ndarray
+    loss: np.ndarray
+    gain: np.ndarray
+    t: np.ndarray
+    prior_gain: np.ndarray
+    best: int
+
+    def twins(self) -> list[int]:
+        """Return the rivals (not the base) that these data cannot tell from the best one, the best included."""
+        return [k for k in range(1, len(self.loss)) if self._same(k)]
+
+    def _same(self, k: int) -> bool:
+        if k == self.best:
+            return True
+        apart = t_value(log_ratio(self.loss[k], self.loss[self.best]))
+        saved, kept = (-np.log(np.maximum(1.0 - self.gain[i, 0], 1e-12)) for i in (self.best, k))
+        by_data = apart < SAME and kept > SHARED * saved
+        by_prior = self.prior_gain[k] > self.prior_gain[self.best] - 2.0
+        return bool(by_data and by_prior)
+
+
+def log_ratio(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Return log(first / second) of block losses (B, n), summed over joints, (B,).
+
+    Losses are in units of the best model's mean, and one tenth of that is added to both: a block in which nothing
+    happens says nothing. Logarithms keep one violent block from deciding, as it would in a sum of squares.
+    """
+    return np.asarray(np.sum(np.log((first + 0.1) / (second + 0.1)), axis=1))
+
+
+def rank(prepared: Prepared, models: Sequence[Model], floor: np.ndarray, seed: int) -> Ranking:
+    """Rank models on the held-out runs.
+
+    Parameters
+    ----------
+    models : sequence of Model
+        The base first, then its rivals.
+    floor : array (n,)
+        Noise floor of the residual, N m rms.
+
+    Notes
+    -----
+    The likelihood is concentrated over each joint's own noise: n/2 log(sum of squares), counted in independent
+    rows. Model weights by pseudo-BMA with the Bayesian bootstrap: Yao, Vehtari, Simpson & Gelman (2018).
+    """
+    block = block_of_rows(prepared.held)
+    squares = np.array([block_sums(model.held**2, block) for model in models])
+    total = squares.sum(axis=1)
+    reference = int(np.argmin(np.sum(np.log(total), axis=1)))
+    independent = _independent_rows(prepared, models[reference])
+    prior = np.array([model.fit.prior for model in models])
+    extra = np.array([0.5 * _own_parameters(model) * np.log(max(float(independent.mean()), 2.0)) for model in models])
+    weights = bayesian_bootstrap(squares.shape[1], DRAWS, np.random.default_rng(seed))
+    logs = np.log(np.einsum("db,kbj->dkj", weights, squares) + 1e-300)
+    score = -0.5 * logs @ independent - prior - extra
+    weight = np.exp(score - score.max(axis=1, keepdims=True))
+    probability = (weight / weight.sum(axis=1, keepdims=True)).mean(axis=0)
+    mean_score = -0.5 * np.log(total + 1e-300) @ independent - prior - extra
+    best = int(np.argmax(mean_score[1:])) + 1 if len(models) > 1 else 0
+    loss = squares / np.maximum(total[reference] / squares.shape[1], 1e-300)
+    t = np.array([t_value(log_ratio(loss[0], row)) for row in loss])
+    return Ranking(probability, loss, _gains(logs, total), t, prior[0] - prior, best)
+
+
+def _gains(logs: np.ndarray, total: np.ndarray) -> np.ndarray:
+    """Return the relative reductions (K, 3) of the squared residual, value and 95 % interval."""
+    drawn = 1.0 - np.exp(np.sum(logs - logs[:, :1], axis=2))
+    low, high = np.quantile(drawn, [0.025, 0.975], axis=0)
+    value = 1.0 - np.exp(np.sum(np.log((total + 1e-300) / (total[0] + 1e-300)), axis=1))
+    return np.stack([value, low, high], axis=1)
+
+
+def _independent_rows(prepared: Prepared, model: Model) -> np.ndarray:
+    """Return how many independent rows (n,) all runs, fitted and held out, amount to."""
+    rows = model.fit.residual.shape[0] + model.held.shape[0]
+    return np.asarray(rows / correlation_rows(model.held, prepared.held))
+
+
+def _own_parameters(model: Model) -> int:
+    return sum(isinstance(entry.owner, int) for entry in model.fit.entries)

@@ -1,0 +1,163 @@
+"""Which candidates are worth a full fit: each trial's residual, projected off everything that is re-tuned."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stribeck.arm import Arm
+from stribeck.effects.registry import registry
+from stribeck.gap.model import Model, effect_scales, start_values
+from stribeck.gap.prepare import Prepared
+from stribeck.identify.map_fit import Weights
+from stribeck.identify.residual import Residual
+from stribeck.model.effect import Effect, FrictionEffect, TransmissionEffect
+from stribeck.model.layout import Placed
+from stribeck.model.path import SignalPath
+
+REACH = 5.0  # typical sizes that one step may go
+STEPS, STEPS_BENT = 3, 5  # evaluations of a trial
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A candidate effect at a joint with starting values, and the cost that its linear model promises."""
+
+    effect: Effect
+    joint: int
+    start: dict[str, float]
+    promise: float = 0.0
+
+    @property
+    def key(self) -> tuple[str, int]:
+        """Effect name and joint."""
+        return self.effect.name, self.joint
+
+
+def candidates(arm: Arm, placed: Sequence[Placed], leave_out: Sequence[str] = ()) -> list[tuple[Effect, int]]:
+    """Return the effects and joints that can be added to those already placed."""
+    taken = {(place.effect.name, place.joint) for place in placed}
+    out = []
+    for effect in registry().values():
+        for joint in effect.sites(arm.n):
+            fits = effect.applies(arm, joint) and not _clashes(effect, joint, placed)
+            if effect.name not in leave_out and fits and (effect.name, joint) not in taken:
+                out.append((effect, joint))
+    return out
+
+
+def _clashes(effect: Effect, joint: int, placed: Sequence[Placed]) -> bool:
+    """Return whether another effect already has the place: one compliance and one bristle a joint."""
+    here = [place.effect for place in placed if place.joint == joint]
+    if isinstance(effect, TransmissionEffect):
+        return any(isinstance(other, TransmissionEffect) for other in here)
+    if isinstance(effect, FrictionEffect) and effect.bristle:
+        return any(isinstance(other, FrictionEffect) and other.bristle for other in here)
+    return False
+
+
+def screen(
+    prepared: Prepared,
+    base: Model,
+    weights: Weights,
+    effect: Effect,
+    joint: int,
+    known: dict[str, float] | None = None,
+) -> Trial:
+    """Return the best trial of one candidate, improved by a few projected steps, with the cost that it saves.
+
+    The nominal parameters follow linearly (variable projection, Golub & Pereyra 1973), so that an evaluation needs
+    the derivatives by the candidate's own parameters only. Laws that take long to evaluate see every other run.
+
+    Parameters
+    ----------
+    known : dict or None
+        Values from an earlier step of the search: the only start then.
+    """
+    path = SignalPath(prepared.arm, (*base.placed, Placed(effect, joint)))
+    own = [i for i, entry in enumerate(path.entries) if entry.owner == len(base.placed)]
+    runs = [i for i in range(len(prepared.fit)) if not (effect.nonlinear and i % 2)]
+    residual = Residual(path, [prepared.fit[i] for i in runs], own)
+    unit = _units(path, prepared, own)
+    projector = _Projector(base, weights, _rows_of(prepared, runs))
+    names = [path.entries[i].name for i in own]
+    best = Trial(effect, joint, dict(effect.starts(prepared.scales[joint])[0]), -np.inf)
+    for start in (known,) if known else effect.starts(prepared.scales[joint]):
+        p = start_values(path, base.fit, start)
+        saved, values = _descend(residual, projector, p, own, unit, STEPS_BENT if effect.nonlinear else STEPS)
+        if saved > best.promise:
+            best = Trial(effect, joint, dict(zip(names, map(float, values), strict=True)), saved)
+    return best
+
+
+def _rows_of(prepared: Prepared, runs: Sequence[int]) -> np.ndarray:
+    """Return the rows of the fit that belong to some of its runs."""
+    lengths = [len(run.analysis_index) for run in prepared.fit]
+    edges = np.concatenate([[0], np.cumsum(lengths)])
+    return np.concatenate([np.arange(edges[i], edges[i + 1]) for i in runs])
+
+
+def _units(path: SignalPath, prepared: Prepared, own: Sequence[int]) -> np.ndarray:
+    scales = effect_scales(path, prepared)
+    return np.array([1.0 if path.entries[i].log else scales.get(path.entries[i].key, 1.0) for i in own])
+
+
+def _descend(
+    residual: Residual, projector: _Projector, p: np.ndarray, own: Sequence[int], unit: np.ndarray, steps: int
+) -> tuple[float, np.ndarray]:
+    """Return the largest cost reduction met on the way down from a start, and the own values there."""
+    entries = [residual.path.entries[i] for i in own]
+    log = np.array([entry.log for entry in entries], dtype=bool)
+    lower, upper = (np.array([getattr(entry, side) for entry in entries]) for side in ("lower", "upper"))
+    best = (-np.inf, p[own].copy())
+    for _ in range(steps):
+        r, jacobian = residual(p)
+        if not (np.all(np.isfinite(r)) and np.all(np.isfinite(jacobian))):
+            break
+        slope = np.where(log, p[own], 1.0) * unit
+        saved, step = projector.step(r, jacobian * slope)
+        if saved < best[0]:
+            break
+        best = (saved, p[own].copy())
+        step = np.clip(step, -REACH, REACH)
+        moved = np.where(log, p[own] * np.exp(np.where(log, np.clip(step, -1.0, 1.0), 0.0)), p[own] + step * unit)
+        p = p.copy()
+        p[own] = np.clip(moved, lower, upper)
+    return best
+
+
+class _Projector:
+    """Linear least squares in the base model's parameters around its fit, priors included."""
+
+    def __init__(self, base: Model, weights: Weights, rows: np.ndarray) -> None:
+        fit = base.fit
+        share = len(fit.residual) / len(rows)  # a part of the runs stands for all of them
+        self.scale = weights.scale * np.sqrt(share)
+        sd = np.array([fit.entries[i].sd if np.isfinite(fit.entries[i].sd) else 1.0 for i in fit.free])
+        finite = np.array([np.isfinite(fit.entries[i].sd) for i in fit.free])
+        slope = np.array([fit.p[i] if fit.entries[i].log else 1.0 for i in fit.free])
+        self.columns = self._rows(fit.jacobian[rows] * np.where(finite, sd, slope))
+        nominal = np.array([fit.entries[i].value for i in fit.free])
+        self.prior = np.where(finite, 1.0, 1e-6)
+        self.offset = np.where(finite, (fit.p[fit.free] - nominal) / np.where(finite, sd, 1.0), 0.0)
+        self.inverse = np.linalg.inv(self.columns.T @ self.columns + np.diag(self.prior))
+        misfit = self._rows(fit.residual[rows]).ravel()
+        self.cost = 0.5 * float(misfit @ misfit) + 0.5 * float(np.sum(self.prior * self.offset**2))
+
+    def _rows(self, values: np.ndarray) -> np.ndarray:
+        weighted = values * (self.scale[None, :, None] if values.ndim == 3 else self.scale)
+        return np.asarray(weighted.reshape(values.shape[0] * values.shape[1], -1))
+
+    def step(self, residual: np.ndarray, jacobian: np.ndarray) -> tuple[float, np.ndarray]:
+        """Return the cost saved with the own parameters where they are, and their projected Gauss-Newton step."""
+        r, own = self._rows(residual).ravel(), self._rows(jacobian)
+        gradient = self.columns.T @ r + self.prior * self.offset
+        cost = 0.5 * float(r @ r) + 0.5 * float(np.sum(self.prior * self.offset**2))
+        cost -= 0.5 * float(gradient @ self.inverse @ gradient)
+        cross = self.columns.T @ own
+        curvature = own.T @ own - cross.T @ self.inverse @ cross
+        slope = own.T @ r - cross.T @ (self.inverse @ gradient)
+        ridge = np.diag(1e-3 * np.diag(curvature) + 1e-2)
+        return self.cost - cost, np.linalg.solve(curvature + ridge, -slope)

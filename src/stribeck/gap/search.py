@@ -1,0 +1,140 @@
+"""Forward search: add the best effect while it earns its place on held-out data, then try to drop each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from joblib import Parallel, delayed
+
+from stribeck.gap.model import Model, fit_model, weights_of
+from stribeck.gap.prepare import Prepared
+from stribeck.gap.rank import Ranking, rank
+from stribeck.gap.screen import Trial, candidates, screen
+from stribeck.identify.map_fit import Weights
+from stribeck.model.layout import Placed
+
+LEAST_SURVIVORS = 3
+MOST_SURVIVORS = 8
+HOPEFUL = 0.3  # of the best promise: candidates with less are not fitted
+MOST_EFFECTS = 4
+LEAST_T = 2.8  # block-robust t value of the held-out gain
+LEAST_GAIN = 0.04  # of the held-out squared residual
+LEAST_PRIOR = 8.0  # cost that the prior must save for an effect that the residual alone does not show
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of the search: the base, its rivals, how they rank, and whether the best was taken."""
+
+    base: Model
+    rivals: tuple[Model, ...]
+    ranking: Ranking
+    taken: bool
+    screened_out: tuple[tuple[str, int], ...]
+
+    @property
+    def best(self) -> Model | None:
+        """The best rival."""
+        return self.rivals[self.ranking.best - 1] if self.rivals else None
+
+
+Progress = Callable[[str], None]
+
+
+def search(
+    prepared: Prepared,
+    base: Model,
+    floor: np.ndarray,
+    *,
+    seed: int = 0,
+    jobs: int = 2,
+    leave_out: Sequence[str] = (),
+    progress: Progress = lambda text: None,
+) -> tuple[Step, ...]:
+    """Return the steps of the forward search from the re-tuned model.
+
+    Parameters
+    ----------
+    floor : array (n,)
+        Noise floor on the held-out runs, N m rms.
+    leave_out : sequence of str
+        Effects that are no candidates.
+    """
+    steps: list[Step] = []
+    known: dict[tuple[str, int], dict[str, float]] = {}
+    with Parallel(n_jobs=jobs) as pool:
+        while len(steps) < MOST_EFFECTS:
+            step = _step(prepared, base, floor, seed, pool, leave_out, progress, known)
+            steps.append(step)
+            if not step.taken or step.best is None:
+                break
+            base = step.best
+    return tuple(steps)
+
+
+def _step(
+    prepared: Prepared,
+    base: Model,
+    floor: np.ndarray,
+    seed: int,
+    pool: Parallel,
+    leave_out: Sequence[str],
+    progress: Progress,
+    known: dict[tuple[str, int], dict[str, float]],
+) -> Step:
+    weights = weights_of(base.fit.residual, prepared, floor)
+    base = fit_model(prepared, base.placed, weights, base.fit)
+    possible = candidates(prepared.arm, base.placed, leave_out)
+    progress(f"screening {len(possible)} candidates")
+    tried = pool(
+        delayed(screen)(prepared, base, weights, effect, joint, known.get((effect.name, joint)))
+        for effect, joint in possible
+    )
+    known.update({trial.key: trial.start for trial in tried if trial.promise > 0.0})
+    best_trials = _survivors(tried)
+    progress(f"fitting {len({trial.key for trial in best_trials})} candidates")
+    fitted = pool(delayed(_fit_trial)(prepared, base, weights, trial) for trial in best_trials)
+    rivals = _best_of_each(fitted)
+    ranking = rank(prepared, [base, *rivals], floor, seed)
+    kept = {(model.placed[-1].effect.name, model.placed[-1].joint) for model in rivals}
+    out = tuple((effect.name, joint) for effect, joint in possible if (effect.name, joint) not in kept)
+    taken = bool(rivals) and _earns_its_place(ranking)
+    return Step(base, tuple(rivals), ranking, taken, out)
+
+
+def _survivors(tried: Sequence[Trial]) -> list[Trial]:
+    """Return the best trial of each candidate that is worth a full fit."""
+    ordered = sorted(tried, key=lambda trial: -trial.promise)
+    best = ordered[0].promise if ordered else 0.0
+    return [
+        trial
+        for place, trial in enumerate(ordered)
+        if np.isfinite(trial.promise) and (place < LEAST_SURVIVORS or trial.promise > HOPEFUL * best)
+    ][:MOST_SURVIVORS]
+
+
+def _fit_trial(prepared: Prepared, base: Model, weights: Weights, trial: Trial) -> Model | None:
+    placed = (*base.placed, Placed(trial.effect, trial.joint))
+    model = fit_model(prepared, placed, weights, base.fit, trial.start, evaluations=25)
+    return model if np.all(np.isfinite(model.held)) else None
+
+
+def _best_of_each(models: Sequence[Model | None]) -> list[Model]:
+    """Return the cheapest model of each candidate, its placed effects carrying the fitted values."""
+    best: dict[tuple[str, int], Model] = {}
+    for model in models:
+        if model is None:
+            continue
+        key = (model.placed[-1].effect.name, model.placed[-1].joint)
+        if key not in best or model.fit.cost < best[key].fit.cost:
+            best[key] = model
+    return list(best.values())
+
+
+def _earns_its_place(ranking: Ranking) -> bool:
+    k = ranking.best
+    by_data = ranking.t[k] > LEAST_T and ranking.gain[k, 0] > LEAST_GAIN
+    by_prior = ranking.prior_gain[k] > LEAST_PRIOR and ranking.gain[k, 0] > -LEAST_GAIN
+    return bool(by_data or by_prior)

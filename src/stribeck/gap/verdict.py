@@ -1,0 +1,92 @@
+"""From the steps of a search to a verdict, the causes and their probabilities."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stribeck.gap.result import Cause, Estimate
+from stribeck.gap.search import Step
+
+AT_FLOOR = 1.4  # residual over noise floor up to which nothing is left to explain
+NAMED_OVER = 0.5  # probability of presence from which an effect is named
+
+
+@dataclass(frozen=True)
+class Closure:
+    """Part of the closable squared gap that is closed: of all joints, and per joint (n,)."""
+
+    total: float
+    joints: np.ndarray
+
+
+def closure(before: np.ndarray, after: np.ndarray, floor: np.ndarray) -> Closure:
+    """Return 1 - (after^2 - floor^2) / (before^2 - floor^2) of residuals (M, n), joints scaled by their floor (n,)."""
+    first, last = np.mean(before**2, axis=0) / floor**2, np.mean(after**2, axis=0) / floor**2
+    part = 1.0 - np.maximum(last - 1.0, 0.0) / np.maximum(first - 1.0, 1e-9)
+    per_joint = np.where(first > 1.0, part, 1.0)
+    total = 1.0 - max(float(np.sum(last - 1.0)), 0.0) / max(float(np.sum(first - 1.0)), 1e-9)
+    return Closure(total, per_joint)
+
+
+def explained(left: np.ndarray, floor: np.ndarray, before: np.ndarray) -> np.ndarray:
+    """Return how far each joint's gap is explained (n,), 0 to 1: by reaching the floor, or by what has gone."""
+    ratio = np.sqrt(np.mean(left**2, axis=0)) / floor
+    near = np.clip((2.0 * AT_FLOOR - ratio) / AT_FLOOR, 0.0, 1.0)
+    gone = np.clip(closure(before, left, floor).joints, 0.0, 1.0)
+    return np.asarray(np.maximum(near, gone))
+
+
+def unknown_probability(part: float) -> float:
+    """Return the probability that an effect outside the library is at work, from the part explained."""
+    return float(1.0 / (1.0 + np.exp(12.0 * (part - 0.5))))
+
+
+def causes_of(steps: Sequence[Step], names: Sequence[str], floor: np.ndarray) -> tuple[list[Cause], float]:
+    """Return the causes that the taken steps name, without parameters, and the probability of ``unknown``."""
+    taken = [step for step in steps if step.taken]
+    before, left = steps[0].base.held, (taken[-1].best or steps[0].base).held if taken else steps[0].base.held
+    part = explained(left, floor, before)
+    gathered: dict[str, list[tuple[int, float, float, tuple[str, ...]]]] = {}
+    for step in taken:
+        r, best = step.ranking, step.best
+        assert best is not None
+        place = best.placed[len(step.base.placed)]
+        twins = [step.rivals[k - 1].placed[-1] for k in r.twins()]
+        chance = float(sum(r.probability[k] for k in r.twins()))
+        share = -float(np.log(max(1.0 - r.gain[r.best, 0], 1e-6)))
+        presence = chance * (1.0 - unknown_probability(float(part[place.joint])))
+        gathered.setdefault(place.effect.name, []).append(
+            (place.joint, presence, share, tuple(dict.fromkeys([place.effect.name, *[t.effect.name for t in twins]])))
+        )
+    whole = sum(share for rows in gathered.values() for _, _, share, _ in rows) or 1.0
+    causes = []
+    for effect, rows in gathered.items():
+        presence = max(row[1] for row in rows)
+        share = sum(row[2] for row in rows) / whole
+        equivalent = tuple(dict.fromkeys(name for row in rows for name in row[3]))
+        causes.append(
+            Cause(effect, presence * share, tuple(names[row[0]] for row in rows), equivalent, presence=presence)
+        )
+    left_over = 1.0 - sum(cause.probability for cause in causes)
+    return causes, max(left_over, 0.0)
+
+
+def no_gap_probability(step: Step, floor: np.ndarray) -> float:
+    """Return the probability that nothing is there, where no effect was taken."""
+    ratio = float(np.max(step.base.rms() / floor))
+    return float(step.ranking.probability[0] ** 0.25 / (1.0 + np.exp(8.0 * (ratio - AT_FLOOR))))
+
+
+def closes_estimate(before: np.ndarray, after: np.ndarray, floor: np.ndarray, block: np.ndarray, draws: np.ndarray) -> Estimate:
+    """Return the closed part with its 95 % interval by Bayesian bootstrap over blocks."""
+    from stribeck.gap.blocks import block_sums
+
+    count = np.bincount(block).astype(float)
+    first = draws @ block_sums(before**2, block) / (draws @ count)[:, None] / floor**2 - 1.0
+    last = draws @ block_sums(after**2, block) / (draws @ count)[:, None] / floor**2 - 1.0
+    part = 1.0 - np.maximum(last.sum(axis=1), 0.0) / np.maximum(first.sum(axis=1), 1e-9)
+    value = closure(before, after, floor).total
+    return Estimate(value, float(np.quantile(part, 0.025)), float(np.quantile(part, 0.975)))

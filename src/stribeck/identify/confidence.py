@@ -1,0 +1,82 @@
+"""Confidence intervals that hold when residuals are coloured: the block-robust sandwich."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from stribeck.identify.map_fit import Fit, Weights
+
+FLAT = 0.5  # posterior over prior deviation above which the data have not identified a value
+
+
+@dataclass(frozen=True)
+class Intervals:
+    """95 % intervals of all parameters: ``low``, ``high`` (p,), and which of them the data identified (p,)."""
+
+    low: np.ndarray
+    high: np.ndarray
+    identified: np.ndarray
+
+
+def intervals(fit: Fit, weights: Weights, block: np.ndarray, level: float = 0.95) -> Intervals:
+    """Return confidence intervals of a fit.
+
+    Parameters
+    ----------
+    fit : Fit
+    weights : Weights
+        Those of the fit.
+    block : array (M,)
+        Block number of each row; scores are summed within blocks, which are taken as independent.
+    level : float
+        Confidence level.
+
+    Notes
+    -----
+    Covariance H^-1 (S + P) H^-1 with H the Gauss-Newton Hessian, S the sum of outer products of block scores and P
+    the prior's precision: Liang & Zeger (1986), with Student's t for the number of blocks. Parameters at a bound
+    are held there. The rank of what the data say is that of H against the prior.
+    """
+    free, entries = fit.free, [fit.entries[i] for i in fit.free]
+    slope = np.array([fit.p[i] if fit.entries[i].log else 1.0 for i in free])
+    unit = np.array([entry.sd if np.isfinite(entry.sd) else 1.0 for entry in entries])
+    precision = np.array([1.0 if np.isfinite(entry.sd) else 0.0 for entry in entries])
+    scale = weights.scale
+    columns = fit.jacobian * scale[None, :, None] * (slope * unit)
+    residual = fit.residual * scale
+    moving = ~_at_bound(fit)
+    scores = np.zeros((int(block.max()) + 1, len(free)))
+    np.add.at(scores, block, np.einsum("mn,mnf->mf", residual, columns))
+    flat = columns.reshape(-1, len(free))
+    hessian = flat.T @ flat + np.diag(precision)
+    size = np.sqrt(np.maximum(np.diag(hessian), 1e-300))
+    scores = scores - scores.mean(axis=0)
+    meat = (scores.T @ scores) * len(scores) / max(len(scores) - 1, 1) + np.diag(precision)
+    deviation = np.zeros(len(free))
+    keep = np.flatnonzero(moving)
+    if len(keep):
+        normal = hessian[np.ix_(keep, keep)] / np.outer(size[keep], size[keep])
+        inverse = np.linalg.pinv(normal, rcond=1e-12, hermitian=True)
+        middle = meat[np.ix_(keep, keep)] / np.outer(size[keep], size[keep])
+        deviation[keep] = np.sqrt(np.maximum(np.diag(inverse @ middle @ inverse), 0.0)) / size[keep]
+    reach = float(stats.t.ppf(0.5 + level / 2, max(len(scores) - 1, 1))) * deviation
+    low, high = fit.p.copy(), fit.p.copy()
+    log = np.array([entry.log for entry in entries], dtype=bool)
+    low[free] = np.where(log, fit.p[free] * np.exp(-reach), fit.p[free] - reach * unit)
+    high[free] = np.where(log, fit.p[free] * np.exp(reach), fit.p[free] + reach * unit)
+    identified = np.zeros(len(fit.p), dtype=bool)
+    identified[free] = (precision == 0.0) | (deviation < FLAT)
+    return Intervals(low, high, identified)
+
+
+def _at_bound(fit: Fit) -> np.ndarray:
+    """Return which free parameters rest on a physical bound."""
+    out = []
+    for i in fit.free:
+        entry, value = fit.entries[i], fit.p[i]
+        span = max(abs(value), abs(entry.value) if np.isfinite(entry.value) else 0.0, 1e-12)
+        out.append(bool(value - entry.lower < 1e-6 * span or entry.upper - value < 1e-6 * span))
+    return np.array(out, dtype=bool)
