@@ -235,7 +235,7 @@ def diagnosis():
     return make_diagnosis
 
 
-HOSTILE = "<img src=x onerror=alert(1)>\x1b[31m[bold]$\\frac{"
+HOSTILE = "$\\frac{$<img src=x onerror=alert(1)>\x1b[31m[bold]"
 
 
 @pytest.fixture(scope="session")

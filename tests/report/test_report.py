@@ -114,7 +114,9 @@ def test_partly_explained_says_that_the_rest_has_no_cause(written):
 
 def test_prismatic_axis_is_in_newton_and_metre(written):
     text = read(written("partly_explained")[1]).text
-    assert "J1 torque, N " in text
+    assert "J1 force, N " in text
+    assert "Force rms" in text
+    assert "orque" not in text.split("What these effects are")[0]
     assert "J1 motion, m " in text
 
 
