@@ -39,7 +39,7 @@ def where_figure(diagnosis: Diagnosis) -> Figure | None:
     if not rows:
         return None
     n = len(diagnosis.joints)
-    width = max(WIDTH if n > 1 else 6.5, 2.4 + (2.0 if n <= ROOMY else 1.0) * n)
+    width = max(WIDTH, 2.4 + (2.0 if n <= ROOMY else 1.0) * n)
     figure = new_figure(1.3 + (0.4 if n <= ROOMY else 0.28) * rows[-1].y, width)
     draw_map(figure.subplots(), diagnosis, rows)
     heading(figure, _finding(diagnosis), width)
