@@ -40,7 +40,7 @@ def t_value(differences: np.ndarray) -> float:
     mean = float(np.mean(differences))
     if spread <= 0.0:
         return 0.0 if mean == 0.0 else float(np.sign(mean)) * np.inf
-    return mean / (spread / np.sqrt(len(differences)))
+    return float(mean / (spread / np.sqrt(len(differences))))
 
 
 def bayesian_bootstrap(blocks: int, draws: int, rng: np.random.Generator) -> np.ndarray:

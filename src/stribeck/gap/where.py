@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -47,10 +48,7 @@ def region_masks(runs: Sequence[Conditioned], joint: int) -> dict[str, dict[str,
             "high velocity": moving & (speed > high),
         },
         "direction": {"forward": (velocity > 0) & ~stuck, "backward": (velocity <= 0) & ~stuck, "at rest": stuck},
-        "position": {
-            f"{a:.2f} to {b:.2f} rad": (position >= a) & (position < b)
-            for a, b in zip(edges[:-1], edges[1:], strict=True)
-        },
+        "position": {f"{a:.2f} to {b:.2f} rad": (position >= a) & (position < b) for a, b in pairwise(edges)},
         "load": _thirds(np.abs(s["command"][:, joint]), "load"),
         "acceleration": _thirds(np.abs(s["acceleration"][:, joint]), "acceleration"),
         "time": {
@@ -84,7 +82,7 @@ def _near_reversal(run: Conditioned, joint: int) -> np.ndarray:
     near = np.zeros(len(velocity), dtype=bool)
     for i in turns:
         near[max(0, i - width) : i + width] = True
-    return near[run.analysis_index]
+    return np.asarray(near[run.analysis_index])
 
 
 def regions(
@@ -110,7 +108,9 @@ def regions(
             for region, mask in masks.items():
                 share = _share(excess, mask, block, draws)
                 out.append(
-                    Region(joint, family, region, share, float(mask.mean()), _rms(before[mask, j]), _rms(after[mask, j]))
+                    Region(
+                        joint, family, region, share, float(mask.mean()), _rms(before[mask, j]), _rms(after[mask, j])
+                    )
                 )
         out += _bands(prepared, joint, before[:, j], after[:, j])
     return tuple(out)
@@ -132,7 +132,7 @@ def _share(excess: np.ndarray, mask: np.ndarray, block: np.ndarray, draws: np.nd
 def _bands(prepared: Prepared, joint: str, before: np.ndarray, after: np.ndarray) -> list[Region]:
     """Return the residual by frequency band, from each run's periodogram."""
     edges = (0.0, prepared.cutoff / 8, prepared.cutoff / 3, prepared.cutoff)
-    names = [f"{a:.2g} to {b:.2g} Hz" for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    names = [f"{a:.2g} to {b:.2g} Hz" for a, b in pairwise(edges)]
     power = [_band_power(prepared.held, values, edges) for values in (before, after)]
     shares = power[0] / np.maximum(power[0].sum(axis=1, keepdims=True), 1e-300)
     mean = power[0].sum(axis=0) / max(float(power[0].sum()), 1e-300)
@@ -156,9 +156,6 @@ def _band_power(runs: Sequence[Conditioned], values: np.ndarray, edges: Sequence
         frequency = np.fft.rfftfreq(rows, run.decimation * run.sample_time)
         start += rows
         last = len(edges) - 2
-        bands = [
-            (frequency >= a) & ((frequency < b) | (i == last))
-            for i, (a, b) in enumerate(zip(edges[:-1], edges[1:], strict=True))
-        ]
+        bands = [(frequency >= a) & ((frequency < b) | (i == last)) for i, (a, b) in enumerate(pairwise(edges))]
         out.append([float(spectrum[band].sum()) / max(rows, 1) for band in bands])
     return np.array(out)

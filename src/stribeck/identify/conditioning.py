@@ -95,9 +95,7 @@ def condition(arm: Arm, run: Run, cutoff: float, noise: np.ndarray | None = None
     """
     h = run.sample_time
     if noise is None:
-        noise = np.array(
-            [position_noise(run.q[:, j], h, arm.joints[j].encoder_resolution) for j in range(run.n)]
-        )
+        noise = np.array([position_noise(run.q[:, j], h, arm.joints[j].encoder_resolution) for j in range(run.n)])
     smooth, gain = _smoother(min(SMOOTHING * cutoff, 0.4 / h), h)
     position = smooth(run.q)
     velocity = np.gradient(position, h, axis=0)

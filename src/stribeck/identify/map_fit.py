@@ -124,7 +124,7 @@ class _Problem:
             self.evaluations += 1
             if self._cache[1][0] < self.best[0]:
                 self.best = (self._cache[1][0], z)
-        return self._cache[1]  # type: ignore[no-any-return]
+        return self._cache[1]
 
     def _compute(self, z: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
         p = self.physical(z)

@@ -27,9 +27,7 @@ class Residual:
         Parameters whose derivatives are wanted; those that a fit may move (prior deviation over 0) where None.
     """
 
-    def __init__(
-        self, path: SignalPath, runs: Sequence[Conditioned], columns: Sequence[int] | None = None
-    ) -> None:
+    def __init__(self, path: SignalPath, runs: Sequence[Conditioned], columns: Sequence[int] | None = None) -> None:
         self.path, self.runs = path, tuple(runs)
         free = [i for i, entry in enumerate(path.entries) if entry.sd > 0.0]
         self.columns = tuple(free if columns is None else columns)

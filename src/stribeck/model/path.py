@@ -88,9 +88,7 @@ class SignalPath:
     def states(self, k: int, x: Any) -> States:
         """Return the k-th placed effect's states by name, out of the state vector ``x``."""
         prefix = f"{k}."
-        return {
-            name.removeprefix(prefix): x[i] for i, name in enumerate(self.state_names) if name.startswith(prefix)
-        }
+        return {name.removeprefix(prefix): x[i] for i, name in enumerate(self.state_names) if name.startswith(prefix)}
 
     def state_index(self, name: str) -> int:
         """Return the place of a state in ``x``."""

@@ -6,7 +6,16 @@ from typing import final
 
 import casadi as ca
 
-from stribeck.model.effect import Expression, FrictionEffect, Parameter, Parameters, Scale, Signals, States, positive_part
+from stribeck.model.effect import (
+    Expression,
+    FrictionEffect,
+    Parameter,
+    Parameters,
+    Scale,
+    Signals,
+    States,
+    positive_part,
+)
 
 
 @final
