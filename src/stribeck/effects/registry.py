@@ -8,16 +8,29 @@ from importlib.metadata import entry_points
 
 from stribeck.arm import Arm, EffectEntry
 from stribeck.effects.actuator.actuator_lag import ActuatorLag
+from stribeck.effects.actuator.cogging import Cogging
 from stribeck.effects.actuator.delay import Delay
+from stribeck.effects.actuator.torque_dead_zone import TorqueDeadZone
 from stribeck.effects.actuator.torque_gain import TorqueGain
+from stribeck.effects.actuator.torque_offset import TorqueOffset
+from stribeck.effects.actuator.torque_ripple import TorqueRipple
+from stribeck.effects.actuator.torque_saturation import TorqueSaturation
 from stribeck.effects.external.cable_spring import CableSpring
+from stribeck.effects.external.contact import Contact
+from stribeck.effects.external.input_disturbance import InputDisturbance
 from stribeck.effects.friction.asymmetric_friction import AsymmetricFriction
+from stribeck.effects.friction.dwell_time import DwellTime
+from stribeck.effects.friction.frictional_lag import FrictionalLag
 from stribeck.effects.friction.load_dependent_friction import LoadDependentFriction
+from stribeck.effects.friction.negative_damping import NegativeDamping
 from stribeck.effects.friction.position_dependent_friction import PositionDependentFriction
 from stribeck.effects.friction.presliding import Presliding
+from stribeck.effects.friction.quadratic_damping import QuadraticDamping
 from stribeck.effects.rigid_body.gravity_tilt import GravityTilt
 from stribeck.effects.rigid_body.payload import Payload
 from stribeck.effects.sensing.encoder_eccentricity import EncoderEccentricity
+from stribeck.effects.sensing.encoder_offset import EncoderOffset
+from stribeck.effects.sensing.time_shift import TimeShift
 from stribeck.effects.transmission.backlash import Backlash
 from stribeck.effects.transmission.joint_flexibility import JointFlexibility
 from stribeck.errors import InputError
@@ -26,18 +39,31 @@ from stribeck.model.layout import Placed
 
 _OWN: tuple[type[Effect], ...] = (
     AsymmetricFriction,
+    NegativeDamping,
     Presliding,
+    FrictionalLag,
+    DwellTime,
     LoadDependentFriction,
     PositionDependentFriction,
+    QuadraticDamping,
     ActuatorLag,
     Delay,
     TorqueGain,
+    TorqueOffset,
+    TorqueSaturation,
+    TorqueDeadZone,
+    Cogging,
+    TorqueRipple,
     JointFlexibility,
     Backlash,
     EncoderEccentricity,
+    EncoderOffset,
+    TimeShift,
     Payload,
     GravityTilt,
     CableSpring,
+    Contact,
+    InputDisturbance,
 )
 
 

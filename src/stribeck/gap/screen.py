@@ -16,6 +16,7 @@ from stribeck.identify.residual import Residual
 from stribeck.model.effect import Effect, FrictionEffect, TransmissionEffect
 from stribeck.model.layout import Placed
 from stribeck.model.path import SignalPath
+from stribeck.model.waves import Trace
 
 REACH = 5.0  # typical sizes that one step may go
 STEPS, STEPS_BENT = 3, 5  # evaluations of a trial
@@ -84,12 +85,24 @@ def screen(
     projector = _Projector(base, weights, _rows_of(prepared, runs))
     names = [path.entries[i].name for i in own]
     best = Trial(effect, joint, dict(effect.starts(prepared.scales[joint])[0]), -np.inf)
-    for start in (known,) if known else effect.starts(prepared.scales[joint]):
+    trace = _trace(prepared, base, joint)
+    for start in (known,) if known else effect.starts_from(prepared.scales[joint], trace):
         p = start_values(path, base.fit, start)
         saved, values = _descend(residual, projector, p, own, unit, STEPS_BENT if effect.nonlinear else STEPS)
         if saved > best.promise:
             best = Trial(effect, joint, dict(zip(names, map(float, values), strict=True)), saved)
     return best
+
+
+def _trace(prepared: Prepared, base: Model, joint: int) -> Trace:
+    """Return what a joint did in the fitted runs and what the base model leaves there."""
+
+    def column(name: str) -> np.ndarray:
+        parts = [getattr(run, name)[run.analysis_index] for run in prepared.fit]
+        return np.concatenate([part if part.ndim == 1 else part[:, joint] for part in parts])
+
+    signals = {name: column(name) for name in ("time", "position", "velocity", "command")}
+    return Trace(**signals, residual=base.fit.residual[:, joint])
 
 
 def _rows_of(prepared: Prepared, runs: Sequence[int]) -> np.ndarray:

@@ -94,7 +94,7 @@ class Residual:
                 command, rate = command.copy(), rate.copy()
                 # the spline's own slope, so that the derivative by the delay is exact
                 curve = CubicSpline(run.time, command[:, place.joint])
-                earlier = np.maximum(run.time - delays[k], run.time[0])
+                earlier = np.clip(run.time - delays[k], run.time[0], run.time[-1])
                 command[:, place.joint], rate[:, place.joint] = curve(earlier), curve(earlier, 1)
         spread = np.broadcast_to(run.velocity_sd, run.position.shape)
         columns = (run.time[:, None], run.position, run.velocity, run.acceleration, command, rate, spread)

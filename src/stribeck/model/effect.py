@@ -15,6 +15,8 @@ from typing import Any, ClassVar
 
 import casadi as ca
 
+from stribeck.model.waves import Trace
+
 Expression = Any
 """A CasADi expression (``casadi.SX``, scalar unless said otherwise) or a float."""
 
@@ -146,6 +148,10 @@ class Effect(ABC):
         """Return trial values from which a fit starts, clear of the null, most likely first."""
         raise NotImplementedError  # every final class states its own
 
+    def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
+        """Return trial values in sight of what the model so far leaves at the joint, as a frequency needs it."""
+        return self.starts(scale)
+
     def derivatives(self, s: Signals, x: States, p: Parameters) -> dict[str, Expression]:
         """Return the time derivative of each state."""
         return {}
@@ -185,6 +191,10 @@ class FrictionEffect(Effect):
     uses_load: ClassVar[bool] = False
     bristle: ClassVar[bool] = False
     """True where a state carries the friction instead of its sign: there is no stuck mode then."""
+
+    def speed(self, speed: Expression, s: Signals, x: States, p: Parameters) -> Expression:
+        """Return the speed (rad/s, at least 0) at which the sliding level is taken."""
+        return speed
 
     def level(self, level: Expression, direction: float, s: Signals, x: States, p: Parameters) -> Expression:
         """Return the sliding level G (N m, at least 0) for motion in ``direction`` (+1 or -1)."""

@@ -137,6 +137,8 @@ class SignalPath:
 
     def level(self, joint: int, speed: Expression, direction: float, s: Signals, x: Any) -> Expression:
         """Return the sliding friction level G (N m) of a joint at a speed for one direction."""
+        for k, effect in self.at(joint, FrictionEffect):
+            speed = effect.speed(speed, s, self.states(k, x), self.parameters(k))
         level = tustin_level(speed, self.constants(joint, direction))
         for k, effect in self.at(joint, FrictionEffect):
             level = effect.level(level, direction, s, self.states(k, x), self.parameters(k))

@@ -1,0 +1,39 @@
+"""Torque of the motor that is periodic in its position."""
+
+from __future__ import annotations
+
+from typing import final
+
+import casadi as ca
+import numpy as np
+
+from stribeck.model.effect import ActuatorEffect, Expression, Parameter, Parameters, Scale, Signals, States
+from stribeck.model.waves import Trace, strongest_waves
+
+
+@final
+class Cogging(ActuatorEffect):
+    """One harmonic of the pull of the magnets on the slots, there without any current."""
+
+    name = "cogging"
+    channel = "actuator"
+    equation = r"\tau = u + a \sin N q + b \cos N q"
+    symptom = "a residual that repeats with position, of the same sign in both directions and at rest"
+    source = "Hanselman (2006), ch. 10; Holmes, Intwala & Boukallel (1997)"
+    parameters = (
+        Parameter("sine", "N m", "amplitude of the sine"),
+        Parameter("cosine", "N m", "amplitude of the cosine"),
+        Parameter("harmonic", "1/rad", "cycles per turn", 1.0, 0.2, 200.0),
+    )
+
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        size = 0.05 * scale.torque
+        return tuple({"sine": size, "cosine": size, "harmonic": n} for n in (4.0, 6.0, 8.0, 12.0, 24.0))
+
+    def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
+        waves = strongest_waves(trace.position, np.ones_like(trace.position), trace, (1.0, 60.0))
+        return tuple({"sine": -w.sine, "cosine": -w.cosine, "harmonic": w.rate} for w in waves)
+
+    def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
+        phase = p["harmonic"] * s.position
+        return torque + p["sine"] * ca.sin(phase) + p["cosine"] * ca.cos(phase)

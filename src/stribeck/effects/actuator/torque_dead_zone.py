@@ -1,0 +1,27 @@
+"""Torque that gets lost around zero command."""
+
+from __future__ import annotations
+
+from typing import final
+
+import casadi as ca
+
+from stribeck.model.effect import ActuatorEffect, Expression, Parameter, Parameters, Scale, Signals, States
+
+
+@final
+class TorqueDeadZone(ActuatorEffect):
+    """A symmetric dead zone: cross-over of an amplifier, overlap of a valve."""
+
+    name = "torque_dead_zone"
+    channel = "actuator"
+    equation = r"\tau = \mathrm{sign}(u) \max(|u| - w, 0)"
+    symptom = "a residual of constant size whose sign is that of the command, not that of the motion"
+    source = "Tao & Kokotovic (1996)"
+    parameters = (Parameter("width", "N m", "torque lost, half the width of the zone", 0.0, 0.0),)
+
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        return ({"width": 0.1 * scale.torque},)
+
+    def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
+        return torque - ca.fmax(ca.fmin(torque, p["width"]), -p["width"])

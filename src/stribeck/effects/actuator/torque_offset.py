@@ -1,0 +1,25 @@
+"""Constant torque on top of the command."""
+
+from __future__ import annotations
+
+from typing import final
+
+from stribeck.model.effect import ActuatorEffect, Expression, Parameter, Parameters, Scale, Signals, States
+
+
+@final
+class TorqueOffset(ActuatorEffect):
+    """The bias of an amplifier or of a torque sensor in the drive."""
+
+    name = "torque_offset"
+    channel = "actuator"
+    equation = r"\tau = u + \tau_0"
+    symptom = "a constant residual, whatever the pose, the direction and the speed"
+    source = "Gautier (1997); Swevers et al. (1997), offset terms in robot identification"
+    parameters = (Parameter("offset", "N m", "torque without a command"),)
+
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        return ({"offset": 0.1 * scale.torque},)
+
+    def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
+        return torque + p["offset"]

@@ -1,0 +1,41 @@
+"""Motor constant that varies with the motor's position."""
+
+from __future__ import annotations
+
+from typing import final
+
+import casadi as ca
+
+from stribeck.model.effect import ActuatorEffect, Expression, Parameter, Parameters, Scale, Signals, States
+from stribeck.model.waves import Trace, strongest_waves
+
+
+@final
+class TorqueRipple(ActuatorEffect):
+    """One harmonic of the torque per current: commutation, flux harmonics, a wavy gear."""
+
+    name = "torque_ripple"
+    channel = "actuator"
+    equation = r"\tau = u (1 + a \sin N q + b \cos N q)"
+    symptom = "a residual that repeats with position in proportion to the torque"
+    source = "Jahns & Soong (1996)"
+    parameters = (
+        Parameter("sine", "1", "relative amplitude of the sine", 0.0, -0.9, 0.9),
+        Parameter("cosine", "1", "relative amplitude of the cosine", 0.0, -0.9, 0.9),
+        Parameter("harmonic", "1/rad", "cycles per turn", 1.0, 0.2, 200.0),
+    )
+
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        return tuple({"sine": 0.05, "cosine": 0.05, "harmonic": n} for n in (4.0, 6.0, 8.0, 12.0))
+
+    def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
+        waves = strongest_waves(trace.position, trace.command, trace, (1.0, 60.0))
+        return tuple(
+            {"sine": float(min(max(-w.sine, -0.8), 0.8)), "cosine": float(min(max(-w.cosine, -0.8), 0.8)),
+             "harmonic": w.rate}
+            for w in waves
+        )  # fmt: skip
+
+    def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
+        phase = p["harmonic"] * s.position
+        return torque * (1.0 + p["sine"] * ca.sin(phase) + p["cosine"] * ca.cos(phase))

@@ -1,0 +1,42 @@
+"""A wall that the arm runs into."""
+
+from __future__ import annotations
+
+from typing import final
+
+import casadi as ca
+import numpy as np
+
+from stribeck.model.effect import Expression, ExternalEffect, Parameter, Parameters, Scale, Signals, States
+from stribeck.model.waves import Trace
+
+
+@final
+class Contact(ExternalEffect):
+    """A soft stop on the joint's link. The sign of the stiffness tells the side: positive beyond the position."""
+
+    name = "contact"
+    channel = "external"
+    equation = r"\tau = k \delta^{3/2} (1 + c \dot\delta), \quad \delta = \max(\mathrm{sign}(k)(q - q_w), 0)"
+    symptom = "a residual beyond one position, nothing before it, that pushes back and grows with the depth"
+    source = "Hunt & Crossley (1975)"
+    parameters = (
+        Parameter("stiffness", "N m/rad^1.5", "stiffness, negative for a wall on the negative side"),
+        Parameter("position", "rad", "where the wall begins", 0.0, -20.0, 20.0),
+        Parameter("damping", "s/rad", "damping over stiffness", 0.0, 0.0, 20.0),
+    )
+
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        size, place = scale.torque / (0.1 * scale.travel) ** 1.5, 0.3 * scale.travel
+        return tuple({"stiffness": side * size, "position": side * place, "damping": 0.2} for side in (1.0, -1.0))
+
+    def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
+        size = scale.torque / (0.1 * scale.travel) ** 1.5
+        places = [(1.0, np.quantile(trace.position, 0.8)), (-1.0, np.quantile(trace.position, 0.2))]
+        return tuple({"stiffness": side * size, "position": float(q), "damping": 0.2} for side, q in places)
+
+    def torque(self, s: Signals, x: States, p: Parameters) -> Expression:
+        side = ca.sign(p["stiffness"])
+        depth = ca.fmax(side * (s.link_position - p["position"]), 0.0)
+        push = ca.fmax(1.0 + p["damping"] * side * s.link_velocity, 0.0)
+        return p["stiffness"] * depth**1.5 * push

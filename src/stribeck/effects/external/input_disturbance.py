@@ -1,0 +1,44 @@
+"""A periodic torque from outside."""
+
+from __future__ import annotations
+
+import math
+from typing import final
+
+import casadi as ca
+import numpy as np
+
+from stribeck.model.effect import Expression, ExternalEffect, Parameter, Parameters, Scale, Signals, States
+from stribeck.model.waves import Trace, strongest_waves
+
+
+@final
+class InputDisturbance(ExternalEffect):
+    """One sine in time, with the same phase at the start of every run: a machine that shakes the arm in step.
+
+    A disturbance without a period has no law; it is left to `unknown`.
+    """
+
+    name = "input_disturbance"
+    channel = "external"
+    equation = r"\tau = a \sin 2\pi f t + b \cos 2\pi f t"
+    symptom = "a line in the residual's spectrum that depends on time alone, not on pose, motion or torque"
+    source = "Bodson & Douglas (1997)"
+    parameters = (
+        Parameter("sine", "N m", "amplitude of the sine"),
+        Parameter("cosine", "N m", "amplitude of the cosine"),
+        Parameter("frequency", "Hz", "frequency", 1.0, 0.05, 200.0),
+    )
+
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        size = 0.05 * scale.torque
+        return tuple({"sine": size, "cosine": size, "frequency": f} for f in (2.0, 5.0))
+
+    def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
+        turns = 2.0 * math.pi * trace.time
+        waves = strongest_waves(turns, np.ones_like(turns), trace, (0.3, 25.0), count=2)
+        return tuple({"sine": w.sine, "cosine": w.cosine, "frequency": w.rate} for w in waves)
+
+    def torque(self, s: Signals, x: States, p: Parameters) -> Expression:
+        phase = 2.0 * math.pi * p["frequency"] * s.time
+        return p["sine"] * ca.sin(phase) + p["cosine"] * ca.cos(phase)

@@ -1,0 +1,37 @@
+"""Static friction that grows with the time at rest."""
+
+from __future__ import annotations
+
+from typing import final
+
+import casadi as ca
+
+from stribeck.model.effect import Expression, FrictionEffect, Parameter, Parameters, Scale, Signals, States
+
+
+@final
+class DwellTime(FrictionEffect):
+    """Contacts that age at rest and are renewed by sliding; the state is their age between 0 and 1."""
+
+    name = "dwell_time"
+    channel = "friction"
+    equation = r"G = G_0 + A a, \quad \dot a = (1 - a)/T - a |v|/D"
+    symptom = "a break-away torque that grows with the rest before it and is gone after a short slide"
+    source = "Rabinowicz (1958); Dieterich (1979); Armstrong-Helouvry, Dupont & Canudas de Wit (1994)"
+    parameters = (
+        Parameter("rise", "N m", "rise of the break-away torque after a long rest", 0.0, 0.0),
+        Parameter("time", "s", "time over which it rises", 1.0, 1e-3, 1e3, log=True),
+        Parameter("distance", "rad", "slide that renews the contact", 0.01, 1e-6, 10.0, log=True),
+    )
+    states = ("age",)
+
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        size = 0.5 * max(scale.friction, 0.02 * scale.torque)
+        return tuple({"rise": size, "time": 0.7, "distance": part * scale.travel} for part in (0.003, 0.015))
+
+    def level(self, level: Expression, direction: float, s: Signals, x: States, p: Parameters) -> Expression:
+        return level + p["rise"] * x["age"]
+
+    def derivatives(self, s: Signals, x: States, p: Parameters) -> dict[str, Expression]:
+        a = x["age"]
+        return {"age": (1.0 - a) / p["time"] - ca.fabs(s.velocity) * a / p["distance"]}

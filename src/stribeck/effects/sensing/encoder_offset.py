@@ -1,0 +1,31 @@
+"""A zero of the encoder that is not where the model has it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, final
+
+from stribeck.model.effect import Expression, Parameter, Parameters, Scale, SensingEffect
+
+
+@final
+class EncoderOffset(SensingEffect):
+    """A constant position error: wrong homing or calibration."""
+
+    name = "encoder_offset"
+    channel = "sensing"
+    equation = r"y = q + q_0"
+    symptom = "gravity (and the coupling of the joints) that seems rotated by a constant angle"
+    source = "Khalil & Dombre (2002), ch. 11 (geometric calibration)"
+    parameters = (Parameter("offset", "rad", "recorded less true position", 0.0, -math.pi, math.pi),)
+
+    def applies(self, arm: Any, joint: int) -> bool:
+        # without gravity the first joint's angle has no zero, and an axis that slides has none at all
+        weighs = math.hypot(*arm.gravity) > 0.0
+        return bool(arm.joints[joint].kind == "revolute" and (weighs or joint > 0))
+
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        return ({"offset": 0.03},)
+
+    def measured(self, position: Expression, p: Parameters) -> Expression:
+        return position + p["offset"]

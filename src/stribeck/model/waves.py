@@ -1,0 +1,80 @@
+"""Where a periodic law may start: the strongest waves that a residual holds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+FINENESS = 1.0  # rad of phase, over the whole span, between neighbouring rates
+ROWS = 4000  # samples that are looked at, at most
+MOST = 2000  # rates
+TOGETHER = 100  # rates at a time: bounds the memory
+
+
+@dataclass(frozen=True)
+class Trace:
+    """What one joint did in the fitted runs, one after the other, at the analysis samples; each (M,), SI.
+
+    ``residual`` is that of the model so far, in N m of command; ``time`` starts anew with each run.
+    """
+
+    time: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    command: np.ndarray
+    residual: np.ndarray
+
+
+@dataclass(frozen=True)
+class Wave:
+    """A wave sine * sin(rate x) + cosine * cos(rate x)."""
+
+    rate: float
+    sine: float
+    cosine: float
+
+
+def strongest_waves(
+    x: np.ndarray, carrier: np.ndarray, trace: Trace, rates: tuple[float, float], count: int = 3
+) -> list[Wave]:
+    """Return the waves over ``x``, times ``carrier``, that take most of a residual, strongest first.
+
+    Parameters
+    ----------
+    x, carrier : array (M,)
+        What the wave runs over, and what its amplitude is in proportion to.
+    trace : Trace
+    rates : (float, float)
+        Range of the rates, radians per unit of ``x``.
+    count : int
+        Peaks at most; at least one wave is returned.
+
+    Notes
+    -----
+    Least squares at each rate of a grid so fine that no rate lies far, over the span of ``x``, from its neighbour
+    (Lomb 1976).
+    """
+    rows = slice(None, None, max(1, len(x) // ROWS))
+    x, carrier, r = x[rows], carrier[rows], trace.residual[rows]
+    number = int(np.clip((rates[1] - rates[0]) * float(np.ptp(x)) / FINENESS, 2, MOST))
+    grid = np.linspace(*rates, number)
+    parts = [_fit(grid[i : i + TOGETHER], x, carrier, r) for i in range(0, number, TOGETHER)]
+    saved, sine, cosine = np.concatenate(parts, axis=1)
+    left, right = np.concatenate([[-1.0], saved[:-1]]), np.concatenate([saved[1:], [-1.0]])
+    peaks = np.flatnonzero((saved >= left) & (saved >= right))
+    best = peaks[np.argsort(-saved[peaks])][:count]
+    return [Wave(float(grid[i]), float(sine[i]), float(cosine[i])) for i in best]
+
+
+def _fit(grid: np.ndarray, x: np.ndarray, carrier: np.ndarray, r: np.ndarray) -> np.ndarray:
+    """Return the squares saved and both amplitudes, (3, G), at each of G rates."""
+    phase = np.outer(grid, x)
+    s, c = carrier * np.sin(phase), carrier * np.cos(phase)
+    ss, cc, sc = np.sum(s * s, axis=1), np.sum(c * c, axis=1), np.sum(s * c, axis=1)
+    ridge = 1e-3 * (ss + cc) + 1e-300  # a wave longer than the span is a constant, not a difference of giants
+    ss, cc = ss + ridge, cc + ridge
+    rs, rc = s @ r, c @ r
+    determinant = ss * cc - sc * sc
+    sine, cosine = (cc * rs - sc * rc) / determinant, (ss * rc - sc * rs) / determinant
+    return np.stack([sine * rs + cosine * rc, sine, cosine])
