@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.console import Console
+from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from stribeck.arm import Arm, load_arm
 from stribeck.errors import InputError
@@ -71,6 +74,8 @@ def diagnose(
     runs: RunFiles = None,
     held_out: HeldOut = None,
     example: Annotated[bool, typer.Option("--example", help="Use the recording that comes with the package.")] = False,
+    seed: Annotated[int, typer.Option(min=0, help="Of all resampling: the same seed gives the same answer.")] = 0,
+    jobs: Annotated[int, typer.Option(min=1, help="Processes that fit candidates at the same time.")] = 2,
 ) -> None:
     """Say where the gap between arm and recording lies, which effect causes it, and how far it shrinks.
 
@@ -90,9 +95,18 @@ def diagnose(
 
     from stribeck.gap import diagnose as find
     from stribeck.gap.files import write_diagnosis
+    from stribeck.report.diagnosis import write_report
+    from stribeck.report.summary import summary
 
     with whole_folder(out) as folder:
-        write_diagnosis(find(nominal, fitted, judged), folder)
+        with _progress("diagnosing") as told:
+            found = find(nominal, fitted, judged, seed=seed, jobs=jobs, progress=told)
+            told("drawing the report")
+            write_diagnosis(found, folder)
+            write_report(found, folder)
+    console = Console()
+    console.print(summary(found))
+    console.print(f"report: {out / 'report.html'}", highlight=False, soft_wrap=True)
 
 
 @app.command(
@@ -141,6 +155,19 @@ def simulate(
         write_figures(result, controlled, folder)
     if not result.motion.ok:
         print(f"warning: {result.motion.status} after {result.ended:.6g} s", file=sys.stderr)
+
+
+@contextmanager
+def _progress(task: str) -> Iterator[Callable[[str], None]]:
+    """Show on standard error what is being done; line by line where there is no terminal."""
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield lambda text: print(f"{task}: {text}", file=sys.stderr, flush=True)
+        return
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        number = bar.add_task(task)
+        yield lambda text: bar.update(number, description=text)
 
 
 def _example() -> tuple[Path, list[Path]]:

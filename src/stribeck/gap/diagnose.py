@@ -207,7 +207,7 @@ class _Assembly:
         if arm is None:
             return {}
         try:
-            motion, failed = motion_gap(arm, self.prepared.held, HORIZON)
+            motion, failed = motion_gap(arm, self.prepared.held, self.prepared.cutoff, HORIZON)
         except StribeckError as error:
             self.warnings.append(f"{stage}: no motion gap: {error}")
             return {}

@@ -42,4 +42,4 @@ def noise_floor(
 
 def _again(arm: Arm, run: Conditioned, cutoff: float, rng: np.random.Generator) -> Conditioned:
     shaken = replace(run.run, q=run.run.q + run.noise * rng.standard_normal(run.run.q.shape))
-    return condition(arm, shaken, cutoff, run.noise)
+    return condition(arm, shaken, cutoff, run.noise, thin=True)

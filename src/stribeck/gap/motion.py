@@ -8,12 +8,12 @@ import numpy as np
 
 from stribeck.arm import Arm
 from stribeck.errors import StribeckError
-from stribeck.identify.conditioning import Conditioned
+from stribeck.identify.conditioning import Conditioned, condition
 from stribeck.simulate.engine import Engine, path_of
 from stribeck.simulate.predict import predict_conditioned
 
 
-def motion_gap(arm: Arm, runs: Sequence[Conditioned], horizon: float) -> tuple[dict[str, float], int]:
+def motion_gap(arm: Arm, runs: Sequence[Conditioned], cutoff: float, horizon: float) -> tuple[dict[str, float], int]:
     """Return the rms position error (rad) per joint over windows of a horizon (s), and the windows that failed.
 
     A window that the simulation could not finish is left out of every joint's figure and counted.
@@ -21,7 +21,8 @@ def motion_gap(arm: Arm, runs: Sequence[Conditioned], horizon: float) -> tuple[d
     path = path_of(arm)
     engine = Engine(path)
     squares, count, failed = np.zeros(arm.n), 0, 0
-    for run in runs:
+    for thinned in runs:
+        run = condition(arm, thinned.run, cutoff, thinned.noise)
         prediction = predict_conditioned(engine, engine.p, run, horizon)
         good = ~np.isin(prediction.window, prediction.failed)
         failed += len(prediction.failed)

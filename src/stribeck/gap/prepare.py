@@ -57,8 +57,8 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = ()) -> Prep
     inertia = moved_inertia(arm, every)
     cutoff = cutoff_frequency(arm, every, inertia)
     notes.append(f"analysed up to {cutoff:.3g} Hz")
-    fitted = tuple(condition(arm, run, cutoff) for run in fit)
-    judged = tuple(condition(arm, run, cutoff) for run in held)
+    fitted = tuple(condition(arm, run, cutoff, thin=True) for run in fit)
+    judged = tuple(condition(arm, run, cutoff, thin=True) for run in held)
     warnings = tuple(f"{run.name}: {text}" for run in every for text in run.warnings)
     return Prepared(arm, fitted, judged, typical(arm, fitted, inertia), cutoff, tuple(notes), warnings)
 

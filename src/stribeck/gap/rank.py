@@ -13,7 +13,8 @@ from stribeck.gap.prepare import Prepared
 
 DRAWS = 400
 SAME = 2.0  # block-robust t value below which two models are not told apart
-SHARED = 0.75  # of the best model's gain: less is another story, not a twin
+SHARED = 0.75  # of the best model's gain (in logarithm): less is another story, not a twin
+ALIKE = 0.93  # of it: so close that a law's exact form, not the data, would decide
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,7 @@ class Ranking:
             return True
         apart = t_value(log_ratio(self.loss[k], self.loss[self.best]))
         saved, kept = (-np.log(np.maximum(1.0 - self.gain[i, 0], 1e-12)) for i in (self.best, k))
-        by_data = apart < SAME and kept > SHARED * saved
+        by_data = kept > (SHARED if apart < SAME else ALIKE) * saved
         by_prior = self.prior_gain[k] > self.prior_gain[self.best] - 2.0
         return bool(by_data and by_prior)
 
@@ -82,7 +83,9 @@ def rank(prepared: Prepared, models: Sequence[Model], floor: np.ndarray, seed: i
     rows. Model weights by pseudo-BMA with the Bayesian bootstrap: Yao, Vehtari, Simpson & Gelman (2018).
     """
     block = block_of_rows(prepared.held)
-    squares = np.array([block_sums(model.held**2, block) for model in models])
+    count = np.bincount(block).astype(float)
+    # half the floor's power is added: what a model changes below the noise is no gap that it closes
+    squares = np.array([block_sums(model.held**2, block) + 0.5 * np.outer(count, floor**2) for model in models])
     total = squares.sum(axis=1)
     reference = int(np.argmin(np.sum(np.log(total), axis=1)))
     independent = _independent_rows(prepared, models[reference])
@@ -109,9 +112,13 @@ def _gains(logs: np.ndarray, total: np.ndarray) -> np.ndarray:
 
 
 def _independent_rows(prepared: Prepared, model: Model) -> np.ndarray:
-    """Return how many independent rows (n,) all runs, fitted and held out, amount to."""
+    """Return how many independent rows (n,) all runs, fitted and held out, amount to.
+
+    The joint with the longest correlation counts for all: one whose residual is white noise would else outvote
+    one with a gap.
+    """
     rows = model.fit.residual.shape[0] + model.held.shape[0]
-    return np.asarray(rows / correlation_rows(model.held, prepared.held))
+    return np.full(model.held.shape[1], rows / float(np.max(correlation_rows(model.held, prepared.held))))
 
 
 def _own_parameters(model: Model) -> int:

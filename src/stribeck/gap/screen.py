@@ -70,7 +70,7 @@ def screen(
     """Return the best trial of one candidate, improved by a few projected steps, with the cost that it saves.
 
     The nominal parameters follow linearly (variable projection, Golub & Pereyra 1973), so that an evaluation needs
-    the derivatives by the candidate's own parameters only. Laws that take long to evaluate see every other run.
+    the derivatives by the candidate's own parameters only. Of three runs or more, every other one is seen.
 
     Parameters
     ----------
@@ -79,7 +79,8 @@ def screen(
     """
     path = SignalPath(prepared.arm, (*base.placed, Placed(effect, joint)))
     own = [i for i, entry in enumerate(path.entries) if entry.owner == len(base.placed)]
-    runs = [i for i in range(len(prepared.fit)) if not (effect.nonlinear and i % 2)]
+    every = len(prepared.fit) < 3
+    runs = [i for i in range(len(prepared.fit)) if every or i % 2 == 0]
     residual = Residual(path, [prepared.fit[i] for i in runs], own)
     unit = _units(path, prepared, own)
     projector = _Projector(base, weights, _rows_of(prepared, runs))

@@ -21,6 +21,8 @@ HOPEFUL = 0.3  # of the best promise: candidates with less are not fitted
 MOST_EFFECTS = 4
 LEAST_T = 2.8  # block-robust t value of the held-out gain
 LEAST_GAIN = 0.04  # of the held-out squared residual
+SMALL_T, LARGE_GAIN = 2.0, 0.25  # a large gain may be less sure block by block, where few blocks excite it
+LEAST_POWER = 0.2  # of the noise floor's power, that an effect removes from a joint whose residual is above it
 LEAST_PRIOR = 8.0  # cost that the prior must save for an effect that the residual alone does not show
 
 
@@ -100,7 +102,7 @@ def _step(
     ranking = rank(prepared, [base, *rivals], floor, seed)
     kept = {(model.placed[-1].effect.name, model.placed[-1].joint) for model in rivals}
     out = tuple((effect.name, joint) for effect, joint in possible if (effect.name, joint) not in kept)
-    taken = bool(rivals) and _earns_its_place(ranking)
+    taken = bool(rivals) and _earns_its_place(ranking, base, rivals[ranking.best - 1], floor)
     return Step(base, tuple(rivals), ranking, taken, out)
 
 
@@ -133,8 +135,12 @@ def _best_of_each(models: Sequence[Model | None]) -> list[Model]:
     return list(best.values())
 
 
-def _earns_its_place(ranking: Ranking) -> bool:
+def _earns_its_place(ranking: Ranking, base: Model, best: Model, floor: np.ndarray) -> bool:
+    """Return whether the best rival is taken: it closes some of a gap above the floor, surely; or the prior asks."""
     k = ranking.best
-    by_data = ranking.t[k] > LEAST_T and ranking.gain[k, 0] > LEAST_GAIN
-    by_prior = ranking.prior_gain[k] > LEAST_PRIOR and ranking.gain[k, 0] > -LEAST_GAIN
-    return bool(by_data or by_prior)
+    gain, t = ranking.gain[k, 0], ranking.t[k]
+    before, after = base.rms() / floor, best.rms() / floor
+    above = bool(np.any((before > 1.0) & (before**2 - after**2 > LEAST_POWER)))
+    sure = t > LEAST_T or (t > SMALL_T and gain > LARGE_GAIN and ranking.probability[0] < 0.01)
+    by_prior = ranking.prior_gain[k] > LEAST_PRIOR and gain > -LEAST_GAIN
+    return bool((above and sure and gain > LEAST_GAIN) or by_prior)

@@ -15,11 +15,14 @@ from stribeck.arm import Arm
 from stribeck.identify.noise import position_noise
 from stribeck.run import Run
 
-NOISE_SHARE = 0.02  # encoder noise after filtering may be this share of the torque
+NOISE_SHARE = 0.01  # encoder noise after filtering may be this share of the torque
 CUTOFF_RANGE = (5.0, 40.0)  # Hz
 MOST_OF_RATE = 0.2  # cutoff as a share of the sample rate, at most
-SMOOTHING = 2.5  # the motion's filter lies this far above the analysis cutoff
+SMOOTHING = 2.5  # the motion's filter lies at least this far above the analysis cutoff
+VELOCITY_NOISE = 0.01  # of the rms speed
+MOST_OF_MOTION = 0.35  # the motion's filter as a share of the sample rate, at most
 OVERSAMPLING = 3.0  # analysis samples per second over the cutoff
+RATE_OVER_CUTOFF = 10.0  # samples per second that a thinned run keeps, over the cutoff
 STUCK_TIME = 0.04  # s
 STILL = 1e-3  # of the rms speed: slower is at rest
 
@@ -75,49 +78,74 @@ def cutoff_frequency(arm: Arm, runs: Sequence[Run], inertia: np.ndarray) -> floa
     inertia : array (n,)
         Inertia that each joint moves, kg m^2.
     """
-    best = CUTOFF_RANGE[1]
-    for run in runs:
-        for j in range(run.n):
+    rate = min(1.0 / run.sample_time for run in runs)
+    best = min(CUTOFF_RANGE[1], MOST_OF_RATE * rate)
+    for j in range(arm.n):
+        torque = float(np.sqrt(np.mean(np.concatenate([run.tau[:, j] for run in runs]) ** 2)))
+        for run in runs:
             noise = position_noise(run.q[:, j], run.sample_time, arm.joints[j].encoder_resolution)
-            allowed = NOISE_SHARE * float(np.sqrt(np.mean(run.tau[:, j] ** 2))) + 1e-12
-            ratio = allowed / (inertia[j] * noise * (2 * np.pi) ** 2)
-            best = min(best, float((ratio**2 * 2.5 / run.sample_time) ** 0.2), MOST_OF_RATE / run.sample_time)
-    return max(best, min(CUTOFF_RANGE[0], MOST_OF_RATE / max(run.sample_time for run in runs)))
+            ratio = (NOISE_SHARE * torque + 1e-12) / (inertia[j] * noise * (2 * np.pi) ** 2)
+            best = min(best, float((ratio**2 * 2.5 / run.sample_time) ** 0.2))
+    return max(best, min(CUTOFF_RANGE[0], MOST_OF_RATE * rate))
 
 
-def condition(arm: Arm, run: Run, cutoff: float, noise: np.ndarray | None = None) -> Conditioned:
+def condition(
+    arm: Arm, run: Run, cutoff: float, noise: np.ndarray | None = None, *, thin: bool = False
+) -> Conditioned:
     """Return one uniform run conditioned at an analysis cutoff (Hz).
 
     Parameters
     ----------
     noise : array (n,) or None
         Position noise, rad; estimated from the run where None.
+    thin : bool
+        Keep only as many samples as the cutoff needs, after both sides have passed the motion's filter.
     """
     h = run.sample_time
+    keep = max(1, int(1.0 / (RATE_OVER_CUTOFF * cutoff * h))) if thin else 1
     if noise is None:
         noise = np.array([position_noise(run.q[:, j], h, arm.joints[j].encoder_resolution) for j in range(run.n)])
-    smooth, gain = _smoother(min(SMOOTHING * cutoff, 0.4 / h), h)
+    smooth, gain = _smoother(min(_motion_cutoff(run, noise, cutoff), MOST_OF_MOTION / (keep * h)), h)
     position = smooth(run.q)
     velocity = np.gradient(position, h, axis=0)
     acceleration = _second_difference(position, h)
     command = run.tau.copy()
     command[1:] = 0.5 * (run.tau[1:] + run.tau[:-1])  # zero-order hold, centred on the sample
+    if keep > 1:
+        command = smooth(command)
     speed = np.sqrt(np.mean(velocity**2, axis=0))
     velocity_sd = np.maximum(gain * noise, 0.5 * STILL * speed + 1e-9)
+    stuck = _stuck(velocity, np.maximum(3.0 * gain * noise, STILL * speed), h)
     return Conditioned(
         name=run.name,
-        time=run.t,
-        position=position,
-        velocity=velocity,
-        acceleration=acceleration,
-        command=command,
+        time=run.t[::keep],
+        position=position[::keep],
+        velocity=velocity[::keep],
+        acceleration=acceleration[::keep],
+        command=command[::keep],
         velocity_sd=velocity_sd,
-        stuck=_stuck(velocity, np.maximum(3.0 * gain * noise, STILL * speed), h),
+        stuck=stuck[::keep],
         noise=noise,
-        taps=_low_pass(cutoff, h),
-        decimation=max(1, int(1.0 / (OVERSAMPLING * cutoff * h))),
+        taps=_low_pass(cutoff, keep * h),
+        decimation=max(1, int(1.0 / (OVERSAMPLING * cutoff * keep * h))),
         run=run,
     )
+
+
+def _motion_cutoff(run: Run, noise: np.ndarray, cutoff: float) -> float:
+    """Return the cutoff of the motion's own filter, Hz: high, so that reversals and stops stay sharp.
+
+    Velocity noise sets it, at a small share of the speed, and the analysis cutoff from below.
+    """
+    h = run.sample_time
+    speed = np.sqrt(np.mean(np.diff(run.q, axis=0) ** 2, axis=0)) / h
+    moving = speed > 3.0 * noise / h
+    if not moving.any():
+        return min(SMOOTHING * cutoff, MOST_OF_MOTION / h)
+    # noise s of position leaves 2 pi f s sqrt(2 f h / 3) of velocity below f
+    allowed = float(np.min(VELOCITY_NOISE * speed[moving] / noise[moving]))
+    sharp = float((allowed / (2 * np.pi)) ** (2 / 3) * (1.5 / h) ** (1 / 3))
+    return min(max(sharp, SMOOTHING * cutoff), MOST_OF_MOTION / h)
 
 
 def _smoother(cutoff: float, h: float):  # type: ignore[no-untyped-def]

@@ -18,7 +18,7 @@ class CableSpring(ExternalEffect):
     source = "Sousa & Cortesao (2014)"
     parameters = (
         Parameter("stiffness", "N m/rad", "stiffness", 0.0, 0.0),
-        Parameter("rest", "rad", "position without torque", 0.0, -20.0, 20.0),
+        Parameter("rest", "rad", "position without torque", 0.0, -3.2, 3.2),
     )
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
