@@ -288,6 +288,14 @@ class Forward:
         return ca.Function("true_motion", [seen, speed, self.path.p], [ca.vertcat(*position), ca.vertcat(*velocity)])
 
     @cached_property
+    def inertia(self) -> ca.Function:
+        """(motor position (n,), p) -> inertia that each joint moves, the others held, (n,)."""
+        pose = ca.SX.sym("pose", self.n)
+        mass = mass_matrix(self.path.body(), ca.vertsplit(pose), prismatic=self.path.prismatic)
+        rotors = ca.vertcat(*[self.path.rotor(j) for j in range(self.n)])
+        return ca.Function("inertia", [pose, self.path.p], [ca.diag(mass) + rotors])
+
+    @cached_property
     def settled(self) -> ca.Function:
         """(recorded position (n,) and velocity (n,), command (n,), p) -> path states with which a motion starts."""
         given = {name: ca.SX.sym(name, self.n) for name in ("position", "velocity", "command")}

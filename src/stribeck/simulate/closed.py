@@ -7,14 +7,11 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import casadi as ca
 import numpy as np
 from joblib import Parallel, delayed
 from numpy.typing import NDArray
 
 from stribeck.arm import Arm
-from stribeck.model.path import SignalPath
-from stribeck.model.rigid_body import mass_matrix
 from stribeck.run import Run
 from stribeck.simulate.axis import axes_of, start_position
 from stribeck.simulate.engine import Engine, array_of, path_of, pointer
@@ -116,7 +113,7 @@ def close_loop(
     count = int(np.floor(loop.duration / loop.step * (1.0 + 1e-12))) + 1
     times = loop.step * np.arange(count, dtype=np.float64)
     start = start_position(arm, loop)
-    axes, tables = axes_of(arm, loop, moved_inertia(engine.path, engine.p, start))
+    axes, tables = axes_of(arm, loop, engine.moved_inertia(start))
     noise, log = _noise(arm, loop, count), np.zeros(most_events, dtype=EVENT)
     out = _call(engine, values, tolerance, axes, loop.sample_time, times, engine.start(values, start), noise, log)
     command, measured, signals, modes, states, info, ended = out
@@ -159,12 +156,3 @@ def _references(engine: Engine, axes: object, times: Floats, start: Floats) -> t
     position, rate = np.tile(start, (len(times), 1)), np.zeros((len(times), engine.n))
     engine.library.sb_references(axes, pointer(times), ctypes.c_longlong(len(times)), pointer(position), pointer(rate))
     return position, rate
-
-
-def moved_inertia(path: SignalPath, p: Floats, q: Floats) -> Floats:
-    """Return the inertia (n,) that each joint moves in a pose (n,), the others held, kg m^2."""
-    pose = ca.SX.sym("q", path.n)
-    mass = mass_matrix(path.body(), ca.vertsplit(pose), prismatic=path.prismatic)
-    rotors = ca.vertcat(*[path.rotor(j) for j in range(path.n)])
-    diagonal = ca.Function("inertia", [pose, path.p], [ca.diag(mass) + rotors])
-    return np.asarray(diagonal(q, p).full().ravel())

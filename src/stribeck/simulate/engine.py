@@ -58,6 +58,10 @@ class Engine:
         """The compiled library."""
         return load(build(library_source(self.forward)))
 
+    def moved_inertia(self, q: Floats) -> Floats:
+        """Return the inertia (n,) that each joint moves in a pose (n,), the others held, kg m^2."""
+        return np.asarray(self.forward.inertia(q, self.p).full().ravel(), dtype=float)
+
     def start(self, p: Floats, q: Floats, dq: Floats | None = None, command: Floats | None = None) -> Floats:
         """Return the state (s,) of an arm at a recorded position and velocity (n,), effects settled.
 

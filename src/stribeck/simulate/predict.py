@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import convolve1d
 
 from stribeck.arm import Arm
 from stribeck.errors import InputError
@@ -13,7 +14,6 @@ from stribeck.grid import uniform
 from stribeck.identify.conditioning import Conditioned, condition, cutoff_frequency
 from stribeck.identify.residual import Residual
 from stribeck.run import Run
-from stribeck.simulate.closed import moved_inertia
 from stribeck.simulate.engine import Engine, path_of
 
 Floats = NDArray[np.float64]
@@ -32,7 +32,8 @@ class Prediction:
     q, dq : array (N, n)
         Predicted record of position and velocity, rad and rad/s. Where a window ended early its last values are held.
     tau : array (N, n)
-        Torque that the model needs along the recorded motion, N m of command.
+        Torque that the model needs along the recorded motion, N m of command; it departs from the command only below
+        the cutoff up to which the recording's noise allows accelerations to be told.
     status : tuple of str
         Of each window: ``ok``, or why it ended early.
     """
@@ -70,9 +71,8 @@ def predict(arm: Arm, run: Run, horizon: float) -> Prediction:
     if run.n != arm.n:
         raise InputError(f"{run.name}: not a recording of this arm", f"{run.n} joints", f"the arm has {arm.n}")
     run, _ = uniform(run)
-    path = path_of(arm)
-    engine = Engine(path)
-    cutoff = cutoff_frequency(arm, [run], moved_inertia(path, engine.p, np.median(run.q, axis=0)))
+    engine = Engine(path_of(arm))
+    cutoff = cutoff_frequency(arm, [run], engine.moved_inertia(np.median(run.q, axis=0)))
     return predict_conditioned(engine, engine.p, condition(arm, run, cutoff), horizon)
 
 
@@ -82,10 +82,11 @@ def predict_conditioned(engine: Engine, p: Floats, data: Conditioned, horizon: f
     residual = Residual(engine.path, [data], columns=())
     states = _start_states(engine, p, data, residual, first)
     found = engine.windows(p, states, data.time, data.run.tau, first, samples)
-    needed = data.command - residual.stages(data, p)["residual"]
+    # from encoders, acceleration above the analysis cutoff is noise: the departure from the command is low-passed
+    departure = convolve1d(residual.stages(data, p)["residual"], data.taps, axis=0, mode="nearest")
     window = np.repeat(np.arange(len(first)), samples)
     q, dq = _held(found.q, samples, found.filled, data.position), _held(found.dq, samples, found.filled, data.velocity)
-    return Prediction(data.time, window, q, dq, needed, found.status)
+    return Prediction(data.time, window, q, dq, data.command - departure, found.status)
 
 
 def _windows(data: Conditioned, horizon: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

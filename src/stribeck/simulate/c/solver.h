@@ -60,8 +60,8 @@ static void sb_init(sb_sim *s, const double *p, double tolerance) {
     s->h = 1e-3;
     s->bound = 1e6;
     s->ny = SB_NS;
-    s->step_limit = 1000000;
-    s->event_limit = 20000;
+    s->step_limit = 50000; /* of one stretch between two commands */
+    s->event_limit = 5000;
     s->last_event = -HUGE_VAL;
 }
 
