@@ -1,0 +1,126 @@
+"""Conditioned signals: a known sine comes out as it went in, and the filters do what they say."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stribeck.identify.conditioning import STUCK_TIME, Conditioned, condition, cutoff_frequency
+from stribeck.run import Run
+
+from .conftest import pendulum, recorded, sines
+
+
+def inner(run: Conditioned, seconds: float = 0.3) -> slice:
+    """The samples clear of the record's ends."""
+    k = round(seconds / run.sample_time)
+    return slice(k, len(run.time) - k)
+
+
+@pytest.mark.parametrize("rate", [200.0, 500.0, 1000.0])
+def test_sines_keep_amplitude_and_phase(rate: float) -> None:
+    """Motion up to 1.3 Hz through a smoother at 37 Hz and more: 1e-4 of position and velocity, 1e-3 of acceleration."""
+    run = condition(pendulum(), recorded(rate=rate), 15.0)
+    kept = inner(run)
+    for found, true, error in zip(
+        (run.position, run.velocity, run.acceleration), sines(run.time), (1e-5, 4e-4, 1e-3), strict=True
+    ):
+        assert found[kept, 0] == pytest.approx(true[kept], abs=error * np.abs(true).max())
+
+
+@pytest.mark.parametrize("rate", [200.0, 1000.0])
+def test_no_phase_shift(rate: float) -> None:
+    """A sine near the edge of the pass band may shrink but not shift: its quadrature stays empty."""
+    t = np.arange(round(8 * rate)) / rate
+    hertz = 8.0
+    w = 2 * np.pi * hertz
+    run = condition(pendulum(), Run("sine", t, 0.1 * np.sin(w * t)[:, None], np.sin(w * t)[:, None]), 10.0)
+    kept = inner(run, 0.5)
+    kept = slice(kept.start, kept.start + round((kept.stop - kept.start) / rate - 0.5) * round(rate))
+    phases = {"position": 0.0, "velocity": np.pi / 2, "acceleration": np.pi}
+    for name, lead in phases.items():
+        values = getattr(run, name)[kept, 0]
+        in_phase = np.mean(values * np.sin(w * t[kept] + lead))
+        across = np.mean(values * np.cos(w * t[kept] + lead))
+        assert in_phase > 0.0
+        assert abs(across) < 1e-6 * in_phase
+
+
+def test_command_is_centred() -> None:
+    """A held command acts, on average, half a sample late: the mean of the values before and after a sample."""
+    run = recorded(rate=250.0)
+    assert condition(pendulum(), run, 20.0).command[5, 0] == pytest.approx(0.5 * (run.tau[4, 0] + run.tau[5, 0]))
+
+
+@settings(max_examples=25, deadline=None)
+@given(samples=st.integers(300, 900), cutoff=st.floats(4.0, 40.0), rate=st.sampled_from([200.0, 500.0]))
+def test_filtered_is_a_direct_convolution(samples: int, cutoff: float, rate: float) -> None:
+    t = np.arange(samples) / rate
+    rng = np.random.default_rng(samples)
+    run = condition(pendulum(), Run("noise", t, np.sin(3 * t)[:, None], rng.normal(size=(samples, 1))), cutoff)
+    values = rng.normal(size=(samples, 2))
+    half = len(run.taps) // 2
+    assert len(run.taps) % 2 == 1
+    assert run.taps == pytest.approx(run.taps[::-1])
+    direct = [run.taps @ values[i - half : i + half + 1] for i in run.analysis_index]
+    assert run.filtered(values).shape == (len(run.analysis_index), 2)
+    assert run.filtered(values) == pytest.approx(np.array(direct).reshape(-1, 2), abs=1e-12)
+
+
+def test_low_pass_keeps_slow_and_drops_fast() -> None:
+    run = condition(pendulum(), recorded(rate=500.0), 20.0)
+    t = run.time
+    for hertz, gain in ((0.0, 1.0), (5.0, 1.0), (60.0, 0.0)):
+        kept = run.filtered(np.cos(2 * np.pi * hertz * t)[:, None])[:, 0]
+        assert kept == pytest.approx(gain * np.cos(2 * np.pi * hertz * t[run.analysis_index]), abs=2e-2)
+
+
+def test_short_record_gives_no_rows_rather_than_wrong_ones() -> None:
+    t = np.arange(30) / 500.0
+    run = condition(pendulum(), Run("short", t, np.sin(t)[:, None], np.cos(t)[:, None]), 5.0)
+    assert len(run.taps) > 30
+    assert len(run.analysis_index) == 0
+    assert len(run.filtered(run.command)) == 0
+
+
+@pytest.mark.parametrize("q", [np.zeros(500), np.full(500, 3.0), np.linspace(0, 1, 500)])
+def test_no_nan_whatever_the_motion(q: np.ndarray) -> None:
+    t = np.arange(500) / 500.0
+    run = condition(pendulum(), Run("still", t, q[:, None], np.zeros((500, 1))), 20.0)
+    for name in ("position", "velocity", "acceleration", "command", "velocity_sd", "stuck", "noise", "taps"):
+        assert np.isfinite(getattr(run, name)).all()
+    assert (run.velocity_sd > 0.0).all()
+
+
+def test_stuck_is_long_enough_rest() -> None:
+    rate = 500.0
+    t = np.arange(2000) / rate
+    speed = np.where((t > 1.0) & (t < 1.5), 0.0, 1.0)  # a rest of half a second
+    turn = np.abs(t - 3.0) < 0.3 * STUCK_TIME  # and a passage through zero that is over too soon
+    speed[turn] = 0.0
+    q = np.cumsum(speed) / rate
+    run = condition(pendulum(), Run("rest", t, q[:, None], np.zeros((2000, 1))), 40.0, np.array([1e-7]))
+    stuck = run.stuck[:, 0] > 0.5
+    assert stuck[(t > 1.1) & (t < 1.4)].all()
+    assert not stuck[(t < 0.9) | (t > 1.6)].any()
+
+
+def test_velocity_uncertainty_is_that_of_the_noise() -> None:
+    """The spread of the velocity of a still, noisy record is what `velocity_sd` says."""
+    rng = np.random.default_rng(0)
+    t = np.arange(20_000) / 500.0
+    q = 1e-4 * rng.standard_normal((20_000, 1))
+    run = condition(pendulum(), Run("noise", t, q, np.zeros_like(q)), 15.0)
+    assert run.velocity_sd[0] == pytest.approx(np.std(run.velocity[:, 0]), rel=0.1)
+
+
+def test_cutoff_follows_the_noise() -> None:
+    inertia = np.array([0.16])
+    quiet = cutoff_frequency(pendulum(), [recorded()], inertia)
+    loud = cutoff_frequency(pendulum(), [recorded(noise=1e-3)], inertia)
+    assert quiet == 40.0
+    assert 5.0 <= loud < 20.0
+    slow = cutoff_frequency(pendulum(), [recorded(rate=50.0)], inertia)
+    assert slow <= 0.2 * 50.0
+    both = cutoff_frequency(pendulum(), [recorded(noise=1e-3), recorded()], inertia)
+    assert both == loud

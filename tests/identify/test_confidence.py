@@ -1,0 +1,114 @@
+"""Intervals that hold with coloured residuals: how often they cover the truth, counted."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from stribeck.identify.confidence import Intervals, intervals
+from stribeck.identify.map_fit import Fit, Weights
+from stribeck.model.layout import Entry
+
+ROWS, JOINTS, BLOCK = 1200, 2, 60
+TRUTH = np.array([2.0, -0.7, 0.4])
+BLOCKS = np.arange(ROWS) // BLOCK
+
+
+def entries(sd: float = np.inf, lower: float = -np.inf, log: bool = False) -> tuple[Entry, ...]:
+    return tuple(Entry(f"p{i}", 0, f"p{i}", "1", 0.0, sd, lower, np.inf, log, "friction") for i in range(3))
+
+
+def design(rng: np.random.Generator) -> np.ndarray:
+    """Regressors (M, n, 3) that are themselves coloured, as those of a motion are."""
+    return np.asarray(lfilter([1.0], [1.0, -0.9], rng.standard_normal((ROWS, JOINTS, 3)), axis=0))
+
+
+def noise(rng: np.random.Generator, rho: float) -> np.ndarray:
+    return np.asarray(lfilter([1.0], [1.0, -rho], rng.standard_normal((ROWS, JOINTS)), axis=0) * [0.5, 2.0])
+
+
+def estimate(columns: np.ndarray, y: np.ndarray, weights: Weights, sd: float = np.inf) -> Fit:
+    """The fit of a linear model, solved directly; residual = measured - needed, its Jacobian minus the columns."""
+    flat = (columns * weights.scale[None, :, None]).reshape(-1, 3)
+    hessian = flat.T @ flat + (np.eye(3) / sd**2 if np.isfinite(sd) else 0.0)
+    p = np.linalg.solve(hessian, flat.T @ (y * weights.scale).ravel())
+    return Fit(entries(sd), p, np.arange(3), y - columns @ p, -columns, 0.0, 0.0, "Solve_Succeeded", 1, ())
+
+
+def repeated(rho: float, blocks: np.ndarray, repeats: int = 200) -> tuple[np.ndarray, np.ndarray]:
+    """Share of intervals that cover, and their mean half width over the estimate's spread, each (3,)."""
+    columns = design(np.random.default_rng(0))
+    weights = Weights(np.array([1.0, 4.0]), np.array([10.0, 10.0]))
+    covered, half, found = [], [], []
+    for seed in range(repeats):
+        fit = estimate(columns, columns @ TRUTH + noise(np.random.default_rng([1, seed]), rho), weights)
+        bounds = intervals(fit, weights, blocks)
+        covered.append((bounds.low <= TRUTH) & (bounds.high >= TRUTH))
+        half.append((bounds.high - bounds.low) / 2)
+        found.append(fit.p)
+    return np.mean(covered, axis=0), np.mean(half, axis=0) / np.std(found, axis=0)
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.9])
+def test_coverage(rho: float) -> None:
+    covered, width = repeated(rho, BLOCKS)
+    assert (covered >= 0.88).all()
+    assert (covered <= 0.99).all()
+    assert (width < 2.6).all()  # and not by being wide: 1.96 is the least
+
+
+def test_rows_as_blocks_would_not_hold() -> None:
+    """The same intervals with every row its own block: what taking residuals for white does."""
+    covered, _ = repeated(0.9, np.arange(ROWS), 60)
+    assert covered.mean() < 0.85
+
+
+def one(
+    sd: float = np.inf, lower: float = -np.inf, p: np.ndarray | None = None, scale: float = 1.0, log: bool = False
+) -> Intervals:
+    rng = np.random.default_rng(3)
+    columns = design(rng) * scale
+    weights = Weights(np.ones(2), np.ones(2))
+    fit = estimate(columns, columns @ TRUTH + noise(rng, 0.5), weights, sd)
+    values = fit.p if p is None else p
+    fit = Fit(entries(sd, lower, log), values, fit.free, fit.residual, fit.jacobian, 0.0, 0.0, "ok", 1, ())
+    return intervals(fit, weights, BLOCKS)
+
+
+def test_prior_alone_gives_the_prior_interval() -> None:
+    """Regressors next to nothing: the interval is the tolerance's, and the value counts as not identified."""
+    bounds = one(sd=0.3, scale=1e-6)
+    assert bounds.high - bounds.low == pytest.approx(2 * 2.093 * 0.3, rel=1e-3)  # Student's t for 20 blocks
+    assert not bounds.identified.any()
+    assert one(sd=0.3).identified.all()
+
+
+def test_value_at_its_bound_has_no_width() -> None:
+    bounds = one(lower=0.0, p=np.array([2.0, 0.0, 0.4]))
+    assert bounds.low[1] == bounds.high[1] == 0.0
+    assert bounds.high[0] > bounds.low[0]
+
+
+def test_level() -> None:
+    rng = np.random.default_rng(3)
+    columns = design(rng)
+    weights = Weights(np.ones(2), np.ones(2))
+    fit = estimate(columns, columns @ TRUTH + noise(rng, 0.5), weights)
+    half, most = (intervals(fit, weights, BLOCKS, level) for level in (0.5, 0.95))
+    assert (most.high - most.low) / (half.high - half.low) == pytest.approx(2.0930 / 0.6876, rel=1e-3)
+
+
+def test_logarithmic_parameters_have_intervals_of_ratios() -> None:
+    values = np.array([2.0, 0.7, 0.4])
+    bounds = one(p=values, log=True)
+    assert (bounds.low > 0.0).all()
+    assert bounds.low * bounds.high == pytest.approx(values**2)
+
+
+def test_weights_do_not_change_the_interval() -> None:
+    """The sandwich does not believe the stated noise."""
+    rng = np.random.default_rng(3)
+    columns = design(rng)
+    y = columns @ TRUTH + noise(rng, 0.5)
+    few, many = (Weights(np.full(2, sd), np.ones(2)) for sd in (0.01, 10.0))
+    a, b = intervals(estimate(columns, y, few), few, BLOCKS), intervals(estimate(columns, y, many), many, BLOCKS)
+    assert a.high - a.low == pytest.approx(b.high - b.low, rel=1e-9)

@@ -1,0 +1,184 @@
+"""The maximum a posteriori fit: it finds what made the data, stays within its bounds, and says how it ended."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stribeck.arm import Arm, Friction, Joint, Tolerance
+from stribeck.effects.registry import registry
+from stribeck.identify.conditioning import Conditioned, condition
+from stribeck.identify.map_fit import PRIOR_LIMIT, Weights, fit
+from stribeck.identify.residual import Residual
+from stribeck.model.layout import Placed, values_of
+from stribeck.model.path import SignalPath
+
+from .conftest import PENDULUM, pendulum, recorded, stronger
+
+SURE = Weights(np.array([1e-4]), np.ones(1))
+
+
+def made_by(path: SignalPath, p: np.ndarray, run: Conditioned) -> Conditioned:
+    """The run with the command that the model itself, at p, asks for: nothing is left at p but rounding."""
+    stages = Residual(path, [run], ()).stages(run, p)
+    return replace(run, command=run.command - stages["residual"])
+
+
+def clean(path: SignalPath, p: np.ndarray) -> Conditioned:
+    return made_by(path, p, condition(pendulum(), recorded(rate=250.0), 20.0))
+
+
+def perturbed(path: SignalPath, size: float = 0.15) -> np.ndarray:
+    p = values_of(path.entries)
+    return np.asarray(p * (1.0 + size * np.sin(1.0 + np.arange(len(p)))))
+
+
+def test_recovers_what_made_the_data() -> None:
+    """Friction constants, under vague priors, to 1e-6. Inertial ones: in the sums that show."""
+    arm = replace(pendulum(), tolerance=Tolerance(0.3, 1.0))
+    path = SignalPath(arm)
+    truth = perturbed(path)
+    truth[2] = 0.0  # the centre's offset across the link has no tolerance: it is zero
+    found = fit(Residual(path, [clean(path, truth)]), SURE, tolerance=1e-8)
+    assert found.ok
+    assert found.at_limit == ()
+    for key in ("C0", "C1", "C2", "alpha"):
+        entry = f"A.friction.{key}"
+        true = truth[[e.key for e in path.entries].index(entry)]
+        assert found.value(entry) == pytest.approx(true, rel=1e-6)
+    m, x, i, r = (found.value(f"A.{key}") for key in ("mass", "com_x", "inertia", "rotor_inertia"))
+    names = {e.key: v for e, v in zip(path.entries, truth, strict=True)}
+    tm, tx, ti, tr = (names[f"A.{key}"] for key in ("mass", "com_x", "inertia", "rotor_inertia"))
+    assert m * x == pytest.approx(tm * tx, rel=1e-6)
+    assert i + r + m * x**2 == pytest.approx(ti + tr + tm * tx**2, rel=1e-6)
+    assert np.abs(found.residual).max() < 1e-6
+
+
+def test_recovers_an_effect_in_its_logarithm() -> None:
+    place = Placed(registry()["presliding"], 0, {"stiffness": 350.0, "damping": 2.0})
+    path = SignalPath(pendulum(), [place])
+    truth = values_of(path.entries)
+    start = truth.copy()
+    start[-2:] = 1200.0, 0.5
+    found = fit(Residual(path, [clean(path, truth)]), SURE, start, {}, tolerance=1e-8)
+    assert found.ok
+    assert found.p[-2:] == pytest.approx([350.0, 2.0], rel=1e-5)
+
+
+def test_stays_within_three_deviations_and_says_so() -> None:
+    """Friction of five times its nominal value, with a tolerance of 30 %: held at three deviations, and reported."""
+    path = SignalPath(pendulum())
+    truth = values_of(path.entries)
+    keys = [entry.key for entry in path.entries]
+    truth[keys.index("A.friction.C0")] *= 5.0
+    found = fit(Residual(path, [clean(path, truth)]), SURE)
+    entry = path.entries[keys.index("A.friction.C0")]
+    assert "A.friction.C0" in found.at_limit
+    assert found.value("A.friction.C0") == pytest.approx(entry.value + PRIOR_LIMIT * entry.sd, rel=1e-3)
+    moved = [abs(v - e.value) / e.sd for v, e in zip(found.p, path.entries, strict=True) if e.sd > 0.0]
+    assert max(moved) <= PRIOR_LIMIT + 1e-9
+
+
+def test_held_values_do_not_move() -> None:
+    path = SignalPath(pendulum())
+    found = fit(Residual(path, [clean(path, perturbed(path))]), SURE)
+    held = [i for i, entry in enumerate(path.entries) if entry.sd == 0.0]
+    assert held
+    assert (found.p[held] == values_of(path.entries)[held]).all()
+    assert not set(held) & set(found.free)
+
+
+def test_stays_within_physical_bounds() -> None:
+    """Data of a joint that would need negative friction: C0 rests on zero."""
+    path = SignalPath(replace(pendulum(), tolerance=Tolerance(0.1, 10.0)))
+    truth = values_of(path.entries)
+    truth[[e.key for e in path.entries].index("A.friction.C0")] = -1.0
+    found = fit(Residual(path, [clean(path, truth)]), SURE)
+    for value, entry in zip(found.p, path.entries, strict=True):
+        assert entry.lower <= value <= entry.upper
+    assert found.value("A.friction.C0") == pytest.approx(0.0, abs=1e-3)
+
+
+def test_prior_weighs_against_the_data() -> None:
+    """With weak data a value stays near the nominal one; with strong data it goes where they say."""
+    path = SignalPath(pendulum())
+    truth = perturbed(path)
+    run = clean(path, truth)
+    vague, sure = fit(Residual(path, [run]), Weights(np.array([1e3]), np.ones(1))), fit(Residual(path, [run]), SURE)
+    assert vague.value("A.friction.C2") == pytest.approx(0.7, rel=1e-3)
+    assert abs(sure.value("A.friction.C2") - 0.7) > 0.01
+    assert vague.prior < 1e-6
+    assert sure.prior > 0.1
+
+
+def test_correlated_rows_count_for_less() -> None:
+    weights = Weights(np.array([0.5, 2.0]), np.array([4.0, 9.0]))
+    assert weights.scale == pytest.approx([1.0, 1.0 / 6.0])
+
+
+def test_cost_is_what_it_says() -> None:
+    path = SignalPath(pendulum())
+    run = condition(pendulum(), recorded(stronger(PENDULUM, C0=1.4, mass=1.1), rate=250.0, noise=1e-5), 20.0)
+    found = fit(Residual(path, [run]), Weights(np.array([0.1]), np.array([2.0])))
+    assert found.misfit == pytest.approx(0.5 * np.sum(found.residual**2) / 0.01 / 2.0)
+    assert found.cost == found.misfit + found.prior
+    nominal = Residual(path, [run])(values_of(path.entries))[0]
+    assert found.misfit < 0.1 * 0.5 * np.sum(nominal**2) / 0.01 / 2.0
+    z = [(v - e.value) / e.sd for v, e in zip(found.p, path.entries, strict=True) if e.sd > 0.0]
+    assert found.prior == pytest.approx(0.5 * np.sum(np.square(z)))
+
+
+def test_gradient_is_zero_at_the_solution() -> None:
+    """The optimality condition, from the returned Jacobian: data and prior pull equally, in units of one."""
+    path = SignalPath(pendulum())
+    run = clean(path, perturbed(path))
+    run = replace(run, command=run.command + 0.3 * np.random.default_rng(0).standard_normal(run.command.shape))
+    weights = Weights(np.array([0.1]), np.array([2.0]))
+    found = fit(Residual(path, [run]), weights, tolerance=1e-7)
+    assert found.ok
+    assert found.at_limit == ()
+    entries = [path.entries[i] for i in found.free]
+    sd = np.array([entry.sd for entry in entries])
+    z = (found.p[found.free] - np.array([entry.value for entry in entries])) / sd
+    pull = np.einsum("mn,mnf->f", found.residual * weights.scale**2, found.jacobian) * sd + z
+    assert np.abs(pull).max() < 1e-3
+
+
+def test_failed_solve_is_not_ok() -> None:
+    """Two evaluations are not enough: the status says so, and the best point met is returned."""
+    path = SignalPath(replace(pendulum(), tolerance=Tolerance(0.5, 2.0)))
+    residual = Residual(path, [clean(path, perturbed(path, 0.4))])
+    found = fit(residual, SURE, evaluations=2, tolerance=1e-12)
+    assert not found.ok
+    assert found.status not in ("Solve_Succeeded", "Solved_To_Acceptable_Level")
+    nominal = 0.5 * np.sum(residual(values_of(path.entries))[0] ** 2) * SURE.scale[0] ** 2
+    assert found.cost <= nominal
+
+
+def test_several_joints_and_runs() -> None:
+    """Two joints, two runs of different rates; each joint's own constants are found."""
+    a = Joint("A", "revolute", 0.3, 2.0, (0.15, 0.0), 0.03, 0.05, *[Friction(2.0, 0.5, 0.7, 0.05)] * 2)
+    b = replace(a, name="B", mass=1.0, friction=Friction(1.0, 0.3, 0.4, 0.08), backward=Friction(1.0, 0.3, 0.4, 0.08))
+    arm = Arm("two", (9.81, 0.0), (a, b), tolerance=Tolerance(0.5, 2.0))
+    path = SignalPath(arm)
+    truth = perturbed(path, 0.1)
+    made = []
+    for rate in (200.0, 250.0):
+        one = condition(pendulum(), recorded(rate=rate, duration=4.0), 20.0)
+        other = condition(pendulum(), recorded(rate=rate, duration=4.0), 20.0)
+        other = replace(
+            other, position=0.7 * other.position + 0.1, velocity=0.7 * other.velocity,
+            acceleration=0.7 * other.acceleration,
+        )  # fmt: skip
+        lagged = np.roll(np.arange(len(one.time)), 97)
+        both = {
+            name: np.concatenate([getattr(one, name), getattr(other, name)[lagged]], axis=1)
+            for name in ("position", "velocity", "acceleration", "command", "stuck")
+        }
+        spread = {name: np.repeat(getattr(one, name), 2) for name in ("velocity_sd", "noise")}
+        made.append(made_by(path, truth, replace(one, **both, **spread)))
+    weights = Weights(np.full(2, 1e-4), np.ones(2))
+    found = fit(Residual(path, made), weights, tolerance=1e-8)
+    for i, entry in enumerate(path.entries):
+        if entry.owner == "friction":
+            assert found.p[i] == pytest.approx(truth[i], rel=1e-4)

@@ -1,0 +1,52 @@
+"""Noise read off a record: right within a tenth for any rate and quantisation, blind to the motion."""
+
+import numpy as np
+import pytest
+
+from stribeck.identify.noise import position_noise, smallest_step
+
+
+def record(rate: float, noise: float, step: float, seed: int = 0, duration: float = 10.0) -> np.ndarray:
+    t = np.arange(round(duration * rate)) / rate
+    q = 0.8 * np.sin(2 * np.pi * 0.4 * t) + 0.3 * np.sin(2 * np.pi * 1.7 * t + 1.0)
+    q = q + noise * np.random.default_rng(seed).standard_normal(len(q))
+    return np.round(q / step) * step if step else q
+
+
+@pytest.mark.parametrize("rate", [100.0, 250.0, 1000.0])
+@pytest.mark.parametrize("noise", [1e-5, 1e-3])
+@pytest.mark.parametrize("step", [0.0, 1.0])
+def test_white_noise(rate: float, noise: float, step: float) -> None:
+    """With quantisation of `step` standard deviations its own noise adds, step / sqrt(12) (Widrow & Kollar)."""
+    found = [position_noise(record(rate, noise, step * noise, seed), 1.0 / rate) for seed in range(3)]
+    expected = noise * np.hypot(1.0, step / np.sqrt(12.0))
+    assert np.mean(found) == pytest.approx(expected, rel=0.1)
+
+
+@pytest.mark.parametrize("rate", [250.0, 1000.0])
+def test_quantisation_alone(rate: float) -> None:
+    step = 1e-4
+    found = position_noise(record(rate, 0.0, step), 1.0 / rate, step)
+    assert found >= step / np.sqrt(12.0) * (1 - 1e-9)
+    assert found < 1.3 * step / np.sqrt(12.0)
+
+
+def test_joint_that_hardly_moves_has_at_least_the_noise_of_its_encoder() -> None:
+    q = np.zeros(2000)
+    q[1000:] = 1e-3
+    assert position_noise(q, 1e-3, resolution=1e-3) == pytest.approx(1e-3 / np.sqrt(12.0), rel=0.05)
+    assert position_noise(np.zeros(2000), 1e-3) == 1e-12  # nothing known, nothing divided by zero
+
+
+def test_resonance_does_not_pass_for_noise() -> None:
+    """A structural mode in the upper band is narrow: the median looks past it."""
+    rate = 500.0
+    t = np.arange(5000) / rate
+    q = record(rate, 1e-5, 0.0) + 3e-5 * np.sin(2 * np.pi * 200.0 * t)
+    assert position_noise(q, 1.0 / rate) == pytest.approx(1e-5, rel=0.15)
+
+
+def test_smallest_step() -> None:
+    assert smallest_step(record(500.0, 0.0, 2e-4)) == pytest.approx(2e-4, rel=1e-6)
+    assert smallest_step(record(500.0, 1e-4, 0.0)) == 0.0
+    assert smallest_step(np.zeros(100)) == 0.0

@@ -1,0 +1,117 @@
+"""The filtered residual and its derivatives, also where the evaluation is cut into pieces."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+from stribeck.arm import Arm
+from stribeck.effects.registry import registry
+from stribeck.identify import residual as module
+from stribeck.identify.conditioning import Conditioned, condition
+from stribeck.identify.residual import Residual
+from stribeck.model.layout import Placed, values_of
+from stribeck.model.path import SignalPath
+
+from .conftest import pendulum, recorded
+
+BRISTLE = {"stiffness": 400.0, "damping": 2.0}
+
+
+def runs(cutoff: float = 20.0) -> list[Conditioned]:
+    return [condition(pendulum(), recorded(rate=rate, duration=3.0, noise=1e-5), cutoff) for rate in (250.0, 500.0)]
+
+
+def path(*placed: tuple[str, dict[str, float]], arm: Arm | None = None) -> SignalPath:
+    return SignalPath(arm or pendulum(), [Placed(registry()[name], 0, values) for name, values in placed])
+
+
+def differences(residual: Residual, p: np.ndarray) -> np.ndarray:
+    """Central differences of the residual (M, n, columns)."""
+    out = []
+    for i in residual.columns:
+        step = 1e-6 * max(abs(p[i]), 1e-2)
+        ahead, behind = p.copy(), p.copy()
+        ahead[i] += step
+        behind[i] -= step
+        out.append((residual(ahead)[0] - residual(behind)[0]) / (2 * step))
+    return np.stack(out, axis=2)
+
+
+def test_recorded_law_leaves_no_residual() -> None:
+    """Only the filter's ripple and the turning points, where the noise-free law jumps, are left."""
+    run = condition(pendulum(), recorded(), 20.0)
+    residual = Residual(path(), [run], ())
+    r, jacobian = residual(values_of(residual.path.entries))
+    assert jacobian.shape == (len(r), 1, 0)
+    assert residual.rows == len(r) == len(run.analysis_index)
+    assert np.median(np.abs(r)) < 5e-3
+    assert np.sqrt(np.mean(r**2)) < 0.02 * np.std(run.command)
+
+
+@pytest.mark.parametrize("placed", [(), (("presliding", BRISTLE),), (("delay", {"time": 0.013}),)])
+def test_jacobian(placed: Sequence[tuple[str, dict[str, float]]]) -> None:
+    residual = Residual(path(*placed), runs())
+    p = values_of(residual.path.entries)
+    p = p * (1.0 + 0.02 * np.cos(np.arange(len(p))))
+    exact, approximate = residual(p)[1], differences(residual, p)
+    assert "A.friction.alpha" in [residual.path.entries[i].key for i in residual.columns]
+    scale = np.abs(approximate).max(axis=(0, 1))
+    assert (scale > 0.0).all()
+    assert exact / scale == pytest.approx(approximate / scale, abs=1e-4)
+
+
+@pytest.mark.parametrize("samples", [100, 257, 700])
+def test_pieces_make_the_whole(samples: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """However few samples are evaluated at a time, rows and derivatives are the same, states run on."""
+    residual = Residual(path(("presliding", BRISTLE), ("delay", {"time": 0.013})), runs())
+    p = values_of(residual.path.entries)
+    whole, derivatives = residual(p)
+    monkeypatch.setattr(module, "SAMPLES", samples)
+    again, pieces = residual(p)
+    assert again == pytest.approx(whole, abs=1e-10 * np.abs(whole).max())
+    assert pieces == pytest.approx(derivatives, abs=1e-10 * np.abs(derivatives).max())
+
+
+def test_runs_follow_one_another() -> None:
+    """Rows of several runs, of different rates, are those of each alone; a state starts anew with each."""
+    both = runs()
+    model = path(("presliding", BRISTLE))
+    p = values_of(model.entries)
+    parts = [Residual(model, [run], ())(p)[0] for run in both]
+    assert np.concatenate(parts) == pytest.approx(Residual(model, both, ())(p)[0], abs=1e-12)
+
+
+def test_stages_filter_to_the_residual() -> None:
+    run = runs()[0]
+    residual = Residual(path(("presliding", BRISTLE)), [run], ())
+    p = values_of(residual.path.entries)
+    stages = residual.stages(run, p)
+    assert run.filtered(stages["residual"]) == pytest.approx(residual(p)[0], abs=1e-10)
+    left = stages["actuator"] - stages["rotor"] - stages["load"] - stages["friction"]
+    assert left == pytest.approx(stages["residual"], abs=1e-10)
+
+
+def test_states_are_those_of_the_law() -> None:
+    """A bristle's torque, by plain Euler steps of the same motion: dz = sigma (v - |v| z / G)."""
+    run = condition(pendulum(), recorded(rate=1000.0, duration=2.0), 20.0)
+    residual = Residual(path(("presliding", BRISTLE)), [run], ())
+    states = residual.states(run, values_of(residual.path.entries))
+    assert residual.path.state_names == ("0.torque",)
+    torque, bristle = 0.0, []
+    for a, b in zip(run.position[:-1, 0], run.position[1:, 0], strict=True):
+        for _ in range(20):
+            v = (b - a) / run.sample_time
+            level = 2.0 + 0.5 * np.exp(-abs(v) / 0.05)
+            torque += run.sample_time / 20 * 400.0 * (v - abs(v) * torque / level)
+        bristle.append(torque)
+    assert states[1:, 0] == pytest.approx(np.array(bristle), abs=0.02)
+
+
+def test_delayed_command() -> None:
+    """A delay of whole samples is a shift of the command; before the record the first value holds."""
+    run = runs()[1]
+    residual = Residual(path(("delay", {"time": 0.01})), [run], ())
+    actuator = residual.stages(run, values_of(residual.path.entries))["actuator"]
+    assert actuator[5:] == pytest.approx(run.command[:-5], abs=1e-9)
+    assert actuator[:5] == pytest.approx(np.broadcast_to(run.command[0], (5, 1)), abs=1e-9)

@@ -1,0 +1,102 @@
+"""The path cut at the measured joint: a motion that the model makes leaves nothing, and rest is an interval."""
+
+import math
+
+import numpy as np
+import pytest
+
+from stribeck.arm import Arm, Friction, Joint
+from stribeck.effects.registry import registry
+from stribeck.model.cut import DRIVE, Cut
+from stribeck.model.layout import Placed, values_of
+from stribeck.model.path import SignalPath
+
+FORWARD, BACKWARD = Friction(2.0, 0.5, 0.7, 0.05), Friction(1.5, 0.8, 0.4, 0.08)
+M, R, INERTIA, ROTOR, G = 2.0, 0.2, 0.03, 0.05, 9.81
+
+
+def pendulum(gravity: float = G) -> Arm:
+    joint = Joint("A", "revolute", 0.3, M, (R, 0.0), INERTIA, ROTOR, FORWARD, BACKWARD)
+    return Arm("pendulum", (gravity, 0.0), (joint,))
+
+
+def instant(q: float, dq: float, ddq: float, u: float, sd: float = 1e-9) -> np.ndarray:
+    known = {"position": q, "velocity": dq, "acceleration": ddq, "command": u, "velocity_sd": sd}
+    return np.array([known.get(name, 0.0) for name in DRIVE])
+
+
+def residual(arm: Arm, drive: np.ndarray, placed: tuple[Placed, ...] = ()) -> tuple[float, dict[str, float]]:
+    path = SignalPath(arm, placed)
+    r, stages = Cut(path, 0.01).balance(drive, np.zeros(0), values_of(path.entries), np.zeros(len(placed)))
+    names = ("actuator", "rotor", "load", "friction")
+    return float(r), dict(zip(names, stages.full().ravel(), strict=True))
+
+
+def needed(q: float, dq: float, ddq: float) -> float:
+    """Torque of the pendulum in closed form."""
+    f = FORWARD if dq > 0 else BACKWARD
+    dry = math.copysign(f.C0 + f.C1 * math.exp(-abs(dq) / f.alpha), dq)
+    return (INERTIA + M * R**2 + ROTOR) * ddq + M * G * R * math.sin(q) + dry + f.C2 * dq
+
+
+@pytest.mark.parametrize("dq", [0.9, 0.03, -0.03, -0.9])
+def test_its_own_motion_leaves_no_residual(dq: float) -> None:
+    r, stages = residual(pendulum(), instant(0.7, dq, -3.0, needed(0.7, dq, -3.0)))
+    assert r == pytest.approx(0.0, abs=1e-12)
+    assert stages["load"] == pytest.approx((INERTIA + M * R**2) * -3.0 + M * G * R * math.sin(0.7))
+    assert stages["rotor"] == pytest.approx(-3.0 * ROTOR)
+
+
+@pytest.mark.parametrize("extra", [0.4, -0.6])
+def test_residual_is_measured_less_needed(extra: float) -> None:
+    assert residual(pendulum(), instant(0.7, 0.5, 1.0, needed(0.7, 0.5, 1.0) + extra))[0] == pytest.approx(extra)
+
+
+def test_stages_add_up() -> None:
+    r, s = residual(pendulum(), instant(0.2, -0.4, 2.0, 3.0))
+    assert s["actuator"] - s["rotor"] - s["load"] - s["friction"] == pytest.approx(r)
+
+
+@pytest.mark.parametrize("u", [2.4, 0.3, -2.2])
+def test_rest_within_the_break_away_interval_leaves_no_residual(u: float) -> None:
+    r, stages = residual(pendulum(0.0), instant(0.3, 0.0, 0.0, u))
+    assert r == pytest.approx(0.0, abs=1e-9)
+    assert stages["friction"] == pytest.approx(u)
+
+
+@pytest.mark.parametrize(("u", "left"), [(4.0, 4.0 - 2.5), (-4.0, -4.0 + 2.3)])
+def test_rest_beyond_break_away_leaves_the_excess(u: float, left: float) -> None:
+    """Friction at rest is at most C0 + C1 of its direction (eq. 9), here 2.5 and 2.3 N m."""
+    sd = 1e-3  # erf(2.5 / sqrt 2) leaves 1.2 % of the sign unsure
+    assert residual(pendulum(0.0), instant(0.3, 0.0, 0.0, u, sd))[0] == pytest.approx(left, abs=0.05)
+
+
+def test_sign_is_unsure_within_the_noise_of_velocity() -> None:
+    """One standard deviation from rest any friction goes; at eight the sliding law is sure."""
+    for dq, share in ((1e-3, 0.0), (8e-3, 1.0)):
+        r = residual(pendulum(0.0), instant(0.0, dq, 0.0, 0.0, 1e-3))[0]
+        level = 2.0 + 0.5 * math.exp(-dq / 0.05)
+        assert r == pytest.approx(-share * level - 0.7 * dq * (share == 1.0), abs=0.2)
+
+
+def test_residual_is_in_units_of_the_command() -> None:
+    """With a gain g the drive gives g u: what is left is divided by g, so that no gain makes it small."""
+    place = Placed(registry()["torque_gain"], 0, {"gain": 0.5})
+    u = 7.0
+    plain = residual(pendulum(), instant(0.2, 0.4, 2.0, 0.0))[0]
+    assert residual(pendulum(), instant(0.2, 0.4, 2.0, u), (place,))[0] == pytest.approx((0.5 * u + plain) / 0.5)
+
+
+@pytest.mark.parametrize("recorded", [-2.0, 0.3, 9.0])
+def test_true_position_undoes_the_sensor(recorded: float) -> None:
+    import casadi as ca
+
+    place = Placed(registry()["encoder_eccentricity"], 0, {"sine": 0.03, "cosine": -0.02})
+    path = SignalPath(pendulum(), (place,))
+    q = ca.SX.sym("q")
+    there = ca.Function("there", [q, path.p], [path.true_position(0, q)])
+    back = ca.Function("back", [q, path.p], [path.measured(0, q)])
+    p = values_of(path.entries)
+    true = float(there(recorded, p))
+    assert abs(true - recorded) > 1e-3
+    assert float(back(true, p)) == pytest.approx(recorded, abs=1e-7)

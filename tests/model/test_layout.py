@@ -1,0 +1,77 @@
+"""The parameter vector: order, priors and bounds come from the arm file's tolerances and the effects."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stribeck.arm import Arm, Friction, Joint, Tolerance
+from stribeck.effects.registry import registry
+from stribeck.errors import StribeckError
+from stribeck.model.layout import Placed, layout, values_of
+from stribeck.model.path import SignalPath
+
+EVEN = Friction(2.0, 0.5, 0.7, 0.05)
+A = Joint("A", "revolute", 0.3, 2.0, (0.15, -0.02), 0.03, 0.05, EVEN, EVEN)
+ARM = Arm("layout", (9.81, 0.0), (A, replace(A, name="B", mass=1.0)), tolerance=Tolerance(0.05, 0.3))
+
+
+def test_order_and_values() -> None:
+    entries = layout(ARM, [])
+    keys = [entry.key for entry in entries]
+    constants = ["C0", "C1", "C2", "alpha"]
+    one = ["mass", "com_x", "com_y", "inertia", "rotor_inertia", *[f"friction.{c}" for c in constants]]
+    assert keys == [f"{joint}.{key}" for joint in "AB" for key in one]
+    values = dict(zip(keys, values_of(entries), strict=True))
+    assert values["A.mass"] == 2.0
+    assert values["B.mass"] == 1.0
+    assert values["A.com_y"] == -0.02
+    assert values["B.friction.alpha"] == 0.05
+
+
+def test_priors_are_the_tolerances() -> None:
+    entries = {entry.key: entry for entry in layout(ARM, [])}
+    assert entries["A.com_y"].sd == pytest.approx(0.05 * 0.02)
+    assert entries["A.friction.C1"].sd == pytest.approx(0.3 * 0.5)
+    assert entries["A.mass"].lower > 0.0
+    assert entries["A.friction.C0"].lower == 0.0
+    assert entries["A.com_x"].lower == -math.inf
+
+
+def test_asymmetric_joint_has_constants_for_both_directions() -> None:
+    back = replace(EVEN, C0=1.0)
+    arm = replace(ARM, joints=(replace(A, backward=back), ARM.joints[1]))
+    keys = [entry.key for entry in layout(arm, [])]
+    assert "A.backward.C0" in keys
+    assert "B.backward.C0" not in keys
+    path = SignalPath(arm)
+    assert path.constants(0, -1.0)["C0"].name() == path.parameter("A.backward.C0").name()
+    assert path.constants(1, -1.0)["C0"].name() == path.parameter("B.friction.C0").name()
+
+
+def test_decay_without_a_bend_is_held() -> None:
+    flat = replace(EVEN, C1=0.0)
+    arm = replace(ARM, joints=(replace(A, friction=flat, backward=flat), ARM.joints[1]))
+    held = [entry.key for entry in layout(arm, []) if entry.sd == 0.0]
+    assert held == ["A.friction.C1", "A.friction.alpha"]
+
+
+def test_effect_parameters_follow_with_their_own_bounds() -> None:
+    effect = registry()["presliding"]
+    entries = layout(ARM, [Placed(effect, 1, {"stiffness": 900.0})])[-2:]
+    assert [entry.key for entry in entries] == ["presliding[B].stiffness", "presliding[B].damping"]
+    assert [entry.value for entry in entries] == [900.0, 0.0]  # one that is not given takes its null value
+    assert [entry.owner for entry in entries] == [0, 0]
+    assert all(np.isinf(entry.sd) for entry in entries)
+    assert entries[0].log
+
+
+def test_two_compliances_at_one_joint_are_refused() -> None:
+    effects = registry()
+    both = [Placed(effects["backlash"], 0), Placed(effects["joint_flexibility"], 0)]
+    with pytest.raises(StribeckError, match="two transmission effects"):
+        SignalPath(ARM, both)
+    path = SignalPath(ARM, [both[0], Placed(effects["joint_flexibility"], 1)])
+    assert path.flexible == (0, 1)
+    assert path.state_names[:4] == ("link[0].position", "link[0].velocity", "link[1].position", "link[1].velocity")
