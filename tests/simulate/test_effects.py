@@ -1,12 +1,19 @@
 """Effects in the engine: delays to the instant, stiff and discontinuous laws, extremes that must end in a status."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from stribeck.arm import EffectEntry
+from stribeck.arm import EffectEntry, Friction
+from stribeck.effects.registry import registry
+from stribeck.model.effect import Scale
+from stribeck.model.layout import Placed
+from stribeck.model.path import SignalPath
 from stribeck.simulate import Engine, path_of
 
 from .conftest import entry, two_links
+from .reference import Reference
 
 TIMES = 0.005 * np.arange(401)
 COMMAND = np.stack([12.0 * np.sin(3.0 * TIMES) + 5.0, 5.0 * np.sin(4.1 * TIMES)], axis=1)
@@ -87,21 +94,33 @@ def test_bad_states_are_said(level_arm: Engine) -> None:
     assert broken.filled <= 51
 
 
-def test_frictionless_joint_reverses(hanging_arm: Engine) -> None:
+def test_frictionless_joint_reverses() -> None:
     """Without Coulomb friction each reversal is an event that changes nothing: a pendulum keeps its energy."""
-    from dataclasses import replace
-
-    from stribeck.arm import Friction
-
     none = Friction(0.0, 0.0, 0.0, 0.05)
     arm = two_links(gravity=(9.81, 0.0))
     arm = replace(arm, joints=tuple(replace(joint, friction=none, backward=none) for joint in arm.joints))
     engine = Engine(path_of(arm))
     times = 0.01 * np.arange(1001)
     found = engine.run(engine.p, np.array([0.5, 0.0, 0.0, 0.0]), times, np.zeros((1001, 2)), tolerance=1e-10)
-    from .reference import Reference
-
     reference = Reference(arm)
     energy = np.array([reference.energy(y) for y in found.state])
     assert found.ok
     assert np.ptp(energy) < 1e-7
+
+
+SCALE = Scale(torque=8.0, friction=4.0, speed=1.0, travel=2.0, inertia=0.4, sample_time=0.005, length=0.3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(registry()))
+def test_every_effect_runs(name: str) -> None:
+    """Compiled, simulated, and converged, whatever the registry holds."""
+    effect = registry()[name]
+    placed = [Placed(effect, joint, effect.starts(SCALE)[0]) for joint in effect.sites(2)]
+    engine = Engine(SignalPath(two_links(gravity=(9.81, 0.0)), placed))
+    start = engine.start(engine.p, np.array([0.2, -0.1]), np.zeros(2), COMMAND[0])
+    rough, fine = (engine.run(engine.p, start, TIMES, COMMAND, tolerance=tolerance) for tolerance in (1e-6, 1e-9))
+    assert rough.ok
+    assert fine.ok
+    assert rough.event_count == fine.event_count
+    assert np.abs(rough.q - fine.q).max() < 1e-5
