@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
+import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-import pytest
 
 from stribeck.model.tustin import tustin_level, tustin_viscous
 
@@ -42,7 +42,7 @@ def test_bend(constants: dict[str, float]) -> None:
     assume(1e-6 < ratio < 0.95)
     speed = -alpha * math.log(ratio)
     lowest = friction(speed, constants)
-    assert lowest = pytest.approx(c0 + c2 * alpha + c2 * alpha * math.log(1.0 / ratio), rel=1e-9)
+    assert lowest == pytest.approx(c0 + c2 * alpha + c2 * alpha * math.log(1.0 / ratio), rel=1e-9)
     around = speed * np.concatenate([np.linspace(0.01, 0.99, 40), np.linspace(1.01, 4.0, 40)])
     assert all(friction(v, constants) >= lowest - 1e-12 * (1.0 + lowest) for v in around)
 
@@ -58,4 +58,4 @@ def test_no_bend(constants: dict[str, float]) -> None:
 
 @given(v=st.floats(-9.0, 9.0), forward=st.floats(0.0, 5.0), backward=st.floats(0.0, 5.0))
 def test_viscous_constant_of_either_direction(v: float, forward: float, backward: float) -> None:
-    assert float(tustin_viscous(v, forward, backward)) = pytest.approx((forward if v > 0 else backward) * v)
+    assert float(tustin_viscous(v, forward, backward)) == pytest.approx((forward if v > 0 else backward) * v)
