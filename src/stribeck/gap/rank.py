@@ -12,6 +12,7 @@ from stribeck.gap.model import Model
 from stribeck.gap.prepare import Prepared
 
 DRAWS = 400
+TIE = 1.0  # of log likelihood
 SAME = 2.0  # block-robust t value below which two models are not told apart
 SHARED = 0.75  # of the best model's gain (in logarithm): less is another story, not a twin
 ALIKE = 0.93  # of it: so close that a law's exact form, not the data, would decide
@@ -97,7 +98,8 @@ def rank(prepared: Prepared, models: Sequence[Model], floor: np.ndarray, seed: i
     weight = np.exp(score - score.max(axis=1, keepdims=True))
     probability = (weight / weight.sum(axis=1, keepdims=True)).mean(axis=0)
     mean_score = -0.5 * np.log(total + 1e-300) @ independent - prior - extra
-    best = int(np.argmax(mean_score[1:])) + 1 if len(models) > 1 else 0
+    # of rivals that score the same, the one that the registry lists first
+    best = int(np.argmax(mean_score[1:] > mean_score[1:].max() - TIE)) + 1 if len(models) > 1 else 0
     loss = squares / np.maximum(total[reference] / squares.shape[1], 1e-300)
     t = np.array([t_value(log_ratio(loss[0], row)) for row in loss])
     return Ranking(probability, loss, _gains(logs, total), t, prior[0] - prior, best)

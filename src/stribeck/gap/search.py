@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from joblib import Parallel, delayed
 
+from stribeck.effects.registry import registry
 from stribeck.gap.model import Model, fit_model, weights_of
 from stribeck.gap.prepare import Prepared
 from stribeck.gap.rank import Ranking, rank
@@ -97,6 +98,8 @@ def _step(
     known.update({trial.key: trial.start for trial in tried if trial.promise > 0.0})
     best_trials = _survivors(tried)
     progress(f"fitting {len({trial.key for trial in best_trials})} candidates")
+    order = list(registry())
+    best_trials = sorted(best_trials, key=lambda trial: (order.index(trial.effect.name), trial.joint))
     fitted = pool(delayed(_fit_trial)(prepared, base, weights, trial) for trial in best_trials)
     rivals = _best_of_each(fitted)
     ranking = rank(prepared, [base, *rivals], floor, seed)

@@ -15,11 +15,12 @@ from stribeck.arm import Arm
 from stribeck.identify.noise import position_noise
 from stribeck.run import Run
 
-NOISE_SHARE = 0.01  # encoder noise after filtering may be this share of the torque
+NOISE_SHARE = 0.015  # encoder noise after filtering may be this share of the torque
+SKIRT = 2.7  # noise that the low-pass lets through above its cutoff, where it is strongest
 CUTOFF_RANGE = (5.0, 40.0)  # Hz
 MOST_OF_RATE = 0.2  # cutoff as a share of the sample rate, at most
 SMOOTHING = 2.5  # the motion's filter lies at least this far above the analysis cutoff
-VELOCITY_NOISE = 0.01  # of the rms speed
+VELOCITY_NOISE = 0.0015  # of the rms speed
 MOST_OF_MOTION = 0.35  # the motion's filter as a share of the sample rate, at most
 OVERSAMPLING = 3.0  # analysis samples per second over the cutoff
 RATE_OVER_CUTOFF = 10.0  # samples per second that a thinned run keeps, over the cutoff
@@ -84,7 +85,7 @@ def cutoff_frequency(arm: Arm, runs: Sequence[Run], inertia: np.ndarray) -> floa
         torque = float(np.sqrt(np.mean(np.concatenate([run.tau[:, j] for run in runs]) ** 2)))
         for run in runs:
             noise = position_noise(run.q[:, j], run.sample_time, arm.joints[j].encoder_resolution)
-            ratio = (NOISE_SHARE * torque + 1e-12) / (inertia[j] * noise * (2 * np.pi) ** 2)
+            ratio = (NOISE_SHARE * torque + 1e-12) / (SKIRT * inertia[j] * noise * (2 * np.pi) ** 2)
             best = min(best, float((ratio**2 * 2.5 / run.sample_time) ** 0.2))
     return max(best, min(CUTOFF_RANGE[0], MOST_OF_RATE * rate))
 
