@@ -21,6 +21,7 @@ from stribeck.effects.external.input_disturbance import InputDisturbance
 from stribeck.effects.friction.asymmetric_friction import AsymmetricFriction
 from stribeck.effects.friction.dwell_time import DwellTime
 from stribeck.effects.friction.frictional_lag import FrictionalLag
+from stribeck.effects.friction.history import History
 from stribeck.effects.friction.load_dependent_friction import LoadDependentFriction
 from stribeck.effects.friction.negative_damping import NegativeDamping
 from stribeck.effects.friction.position_dependent_friction import PositionDependentFriction
@@ -43,6 +44,7 @@ _OWN: tuple[type[Effect], ...] = (
     Presliding,
     FrictionalLag,
     DwellTime,
+    History,
     LoadDependentFriction,
     PositionDependentFriction,
     QuadraticDamping,

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from stribeck.identify.conditioning import Conditioned
-from stribeck.model.cut import CHUNK, Cut
+from stribeck.model.cut import CHUNK, DRIVE, RATES, Cut
 from stribeck.model.path import SignalPath
 
 SAMPLES = 40_000  # evaluated at a time: bounds the memory of the Jacobian
@@ -87,18 +87,17 @@ class Residual:
         return self._states(cut, self._drive(run, delays), p, delays)[: cut.nx].T
 
     def _drive(self, run: Conditioned, delays: np.ndarray) -> np.ndarray:
-        """Return the drive (1 + 6 n, N), the command delayed."""
-        command, rate = run.command, np.zeros_like(run.command)
+        """Return the drive (1 + 9 n, N), the command delayed and a late record moved back."""
+        motion = ("position", "velocity", "acceleration")
+        signals = {name: getattr(run, name) for name in (*motion, "command")}
+        signals |= {name: np.zeros_like(run.command) for name in RATES}
+        signals["velocity_sd"] = np.broadcast_to(run.velocity_sd, run.position.shape)
         for k, place in enumerate(self.path.placed):
             if place.effect.delays == "command":
-                command, rate = command.copy(), rate.copy()
-                # the spline's own slope, so that the derivative by the delay is exact
-                curve = CubicSpline(run.time, command[:, place.joint])
-                earlier = np.clip(run.time - delays[k], run.time[0], run.time[-1])
-                command[:, place.joint], rate[:, place.joint] = curve(earlier), curve(earlier, 1)
-        spread = np.broadcast_to(run.velocity_sd, run.position.shape)
-        columns = (run.time[:, None], run.position, run.velocity, run.acceleration, command, rate, spread)
-        return np.concatenate(columns, axis=1).T
+                _shift(signals, run.time, -delays[k], place.joint, ("command",))
+            elif place.effect.delays == "position":
+                _shift(signals, run.time, delays[k], place.joint, motion)
+        return np.concatenate([run.time[:, None], *(signals[name] for name in DRIVE[1:])], axis=1).T
 
     def _states(self, cut: Cut, drive: np.ndarray, p: np.ndarray, delays: np.ndarray) -> np.ndarray:
         """Return states and sensitivities (nx (1 + active), N) along one run."""
@@ -127,3 +126,18 @@ def _keep(run: Conditioned, values: np.ndarray, lo: int, begin: int, end: int) -
         return np.zeros((0, values.shape[1]))
     half = len(run.taps) // 2
     return run.filtered(values[wanted[0] - half - lo : wanted[-1] + half + 1 - lo])
+
+
+def _shift(
+    signals: dict[str, np.ndarray], time: np.ndarray, ahead: float, joint: int, names: Sequence[str]
+) -> None:
+    """Replace one joint's signals by those of a later time (s), and give their rates there.
+
+    The rates are the splines' own slopes, so that derivatives by the shift are exact.
+    """
+    later = np.clip(time + ahead, time[0], time[-1])
+    for name in names:
+        curve = CubicSpline(time, signals[name][:, joint])
+        for key, order in ((name, 0), (f"{name}_rate", 1)):
+            signals[key] = signals[key].copy()
+            signals[key][:, joint] = curve(later, order)

@@ -13,12 +13,13 @@ from typing import Any
 
 import casadi as ca
 
-from stribeck.model.effect import ActuatorEffect, Expression, FrictionEffect, Signals
+from stribeck.model.effect import ActuatorEffect, Expression, FrictionEffect, SensingEffect, Signals
 from stribeck.model.path import SignalPath
 from stribeck.model.rigid_body import inverse_dynamics, mass_matrix
 
-DRIVE = ("time", "position", "velocity", "acceleration", "command", "command_rate", "velocity_sd")
-SUBSTEP = 2e-3  # s, longest step of a flexible joint's link
+RATES = ("position_rate", "velocity_rate", "acceleration_rate", "command_rate")
+DRIVE = ("time", "position", "velocity", "acceleration", "command", *RATES, "velocity_sd")
+SUBSTEP = 1e-3  # s, longest step of a flexible joint's link
 UNSURE = 2.5  # standard deviations of velocity within which its sign, and so friction, is not known
 CHUNK = 256  # samples that one compiled recursion advances
 
@@ -27,8 +28,10 @@ CHUNK = 256  # samples that one compiled recursion advances
 class Drive:
     """The recorded signals of all joints at one sample, each (n, 1) symbolic but ``time`` (1, 1).
 
-    ``command`` is the command averaged over the sample before and after, as zero-order hold implies;
-    ``command_rate`` its time derivative where it is delayed; ``velocity_sd`` the uncertainty of the velocity.
+    ``command`` is the command averaged over the sample before and after, as zero-order hold implies. The rates are
+    time derivatives of signals that an effect delays, zero for others: those of the curves that are read off, from
+    sample to sample, so that they differ a little from ``velocity`` and ``acceleration``. ``velocity_sd`` is the
+    uncertainty of the velocity.
     """
 
     time: Any
@@ -36,6 +39,9 @@ class Drive:
     velocity: Any
     acceleration: Any
     command: Any
+    position_rate: Any
+    velocity_rate: Any
+    acceleration_rate: Any
     command_rate: Any
     velocity_sd: Any
 
@@ -46,7 +52,7 @@ class Drive:
 
     @property
     def stacked(self) -> Any:
-        """All signals, one column (1 + 6 n, 1)."""
+        """All signals, one column (1 + 9 n, 1)."""
         return ca.vertcat(*[getattr(self, name) for name in DRIVE])
 
 
@@ -88,13 +94,30 @@ class Cut:
         """Return the true signals of each joint on the motor side; the link's where it is rigid."""
         signals = []
         for j in range(self.n):
-            y, dy, ddy = d.position[j], d.velocity[j], d.acceleration[j]
-            q = self.path.true_position(j, y)
-            slope = ca.jacobian(q, y) if isinstance(q, ca.SX) else 1.0
-            curve = ca.jacobian(slope, y) if isinstance(slope, ca.SX) else 0.0
-            dq, ddq = slope * dy, slope * ddy + curve * dy**2
+            y, dy, ddy = self._recorded(d, j)
+            q, dq, ddq = self._true(j, y, dy, ddy)
             signals.append(Signals(d.time, q, dq, ddq, q, dq))
         return signals
+
+    def _true(self, joint: int, y: Expression, dy: Expression, ddy: Expression) -> tuple[Expression, ...]:
+        """Return true position, velocity and acceleration from what the sensor gave."""
+        if not self.path.at(joint, SensingEffect):
+            return y, dy, ddy
+        seen = ca.SX.sym("seen")
+        law = self.path.true_position(joint, seen)
+        slope = ca.jacobian(law, seen)
+        q, slope, curve = ca.substitute([law, slope, ca.jacobian(slope, seen)], [seen], [ca.SX(y)])
+        return q, slope * dy, slope * ddy + curve * dy**2
+
+    def _recorded(self, d: Drive, joint: int) -> tuple[Expression, Expression, Expression]:
+        """Return position, velocity and acceleration as the sensor gave them, the lateness of the record undone."""
+        y, dy, ddy = d.position[joint], d.velocity[joint], d.acceleration[joint]
+        for k, effect in self.path.at(joint, SensingEffect):
+            if effect.delays == "position":  # the data are moved by T0 already; the rest is to first order
+                ahead = self.path.parameters(k)["time"] - self.delay_at[k]
+                y, dy = y + d.position_rate[joint] * ahead, dy + d.velocity_rate[joint] * ahead
+                ddy = ddy + d.acceleration_rate[joint] * ahead
+        return y, dy, ddy
 
     def signals(self, d: Drive, x: Any) -> tuple[list[Signals], dict[int, Expression]]:
         """Return the signals of every joint, load included, and the link accelerations of flexible joints."""
@@ -227,8 +250,17 @@ class Cut:
         links = 2 * len(self.path.flexible)
         out = [self._swing(first, last, x, links)] if links else []
         if self.nx > links:
-            out.append(self._relax(first, last, x)[links:])
+            # a bristle follows the distance moved, the mean velocity's; other laws the velocity of the instant
+            slid, moved = self._relax(first, last, x), self._relax(now, after, x)
+            out += [slid[i] if self.path.state_names[i] in self._bristles else moved[i] for i in range(links, self.nx)]
         return ca.vertcat(*out)
+
+    @cached_property
+    def _bristles(self) -> frozenset[str]:
+        """Names of the states that carry a joint's friction."""
+        placed = enumerate(self.path.placed)
+        kinds = [(k, place.effect) for k, place in placed if isinstance(place.effect, FrictionEffect)]
+        return frozenset(f"{k}.{state}" for k, effect in kinds if effect.bristle for state in effect.states)
 
     def _swing(self, now: Drive, after: Drive, x: Any, links: int) -> Any:
         """Advance the link states by the linearly implicit midpoint rule: A-stable, second order."""

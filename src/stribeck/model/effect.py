@@ -130,7 +130,7 @@ class Effect(ABC):
     source: ClassVar[str]
     states: ClassVar[tuple[str, ...]] = ()
     delays: ClassVar[str | None] = None
-    """The signal that the parameter ``time`` delays: ``"command"``, ``"velocity"`` or None."""
+    """The signal that the parameter ``time`` delays: ``"command"``, the recorded ``"position"`` or None."""
     nonlinear: ClassVar[bool] = False
     """True where a trial's linear model says little of a full fit (a stiffness, a gap)."""
     whole_arm: ClassVar[bool] = False
@@ -191,6 +191,10 @@ class FrictionEffect(Effect):
     uses_load: ClassVar[bool] = False
     bristle: ClassVar[bool] = False
     """True where a state carries the friction instead of its sign: there is no stuck mode then."""
+
+    def constants(self, constants: Parameters, s: Signals, x: States, p: Parameters) -> Parameters:
+        """Return Tustin's constants (``C0``, ``C1``, ``C2``, ``alpha``) from which the sliding level is taken."""
+        return constants
 
     def speed(self, speed: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         """Return the speed (rad/s, at least 0) at which the sliding level is taken."""

@@ -24,6 +24,9 @@ from stribeck.model.rigid_body import inverse_dynamics, mass_matrix
 NEWTON_STEPS = 4  # load-dependent friction is piecewise linear in the load: Newton's method ends after two or three
 
 
+DELAYED = (None, "command", "position")
+
+
 @dataclass(frozen=True)
 class _Motion:
     """Accelerations and torques that solve the equations of motion in one mode; lists over joints."""
@@ -56,7 +59,7 @@ class Forward:
         self.y = ca.vertcat(self.q, self.dq, path.x)
         self.size = self.y.numel()
         for place in path.placed:
-            if place.effect.delays not in (None, "command"):
+            if place.effect.delays not in DELAYED:
                 raise StribeckError(f"effect {place.effect.name} delays a signal that the forward path cannot delay")
 
     @property
@@ -66,12 +69,15 @@ class Forward:
 
     @property
     def delays(self) -> tuple[tuple[int, int], ...]:
-        """(joint, place in p) of each parameter that delays a joint's command."""
+        """(joint, place in p) of each parameter that delays a joint's command.
+
+        A position record that is late is the same thing, seen from the record's own clock.
+        """
         placed = self.path.placed
         return tuple(
             (entry.joint, i)
             for i, entry in enumerate(self.path.entries)
-            if isinstance(entry.owner, int) and entry.name == "time" and placed[entry.owner].effect.delays == "command"
+            if isinstance(entry.owner, int) and entry.name == "time" and placed[entry.owner].effect.delays
         )
 
     # --- the stages -------------------------------------------------------------------------------------------

@@ -137,9 +137,11 @@ class SignalPath:
 
     def level(self, joint: int, speed: Expression, direction: float, s: Signals, x: Any) -> Expression:
         """Return the sliding friction level G (N m) of a joint at a speed for one direction."""
+        constants = self.constants(joint, direction)
         for k, effect in self.at(joint, FrictionEffect):
+            constants = effect.constants(constants, s, self.states(k, x), self.parameters(k))
             speed = effect.speed(speed, s, self.states(k, x), self.parameters(k))
-        level = tustin_level(speed, self.constants(joint, direction))
+        level = tustin_level(speed, constants)
         for k, effect in self.at(joint, FrictionEffect):
             level = effect.level(level, direction, s, self.states(k, x), self.parameters(k))
         return level

@@ -10,6 +10,8 @@ import numpy as np
 from stribeck.model.effect import Expression, ExternalEffect, Parameter, Parameters, Scale, Signals, States
 from stribeck.model.waves import Trace
 
+SHARES = (0.5, 0.65, 0.75, 0.85, 0.92, 0.97)  # of the samples: where a wall may begin
+
 
 @final
 class Contact(ExternalEffect):
@@ -31,12 +33,25 @@ class Contact(ExternalEffect):
         return tuple({"stiffness": side * size, "position": side * place, "damping": 0.2} for side in (1.0, -1.0))
 
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
-        size = scale.torque / (0.1 * scale.travel) ** 1.5
-        places = [(1.0, np.quantile(trace.position, 0.8)), (-1.0, np.quantile(trace.position, 0.2))]
-        return tuple({"stiffness": side * size, "position": float(q), "damping": 0.2} for side, q in places)
+        tried = []
+        for side in (1.0, -1.0):
+            places = [float(np.quantile(side * trace.position, share)) for share in SHARES]
+            tried += [(*_stiffness(side * trace.position - place, side, trace), side, place) for place in places]
+        _, size, side, place = max(tried)
+        least = 0.02 * scale.torque / scale.travel**1.5
+        return ({"stiffness": side * max(size, least), "position": side * place, "damping": 0.2},)
 
     def torque(self, s: Signals, x: States, p: Parameters) -> Expression:
         side = ca.sign(p["stiffness"])
         depth = ca.fmax(side * (s.link_position - p["position"]), 0.0)
         push = ca.fmax(1.0 + p["damping"] * side * s.link_velocity, 0.0)
         return p["stiffness"] * depth**1.5 * push
+
+
+def _stiffness(beyond: np.ndarray, side: float, trace: Trace) -> tuple[float, float]:
+    """Return the squares that a wall saves, and its stiffness; what a line and dry friction take is not a wall's."""
+    depth = np.maximum(beyond, 0.0) ** 1.5
+    others = np.stack([np.ones_like(depth), beyond, np.sign(trace.velocity)], axis=1)
+    wall, left = (v - others @ np.linalg.lstsq(others, v, rcond=None)[0] for v in (depth, side * trace.residual))
+    size = float(wall @ left) / max(float(wall @ wall), 1e-300)
+    return float(wall @ left) * abs(size), size

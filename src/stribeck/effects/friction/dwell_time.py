@@ -15,22 +15,22 @@ class DwellTime(FrictionEffect):
 
     name = "dwell_time"
     channel = "friction"
-    equation = r"G = G_0 + A a, \quad \dot a = (1 - a)/T - a |v|/D"
+    equation = r"C_1 \to C_1 + A a, \quad \dot a = (1 - a)/T - a |v|/D"
     symptom = "a break-away torque that grows with the rest before it and is gone after a short slide"
     source = "Rabinowicz (1958); Dieterich (1979); Armstrong-Helouvry, Dupont & Canudas de Wit (1994)"
     parameters = (
         Parameter("rise", "N m", "rise of the break-away torque after a long rest", 0.0, 0.0),
-        Parameter("time", "s", "time over which it rises", 1.0, 1e-3, 1e3, log=True),
-        Parameter("distance", "rad", "slide that renews the contact", 0.01, 1e-6, 10.0, log=True),
+        Parameter("time", "s", "time over which it rises", 1.0, 0.1, 1e3, log=True),
+        Parameter("distance", "rad", "slide that renews the contact", 0.01, 1e-3, 10.0, log=True),
     )
     states = ("age",)
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         size = 0.5 * max(scale.friction, 0.02 * scale.torque)
-        return tuple({"rise": size, "time": 0.7, "distance": part * scale.travel} for part in (0.003, 0.015))
+        return tuple({"rise": size, "time": 0.7, "distance": max(part * scale.travel, 2e-3)} for part in (0.003, 0.01))
 
-    def level(self, level: Expression, direction: float, s: Signals, x: States, p: Parameters) -> Expression:
-        return level + p["rise"] * x["age"]
+    def constants(self, constants: Parameters, s: Signals, x: States, p: Parameters) -> Parameters:
+        return {**constants, "C1": constants["C1"] + p["rise"] * x["age"]}
 
     def derivatives(self, s: Signals, x: States, p: Parameters) -> dict[str, Expression]:
         a = x["age"]

@@ -13,18 +13,18 @@ from stribeck.model.effect import Expression, FrictionEffect, Parameter, Paramet
 class FrictionalLag(FrictionEffect):
     """The level belongs to the speed of a moment ago, as a lubricant film takes time to build and to collapse.
 
-    The pure delay of the source as two equal poles, whose mean delay is the same.
+    The pure delay of the source as one pole, whose mean delay is the same.
     """
 
     name = "frictional_lag"
     channel = "friction"
     equation = (
-        r"G = C_0 + C_1 e^{-w/\alpha}, \quad \tfrac{T}{2} \dot w = w_1 - w, \quad \tfrac{T}{2} \dot w_1 = |v| - w_1"
+        r"G = C_0 + C_1 e^{-w/\alpha}, \quad T \dot w = |v| - w"
     )
     symptom = "a residual at low speed that differs between speeding up and slowing down: a loop over velocity"
     source = "Hess & Soom (1990); Armstrong-Helouvry, Dupont & Canudas de Wit (1994)"
     parameters = (Parameter("time", "s", "lag of the friction level behind the speed", 0.0, 1e-4, 1.0),)
-    states = ("first", "speed")
+    states = ("speed",)
 
     def applies(self, arm: Any, joint: int) -> bool:
         nominal = arm.joints[joint]
@@ -37,9 +37,7 @@ class FrictionalLag(FrictionEffect):
         return x["speed"]
 
     def derivatives(self, s: Signals, x: States, p: Parameters) -> dict[str, Expression]:
-        rate = 2.0 / p["time"]
-        return {"first": rate * (ca.fabs(s.velocity) - x["first"]), "speed": rate * (x["first"] - x["speed"])}
+        return {"speed": (ca.fabs(s.velocity) - x["speed"]) / p["time"]}
 
     def initial(self, s: Signals, p: Parameters) -> dict[str, Expression]:
-        speed = ca.fabs(s.velocity)
-        return {"first": speed, "speed": speed}
+        return {"speed": ca.fabs(s.velocity)}

@@ -4,24 +4,24 @@ from __future__ import annotations
 
 from typing import final
 
-from stribeck.model.effect import ActuatorEffect, Parameter, Scale
+from stribeck.model.effect import Parameter, Scale, SensingEffect
 
 
 @final
-class TimeShift(ActuatorEffect):
+class TimeShift(SensingEffect):
     """Clocks of the two records that differ: positive where the position is late.
 
-    Seen from the position's clock the command is late by the same time, so the machinery that delays a command
-    serves here too; unlike a delay in the drive it may be negative.
+    The cut moves the recorded motion back in time. Forward, where the record's clock counts, the joint's command
+    comes late (or early) by as much: exact where all joints share the shift, else but for their coupling.
     """
 
     name = "time_shift"
     channel = "sensing"
     equation = r"y(t) = q(t - T)"
-    symptom = "a residual in proportion to the rate of the command, of either sign"
+    symptom = "a residual in proportion to the rate of the command, of either sign, in the coupling to other joints too"
     source = "Swevers, Verdonck & De Schutter (2007), time alignment of robot data"
     parameters = (Parameter("time", "s", "lateness of the position record", 0.0, -0.2, 0.2),)
-    delays = "command"
+    delays = "position"
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
-        return ({"time": -0.01},)
+        return ({"time": 0.005},)

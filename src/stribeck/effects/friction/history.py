@@ -1,0 +1,47 @@
+"""Friction that changes with the motion of the last while."""
+
+from __future__ import annotations
+
+from typing import final
+
+import casadi as ca
+
+from stribeck.model.effect import Expression, FrictionEffect, Parameter, Parameters, Scale, Signals, States
+
+LEAST = 0.05  # of the level: whatever the warmth, some friction is left
+
+
+@final
+class History(FrictionEffect):
+    """Warm-up and running in: all friction scaled by a state that the joint's own motion charges and time drains."""
+
+    name = "history"
+    channel = "friction"
+    equation = r"\tau_f \to \tau_f (1 + a h), \quad T \dot h = |v| - h, \quad h(0) = h_0"
+    symptom = "a residual against the motion that drifts over a recording and starts anew with the next"
+    source = "Bittencourt & Gunnarsson (2012); Bittencourt & Axelsson (2014)"
+    parameters = (
+        Parameter("change", "s/rad", "relative change of friction per mean speed", 0.0, -1e3, 1e3),
+        Parameter("time", "s", "time over which the past is forgotten", 20.0, 0.5, 1e4, log=True),
+        Parameter("start", "rad/s", "mean speed before a recording", 0.0, 0.0, 1e2),
+    )
+    states = ("warmth",)
+
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        return tuple({"change": 0.3 / scale.speed, "time": time, "start": 0.3 * scale.speed} for time in (5.0, 25.0))
+
+    def level(self, level: Expression, direction: float, s: Signals, x: States, p: Parameters) -> Expression:
+        return level * _factor(x, p)
+
+    def viscous(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
+        return torque * _factor(x, p)
+
+    def derivatives(self, s: Signals, x: States, p: Parameters) -> dict[str, Expression]:
+        return {"warmth": (ca.fabs(s.velocity) - x["warmth"]) / p["time"]}
+
+    def initial(self, s: Signals, p: Parameters) -> dict[str, Expression]:
+        return {"warmth": p["start"]}
+
+
+def _factor(x: States, p: Parameters) -> Expression:
+    return ca.fmax(1.0 + p["change"] * x["warmth"], LEAST)
