@@ -1,0 +1,204 @@
+"""What every effect declares: name and place, units, bounds, starts, and words for the reader."""
+
+import ast
+import inspect
+import math
+import re
+from importlib.metadata import EntryPoint, EntryPoints
+from pathlib import Path
+
+import pytest
+
+from stribeck.arm import EffectEntry, load_arm, save_arm
+from stribeck.effects import registry as module
+from stribeck.effects.registry import effect_named, entries_of, placed_effects, registry
+from stribeck.errors import InputError
+from stribeck.model.effect import (
+    ActuatorEffect,
+    Effect,
+    ExternalEffect,
+    FrictionEffect,
+    RigidBodyEffect,
+    Scale,
+    SensingEffect,
+    TransmissionEffect,
+)
+from stribeck.model.layout import layout, values_of
+
+from .bench import nominal_arm, starts
+
+EFFECTS = [pytest.param(effect, id=name) for name, effect in registry().items()]
+STAGES = (ActuatorEffect, ExternalEffect, FrictionEffect, RigidBodyEffect, SensingEffect, TransmissionEffect)
+CHANNELS = ("friction", "actuator", "transmission", "sensing", "rigid_body", "external")
+UNIT = re.compile(r"(1|N m|N|m|rad|s|kg|Hz|kg m\^2)( s(\^2)?| m)?(/(1|rad|s|kg|m)(\^[0-9.]+)?)?")
+
+SMALL = Scale(torque=0.1, friction=0.01, speed=0.5, travel=0.3, inertia=1e-3, sample_time=1e-3, length=0.1)
+LARGE = Scale(torque=90.0, friction=12.0, speed=3.0, travel=4.0, inertia=6.0, sample_time=1e-2, length=0.8)
+ODD = Scale(torque=1e-9, friction=0.0, speed=1e-6, travel=1e-6, inertia=1e-6, sample_time=1e-3, length=0.0)
+
+every_effect = pytest.mark.parametrize("effect", EFFECTS)
+
+
+@every_effect
+def test_words(effect: Effect) -> None:
+    assert re.fullmatch(r"[a-z]+(_[a-z]+)*", effect.name)
+    assert effect.channel in CHANNELS
+    for text in (effect.equation, effect.symptom, effect.source, inspect.getdoc(type(effect))):
+        assert text
+        assert text.strip() == text
+        assert len(text) > 5
+    assert effect.equation.count("{") == effect.equation.count("}")
+
+
+@every_effect
+def test_parameters(effect: Effect) -> None:
+    names = [parameter.name for parameter in effect.parameters]
+    assert names
+    assert len(set(names)) == len(names)
+    for parameter in effect.parameters:
+        assert re.fullmatch(r"[a-z]+(_[a-z]+)*", parameter.name)
+        assert UNIT.fullmatch(parameter.unit), parameter.unit
+        assert parameter.description
+        assert parameter.lower < parameter.upper
+        assert parameter.null <= parameter.upper or math.isinf(parameter.null)
+        assert parameter.lower > 0.0 or not parameter.log
+    assert effect.delays in (None, "command", "position")
+    assert effect.delays is None or "time" in names
+
+
+@every_effect
+@pytest.mark.parametrize("scale", [SMALL, LARGE, ODD], ids=["small", "large", "odd"])
+def test_starts(effect: Effect, scale: Scale) -> None:
+    """Trial values: complete, finite, within the bounds, and clear of the null."""
+    trials = effect.starts(scale)
+    assert trials
+    for trial in trials:
+        assert set(trial) == {parameter.name for parameter in effect.parameters}
+        assert any(trial[parameter.name] != parameter.null for parameter in effect.parameters)
+        for parameter in effect.parameters:
+            assert math.isfinite(trial[parameter.name])
+            if scale is not ODD:
+                assert parameter.lower <= trial[parameter.name] <= parameter.upper
+
+
+@every_effect
+def test_starts_in_sight_of_the_residual(effect: Effect) -> None:
+    for joint in effect.sites(2):
+        for trial in starts(effect, joint):
+            for parameter in effect.parameters:
+                assert parameter.lower <= trial[parameter.name] <= parameter.upper, parameter.name
+
+
+@every_effect
+def test_stage_and_sites(effect: Effect) -> None:
+    assert sum(isinstance(effect, stage) for stage in STAGES) == 1
+    for n in range(1, 5):
+        sites = effect.sites(n)
+        assert sites
+        assert set(sites) <= set(range(n))
+        assert len(sites) == 1 or not effect.whole_arm
+
+
+@every_effect
+def test_file(effect: Effect) -> None:
+    """One final class in effects/<channel>/<name>.py, which knows no other effect and nothing downstream."""
+    kind = type(effect)
+    if not kind.__module__.startswith("stribeck.effects."):
+        pytest.skip("from another package")
+    path = Path(inspect.getfile(kind))
+    assert path.stem == effect.name
+    assert path.parent.name == effect.channel
+    assert kind.__name__ == effect.name.title().replace("_", "")
+    assert kind.__final__
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    imported = [node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+    imported += [name.name for node in ast.walk(tree) if isinstance(node, ast.Import) for name in node.names]
+    assert all(name.startswith("stribeck.model.") for name in imported if name.startswith("stribeck"))
+
+
+@every_effect
+def test_registered_once(effect: Effect) -> None:
+    assert effect_named(effect.name) is effect
+
+
+def test_every_file_is_registered() -> None:
+    folder = Path(module.__file__).parent
+    files = {path.stem for path in folder.glob("*/*.py")} - {"__init__"}
+    own = {name for name, e in registry().items() if type(e).__module__.startswith("stribeck.effects.")}
+    assert files == own
+
+
+@every_effect
+def test_arm_file_round_trip(effect: Effect, tmp_path: Path) -> None:
+    """What `diagnose` writes of an effect reads back as the same model."""
+    from dataclasses import replace
+
+    arm = nominal_arm()
+    joints = tuple(arm.names[j] for j in effect.sites(2))
+    values = {name: starts(effect, j)[0] for name, j in zip(joints, effect.sites(2), strict=True)}
+    corrected = replace(arm, effects=(EffectEntry(effect.name, joints, values),))
+    save_arm(corrected, tmp_path / "arm.toml")
+    again = load_arm(tmp_path / "arm.toml")
+    assert again == corrected
+    placed = placed_effects(again)
+    assert entries_of(again, placed) == corrected.effects
+    assert values_of(layout(again, placed)) == pytest.approx(values_of(layout(corrected, placed_effects(corrected))))
+    written = {entry.key: entry.value for entry in layout(again, placed)}
+    for joint, parameters in values.items():
+        for name, value in parameters.items():
+            assert written[f"{effect.name}[{joint}].{name}"] == value
+
+
+@every_effect
+def test_wrong_entries_are_refused(effect: Effect) -> None:
+    from dataclasses import replace
+
+    arm = nominal_arm()
+    joint = arm.names[effect.sites(2)[0]]
+
+    def place(**values: float) -> None:
+        placed_effects(replace(arm, effects=(EffectEntry(effect.name, (joint,), {joint: values}),)))
+
+    place()  # what is not given is at its null
+    with pytest.raises(InputError, match="unknown parameter"):
+        place(nonsense=1.0)
+    for parameter in effect.parameters:
+        for bound, way in ((parameter.lower, -1.0), (parameter.upper, 1.0)):
+            beyond = bound + way * (1.0 + abs(bound))
+            if math.isfinite(bound) and beyond != parameter.null:
+                with pytest.raises(InputError, match=parameter.name):
+                    place(**{parameter.name: beyond})
+
+
+def test_unknown_effect() -> None:
+    with pytest.raises(InputError, match="unknown effect: found gremlins"):
+        effect_named("gremlins")
+
+
+def test_effects_of_other_packages(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An entry point adds an effect; it cannot replace one of the library's."""
+    points = [
+        EntryPoint("brush", f"{__name__}:Brush", "stribeck.effects"),
+        EntryPoint("delay", f"{__name__}:Impostor", "stribeck.effects"),
+    ]
+    monkeypatch.setattr(module, "entry_points", lambda group: EntryPoints(points).select(group=group))
+    monkeypatch.setattr(EntryPoint, "load", lambda self: globals()[self.attr])
+    registry.cache_clear()
+    try:
+        assert list(registry())[-1] == "brush"
+        assert type(registry()["delay"]) is not Impostor
+    finally:
+        registry.cache_clear()
+
+
+class Brush(ActuatorEffect):
+    """Stands for an effect of another package."""
+
+    name = "brush"
+    channel = "actuator"
+
+
+class Impostor(Brush):
+    """Takes a name that is taken."""
+
+    name = "delay"

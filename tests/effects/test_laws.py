@@ -1,0 +1,145 @@
+"""The law of every effect: nothing at its null value, and exact derivatives, along signals of the independent plant."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from stribeck.arm import EffectEntry
+from stribeck.effects.registry import placed_effects, registry
+from stribeck.identify.conditioning import Conditioned
+from stribeck.identify.residual import Residual
+from stribeck.model.effect import Effect, Parameter, TransmissionEffect
+from stribeck.model.forward import Forward
+from stribeck.model.layout import Placed, values_of
+from stribeck.model.path import SignalPath
+from stribeck.simulate.engine import path_of, vanishes
+
+from .bench import arm_for, clean, everywhere, nominal_arm, smooth, starts
+
+EFFECTS = [pytest.param(effect, id=name) for name, effect in registry().items()]
+
+
+def _exact(effect: Effect) -> bool:
+    return all(parameter.lower <= parameter.null <= parameter.upper for parameter in effect.parameters)
+
+
+EXACT = [case for case in EFFECTS if _exact(case.values[0])]
+IN_A_LIMIT = [case for case in EFFECTS if not _exact(case.values[0])]
+STIFF = {"N m/rad": 1e4, "N m": 1e5}  # stand for infinite: a joint of the bench at 50 Hz, 1000 times its torque
+DAMPED = 30.0  # N m s/rad: what is stiff does not ring
+
+
+# A bristle of 1e4 N m/rad gives way over half a milliradian at each reversal; a stiff joint swings once when it starts
+LEFT = {"presliding": 0.04, "joint_flexibility": 0.02, "backlash": 0.07}
+
+
+def near_null(effect: Effect, parameter: Parameter) -> float:
+    """The null value, or one as near as the bounds allow."""
+    if isinstance(effect, TransmissionEffect) and parameter.name == "damping":
+        return DAMPED
+    value = STIFF.get(parameter.unit, 1e6) if np.isinf(parameter.null) else parameter.null
+    return float(np.clip(value, parameter.lower, parameter.upper))
+
+
+def at_null(effect: Effect) -> list[Placed]:
+    values = {parameter.name: near_null(effect, parameter) for parameter in effect.parameters}
+    return [Placed(effect, j, values) for j in effect.sites(2)]
+
+
+def changes(effect: Effect, placed: list[Placed], runs: Sequence[Conditioned]) -> np.ndarray:
+    """What placed effects change of the residual, rms (n,), N m."""
+    path, plain = SignalPath(arm_for(effect), placed), SignalPath(arm_for(effect))
+    found, expected = (Residual(one, runs, ())(values_of(one.entries))[0] for one in (path, plain))
+    return np.asarray(np.sqrt(np.mean((found - expected) ** 2, axis=0)))
+
+
+@pytest.mark.parametrize("effect", EXACT)
+def test_cut_at_null(effect: Effect) -> None:
+    assert changes(effect, at_null(effect), clean().fit) == pytest.approx([0.0, 0.0], abs=1e-9)
+
+
+@pytest.mark.parametrize("effect", IN_A_LIMIT)
+def test_cut_in_the_limit(effect: Effect) -> None:
+    """Near a null that is a limit: what is left of the effect along a smooth motion, in parts of its torque."""
+    path = SignalPath(arm_for(effect))
+    torque = np.std(Residual(path, [smooth()], ())(values_of(path.entries))[0], axis=0)
+    assert (changes(effect, at_null(effect), [smooth()]) < LEFT.get(effect.name, 0.005) * torque).all()
+
+
+@pytest.mark.parametrize("effect", EXACT)
+def test_forward_at_null(effect: Effect) -> None:
+    """Random states: at its null the effect changes no acceleration and no break-away margin."""
+    path, plain = SignalPath(arm_for(effect), at_null(effect)), SignalPath(arm_for(effect))
+    forward, nominal = Forward(path), Forward(plain)
+    rng = np.random.default_rng(0)
+    for modes in ([1.0, -1.0], [-1.0, 0.0], [0.0, 1.0], [0.0, 0.0]):
+        q, u = rng.normal(size=2), 10.0 * rng.normal(size=2)
+        dq = np.array(modes) * np.abs(rng.normal(size=2))
+        state = 0.3 * rng.random(path.x.numel())
+        rates, margins = forward.flow(0.0, [*q, *dq, *state], modes, u, values_of(path.entries))
+        expected, left = nominal.flow(0.0, [*q, *dq], modes, u, values_of(plain.entries))
+        assert rates.full()[:4] == pytest.approx(expected.full(), rel=1e-9, abs=1e-9)
+        assert margins.full() == pytest.approx(left.full(), rel=1e-9, abs=1e-9)
+
+
+def driven(path: SignalPath) -> np.ndarray:
+    """Position and velocity (4,) after both joints have been driven forward for 0.2 s."""
+    forward, p, modes, command = Forward(path), values_of(path.entries), np.ones(2), np.array([40.0, 12.0])
+    q, dq = [0.1, 0.2], [0.5, 0.5]
+    start = np.concatenate([q, dq, forward.settled(q, dq, command, p).full().ravel()])
+
+    def rates(t: float, y: np.ndarray) -> np.ndarray:
+        return np.asarray(forward.flow(t, y, modes, command, p)[0]).ravel()
+
+    def slope(t: float, y: np.ndarray) -> np.ndarray:
+        return np.asarray(forward.jacobian(t, y, modes, command, p))[:, : len(y)]
+
+    solved = solve_ivp(rates, (0.0, 0.2), start, method="Radau", jac=slope, rtol=1e-6, atol=1e-8)
+    assert solved.success
+    return np.asarray(solved.y[:4, -1])
+
+
+@pytest.mark.parametrize("effect", IN_A_LIMIT)
+def test_forward_in_the_limit(effect: Effect) -> None:
+    """With the effect all but gone the arm moves as the nominal one does."""
+    found, expected = (driven(SignalPath(arm_for(effect), placed)) for placed in (at_null(effect), ()))
+    assert (expected[:2] > 0.25).all()
+    assert found == pytest.approx(expected, rel=0.01)
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_engine_leaves_out_what_vanishes(effect: Effect) -> None:
+    arm = nominal_arm()
+    joints = tuple(arm.names[j] for j in effect.sites(2))
+    silent = replace(arm, effects=(EffectEntry(effect.name, joints),))
+    assert len(placed_effects(silent)) == len(joints)
+    assert path_of(silent).placed == ()
+    for j in effect.sites(2):
+        for trial in starts(effect, j):
+            assert not vanishes(Placed(effect, j, trial))
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_derivatives(effect: Effect) -> None:
+    """The residual's Jacobian, states and delays included, against central differences: 1e-4 of each column."""
+    placed = everywhere(effect)
+    path = SignalPath(arm_for(effect), placed)
+    residual, bare = Residual(path, clean().fit), Residual(path, clean().fit, ())
+    p = values_of(path.entries)
+    exact = residual(p)[1]
+    assert np.isfinite(exact).all()
+    own = 0
+    for column, i in enumerate(residual.columns):
+        step = 1e-6 * max(abs(p[i]), 1e-3)
+        ahead, behind = p.copy(), p.copy()
+        ahead[i] += step
+        behind[i] -= step
+        difference = (bare(ahead)[0] - bare(behind)[0]) / (2 * step)
+        size = float(np.abs(difference).max())
+        entry = path.entries[i]
+        own += isinstance(entry.owner, int) and size > 0.0
+        assert np.abs(exact[:, :, column] - difference).max() <= 1e-4 * size + 1e-10 / step, entry.key
+    assert own >= len(effect.parameters)

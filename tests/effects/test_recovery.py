@@ -1,0 +1,124 @@
+"""Every effect, recorded by the independent plant and fitted by the library: its parameters come back.
+
+The plant shares no law with the library. Where the two differ on purpose (presliding: Iwan's elements against one
+bristle; backlash: another contact; dwell time, warm-up and frictional lag: other states) only some parameters can
+be compared, and the residual must fall.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from stribeck.effects.registry import effect_named, registry
+from stribeck.gap.model import Model, fit_model, retune, weights_of
+from stribeck.gap.prepare import Prepared, prepare
+from stribeck.gap.screen import screen
+from stribeck.model.layout import Placed
+
+from .bench import nominal_arm, recorded
+
+FLOOR = np.full(2, 0.01)  # N m
+
+
+@dataclass(frozen=True)
+class Case:
+    """What is hidden where, and what must come back.
+
+    ``expected`` holds value and allowance by the library's parameter names; ``left`` the part of the joint's
+    residual that may be left, rms.
+    """
+
+    joint: str
+    hidden: Mapping[str, float]
+    expected: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    left: float = 0.5
+
+
+def wave(amplitude: float, phase: float, harmonic: float, allowed: float = 0.1) -> dict[str, tuple[float, float]]:
+    """A sin(N q + phi) as sine and cosine parts, each within a part of the amplitude."""
+    sine, cosine = amplitude * math.cos(phase), amplitude * math.sin(phase)
+    size = allowed * abs(amplitude)
+    return {"sine": (sine, size), "cosine": (cosine, size), "harmonic": (harmonic, 0.1 * harmonic)}
+
+
+CASES = {
+    # the plant gives forward minus backward, the library half of it
+    "asymmetric_friction": Case("A", {"C0": 2.0, "C2": 0.4}, {"coulomb": (1.0, 0.06), "viscous": (0.2, 0.03)}, 0.3),
+    "negative_damping": Case("B", {"amount": 1.2, "velocity": 0.1}, {"amount": (1.4, 0.4)}, 0.6),
+    "presliding": Case("A", {"stiffness": 300.0, "damping": 4.0}, {"stiffness": (200.0, 100.0)}, 0.25),
+    # the plant delays the viscous part as well, which the library leaves in phase
+    "frictional_lag": Case("A", {"time": 0.05}, {"time": (0.04, 0.012)}, 0.92),
+    "dwell_time": Case("A", {"rise": 4.0, "time": 0.5, "distance": 0.02}, {"rise": (4.0, 1.5)}, 0.7),
+    # warmed by power in the plant, by speed in the library
+    "history": Case("A", {"change": -0.5, "time": 8.0, "power": 3.0}, {}, 0.3),
+    "load_dependent_friction": Case("A", {"ratio": 0.2}, {"ratio": (0.2, 0.015)}, 0.3),
+    # N m in the plant, relative to the sliding level (here C0) in the library
+    "position_dependent_friction": Case(
+        "A", {"amplitude": 2.0, "harmonic": 3.0, "phase": 0.7}, wave(2.0 / 4.6, 0.7, 3.0), 0.3
+    ),
+    "quadratic_damping": Case("B", {"coefficient": 0.4}, {"coefficient": (0.4, 0.02)}, 0.3),
+    "actuator_lag": Case("B", {"time": 0.02}, {"time_constant": (0.02, 0.001)}, 0.3),
+    "delay": Case("B", {"time": 0.02}, {"time": (0.02, 0.0006)}, 0.3),
+    "torque_gain": Case("B", {"gain": 0.8}, {"gain": (0.8, 0.02)}, 0.4),
+    "torque_offset": Case("B", {"offset": 1.0}, {"offset": (1.0, 0.05)}, 0.3),
+    "torque_saturation": Case("B", {"limit": 4.5}, {"limit": (4.5, 0.1)}, 0.1),
+    "torque_dead_zone": Case("B", {"width": 1.0}, {"width": (1.0, 0.1)}, 0.4),
+    "cogging": Case("A", {"amplitude": 1.5, "harmonic": 12.0, "phase": 0.4}, wave(1.5, 0.4, 12.0), 0.4),
+    "torque_ripple": Case("A", {"ratio": 0.15, "harmonic": 6.0, "phase": 0.4}, wave(0.15, 0.4, 6.0), 0.3),
+    "joint_flexibility": Case(
+        "B", {"stiffness": 150.0, "damping": 1.0}, {"stiffness": (150.0, 4.0), "damping": (1.0, 0.1)}, 0.3
+    ),
+    "backlash": Case("B", {"gap": 0.06, "stiffness": 1500.0, "damping": 6.0}, {"gap": (0.06, 0.01)}, 0.6),
+    "encoder_eccentricity": Case("B", {"amplitude": 0.08, "phase": 0.7}, wave(0.08, 0.7, 1.0, 0.2), 0.65),
+    "encoder_offset": Case("B", {"offset": 0.05}, {"offset": (0.05, 0.01)}, 0.8),
+    "time_shift": Case("B", {"time": 0.01}, {"time": (0.01, 0.001)}, 0.5),
+    "payload": Case("B", {"mass": 0.6}, {"mass": (0.6, 0.05)}, 0.2),
+    "gravity_tilt": Case("A", {"x": -0.3, "y": 2.0}, {"x": (-0.3, 0.15), "y": (2.0, 0.1)}, 0.2),
+    "cable_spring": Case("B", {"stiffness": 2.0, "rest": 0.4}, {"stiffness": (2.0, 0.1), "rest": (0.4, 0.03)}, 0.2),
+    "contact": Case(
+        "B",
+        {"stiffness": 60.0, "position": 0.4, "side": 1.0, "damping": 0.4},
+        {"stiffness": (60.0, 3.0), "position": (0.4, 0.02), "damping": (0.4, 0.1)},
+        0.1,
+    ),
+    "input_disturbance": Case(
+        "B",
+        {"noise": 0.0, "amplitude": 1.0, "frequency": 3.0, "phase": 0.5},
+        {"sine": (math.cos(0.5), 0.05), "cosine": (math.sin(0.5), 0.05), "frequency": (3.0, 0.01)},
+        0.3,
+    ),
+}
+
+
+def fitted(name: str, case: Case) -> tuple[Prepared, Model, Model]:
+    """The re-tuned model and the one with the effect, as the search finds it: screened, then fitted."""
+    effect = effect_named(name)
+    bend = name != "negative_damping"
+    runs = recorded(name, (case.joint,), case.hidden, bend=bend)
+    prepared = prepare(nominal_arm(bend), runs, runs[1:])
+    base = retune(prepared, FLOOR, rounds=1)
+    weights = weights_of(base.fit.residual, prepared, FLOOR)
+    trial = screen(prepared, base, weights, effect, prepared.arm.names.index(case.joint))
+    model = fit_model(prepared, [Placed(effect, trial.joint)], weights, base.fit, trial.start, evaluations=25)
+    if name == "backlash":  # a contact that bounces is slow to polish
+        return prepared, base, model
+    return prepared, base, retune(prepared, FLOOR, model.placed, rounds=2)
+
+
+@pytest.mark.parametrize(("name", "case"), [pytest.param(name, case, id=name) for name, case in CASES.items()])
+def test_recovery(name: str, case: Case) -> None:
+    prepared, base, model = fitted(name, case)
+    joint = prepared.arm.names.index(case.joint)
+    before, after = (np.sqrt(np.mean(one.fit.residual[:, joint] ** 2)) for one in (base, model))
+    found = model.placed[0].values
+    assert after < case.left * before, (after / before, found)
+    for parameter, (value, allowed) in case.expected.items():
+        assert found[parameter] == pytest.approx(value, abs=allowed), (parameter, found)
+
+
+def test_every_effect_has_a_case() -> None:
+    own = {name for name, effect in registry().items() if type(effect).__module__.startswith("stribeck.effects.")}
+    assert own == set(CASES)
