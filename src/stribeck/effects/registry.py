@@ -27,6 +27,7 @@ from stribeck.effects.friction.negative_damping import NegativeDamping
 from stribeck.effects.friction.position_dependent_friction import PositionDependentFriction
 from stribeck.effects.friction.presliding import Presliding
 from stribeck.effects.friction.quadratic_damping import QuadraticDamping
+from stribeck.effects.rigid_body.base_flexibility import BaseFlexibility
 from stribeck.effects.rigid_body.gravity_tilt import GravityTilt
 from stribeck.effects.rigid_body.payload import Payload
 from stribeck.effects.sensing.encoder_eccentricity import EncoderEccentricity
@@ -63,6 +64,7 @@ _OWN: tuple[type[Effect], ...] = (
     TimeShift,
     Payload,
     GravityTilt,
+    BaseFlexibility,
     CableSpring,
     Contact,
     InputDisturbance,

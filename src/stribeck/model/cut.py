@@ -147,10 +147,16 @@ class Cut:
             return load, {}
         flexible = list(path.flexible)
         mass = mass_matrix(body, q, prismatic=path.prismatic)
-        unbalanced = ca.vertcat(*[transmitted[j] - load[j] for j in flexible])
-        swing = ca.solve(mass[flexible, flexible], unbalanced)
+        # what carries the motor moves by the link's motion less the motor's, and takes its share of the torque
+        carried = {j: 0.0 if (inertia := path.carrier(j)) is None else inertia for j in flexible}
+        pushed = [transmitted[j] - load[j] + carried[j] * motion[j].acceleration for j in flexible]
+        inertia = mass[flexible, flexible] + ca.diag(ca.vertcat(*carried.values()))
+        swing = ca.solve(inertia, ca.vertcat(*pushed))
         for j in range(self.n):
-            load[j] = transmitted[j] if j in transmitted else load[j] + ca.mtimes(mass[j, flexible], swing)
+            if j in transmitted:
+                load[j] = transmitted[j] - carried[j] * (swing[flexible.index(j)] - motion[j].acceleration)
+            else:
+                load[j] = load[j] + ca.mtimes(mass[j, flexible], swing)
         return load, {j: swing[i] for i, j in enumerate(flexible)}
 
     def _friction(self, joint: int, s: Signals, d: Drive, x: Any, needed: Expression) -> Expression:

@@ -180,6 +180,10 @@ class TransmissionEffect(Effect):
         """Return the torque handed to the link from the deflection (motor minus link, rad) and its rate."""
         raise NotImplementedError
 
+    def carrier(self, p: Parameters) -> Expression | None:
+        """Return the inertia (kg m^2) that carries the motor and yields with it; None where the motor stands firm."""
+        return None
+
     def deflection(self, torque: Expression, p: Parameters) -> Expression:
         """Return the static deflection (rad) under a torque: where a recording starts."""
         raise NotImplementedError

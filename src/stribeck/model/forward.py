@@ -151,20 +151,32 @@ class Forward:
         transmitted = {j: self._transmitted(j) for j in path.flexible}
         viscous = [path.viscous(j, s, path.x) for j, s in enumerate(signals)]
         driven = [transmitted[j] if j in transmitted else signals[j].torque - viscous[j] for j in range(n)]
-        link = self._solve([driven[j] - bias[j] for j in range(n)], transmitted)
+        carried = {j: inertia for j in path.flexible if (inertia := path.carrier(j)) is not None}
+        for j, inertia in carried.items():
+            pull = self._slides(j) * (signals[j].torque - viscous[j] - self._dry(j, 0.0))
+            driven[j] = (pull * inertia + path.rotor(j) * transmitted[j]) / self._shared(j, inertia)
+        link = self._solve([driven[j] - bias[j] for j in range(n)], transmitted, carried)
         load = [bias[j] + _row(self._mass, j, link) for j in range(n)]
-        load = [transmitted.get(j, load[j]) for j in range(n)]
+        load = [load[j] if j in carried else transmitted.get(j, load[j]) for j in range(n)]
         motor, friction, needed = list(link), [], []
         for j, s in enumerate(signals):
             dry = self._dry(j, load[j])
-            if j in transmitted:
+            if j in carried:
+                motor[j] = self._slides(j) * (link[j] - (transmitted[j] - load[j]) / carried[j])
+            elif j in transmitted:
                 motor[j] = self._slides(j) * (s.torque - load[j] - viscous[j] - dry) / path.rotor(j)
             hold = s.torque - load[j] - viscous[j]
             needed.append(hold)
             friction.append(viscous[j] + ca.if_else(self._slides(j) > 0, dry, hold))
         return _Motion(motor, link, load, friction, needed)
 
-    def _solve(self, driving: list[Expression], transmitted: dict[int, Expression]) -> list[Expression]:
+    def _shared(self, joint: int, inertia: Expression) -> Expression:
+        """Return rotor plus carrier inertia, the latter where the joint slides: what divides the link's own push."""
+        return self.path.rotor(joint) + self._slides(joint) * inertia + 1e-15
+
+    def _solve(
+        self, driving: list[Expression], transmitted: dict[int, Expression], carried: dict[int, Expression]
+    ) -> list[Expression]:
         """Return the link accelerations under the driving torques less dry friction."""
         n, path = self.n, self.path
         rigid = [j for j in range(n) if j not in transmitted]
@@ -172,6 +184,8 @@ class Forward:
         full = ca.SX(self._mass)
         for j in rigid:
             full[j, j] += path.rotor(j)
+        for j, inertia in carried.items():  # motor and carrier, between which the torque acts, move with the link
+            full[j, j] += path.rotor(j) * inertia / self._shared(j, inertia)
         looped = [j for j in rigid if any(effect.uses_load for _, effect in path.at(j, FrictionEffect))]
         dry = [self._dry(j, 0.0) if j in rigid else 0.0 for j in range(n)]
         right = [free[j] * (driving[j] - dry[j]) for j in range(n)]

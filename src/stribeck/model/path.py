@@ -171,6 +171,11 @@ class SignalPath:
         found = self.at(joint, TransmissionEffect)
         return found[0] if found else None
 
+    def carrier(self, joint: int) -> Expression | None:
+        """Return the inertia of what carries a joint's motor where that yields, kg m^2."""
+        k, effect = self.transmission(joint)  # type: ignore[misc]
+        return effect.carrier(self.parameters(k))
+
     def measured(self, joint: int, position: Expression) -> Expression:
         """Return the recorded position of a joint from the true one, rad."""
         for k, effect in self.at(joint, SensingEffect):

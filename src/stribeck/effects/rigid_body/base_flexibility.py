@@ -1,0 +1,49 @@
+"""A base that gives way."""
+
+from __future__ import annotations
+
+import math
+from typing import final
+
+from stribeck.model.effect import Expression, Parameter, Parameters, Scale, TransmissionEffect
+
+
+@final
+class BaseFlexibility(TransmissionEffect):
+    """The stand rocks about the first axis on a spring and damper, driven by the reaction of the first joint.
+
+    The encoder tells the angle between base and link, so that the first link's own angle is the sum of both. It takes
+    the place of a compliance of the first joint, whose law it has where the base is light.
+    """
+
+    name = "base_flexibility"
+    channel = "rigid_body"
+    equation = r"J_b \ddot\varphi + d \dot\varphi + k \varphi = -\tau_1, \quad q_{\mathrm{link}} = q_1 + \varphi"
+    symptom = "a slow, lightly damped resonance at the first joint, which the joints after it feel as well"
+    source = "Lew & Moon (2001), control of robots on a passive compliant base"
+    nonlinear = True
+    whole_arm = True
+    parameters = (
+        Parameter("stiffness", "N m/rad", "stiffness of the stand", math.inf, 1e-2, 1e9, log=True),
+        Parameter("damping", "N m s/rad", "damping of the stand", 0.0, 1e-6, 1e6, log=True),
+        Parameter("inertia", "kg m^2", "inertia of what rocks with the base, the arm apart", 1.0, 1e-9, 1e6, log=True),
+    )
+
+    def sites(self, n: int) -> tuple[int, ...]:
+        return (0,)
+
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        mass = scale.inertia
+        return tuple(
+            {"stiffness": 2.0 * mass * (6.2832 * hertz) ** 2, "damping": 0.2 * mass * 6.2832 * hertz, "inertia": mass}
+            for hertz in (5.0, 10.0)
+        )
+
+    def transmitted(self, deflection: Expression, rate: Expression, p: Parameters) -> Expression:
+        return p["stiffness"] * deflection + p["damping"] * rate
+
+    def deflection(self, torque: Expression, p: Parameters) -> Expression:
+        return torque / p["stiffness"]
+
+    def carrier(self, p: Parameters) -> Expression:
+        return p["inertia"]
