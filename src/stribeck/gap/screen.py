@@ -70,7 +70,7 @@ def screen(
     """Return the best trial of one candidate, improved by a few projected steps, with the cost that it saves.
 
     The nominal parameters follow linearly (variable projection, Golub & Pereyra 1973), so that an evaluation needs
-    the derivatives by the candidate's own parameters only. Of three runs or more, every other one is seen.
+    the derivatives by the candidate's own parameters only. Laws that take long see every other of many runs.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def screen(
     """
     path = SignalPath(prepared.arm, (*base.placed, Placed(effect, joint)))
     own = [i for i, entry in enumerate(path.entries) if entry.owner == len(base.placed)]
-    every = len(prepared.fit) < 3
+    every = len(prepared.fit) < 3 or not effect.nonlinear
     runs = [i for i in range(len(prepared.fit)) if every or i % 2 == 0]
     residual = Residual(path, [prepared.fit[i] for i in runs], own)
     unit = _units(path, prepared, own)
@@ -159,6 +159,8 @@ class _Projector:
         self.inverse = np.linalg.inv(self.columns.T @ self.columns + np.diag(self.prior))
         misfit = self._rows(fit.residual[rows]).ravel()
         self.cost = 0.5 * float(misfit @ misfit) + 0.5 * float(np.sum(self.prior * self.offset**2))
+        pull = self.columns.T @ misfit + self.prior * self.offset
+        self.cost -= 0.5 * float(pull @ self.inverse @ pull)  # the base at its best on these rows
 
     def _rows(self, values: np.ndarray) -> np.ndarray:
         weighted = values * (self.scale[None, :, None] if values.ndim == 3 else self.scale)

@@ -19,9 +19,10 @@ from stribeck.model.layout import Placed
 LEAST_SURVIVORS = 3
 MOST_SURVIVORS = 8
 HOPEFUL = 0.3  # of the best promise: candidates with less are not fitted
-MOST_EFFECTS = 4
+MOST_EFFECTS = 3
 LEAST_T = 2.8  # block-robust t value of the held-out gain
 LEAST_GAIN = 0.04  # of the held-out squared residual
+LEAST_FURTHER = 0.3  # the same for a further effect: less may be what the first one's law does not fit
 SMALL_T, LARGE_GAIN = 2.0, 0.25  # a large gain may be less sure block by block, where few blocks excite it
 LEAST_POWER = 0.2  # of the noise floor's power, that an effect removes from a joint whose residual is above it
 LEAST_PRIOR = 8.0  # cost that the prior must save for an effect that the residual alone does not show
@@ -122,7 +123,7 @@ def _survivors(tried: Sequence[Trial]) -> list[Trial]:
 
 def _fit_trial(prepared: Prepared, base: Model, weights: Weights, trial: Trial) -> Model | None:
     placed = (*base.placed, Placed(trial.effect, trial.joint))
-    model = fit_model(prepared, placed, weights, base.fit, trial.start, evaluations=25)
+    model = fit_model(prepared, placed, weights, base.fit, trial.start, evaluations=20)
     return model if np.all(np.isfinite(model.held)) else None
 
 
@@ -145,5 +146,6 @@ def _earns_its_place(ranking: Ranking, base: Model, best: Model, floor: np.ndarr
     before, after = base.rms() / floor, best.rms() / floor
     above = bool(np.any((before > 1.0) & (before**2 - after**2 > LEAST_POWER)))
     sure = t > LEAST_T or (t > SMALL_T and gain > LARGE_GAIN and ranking.probability[0] < 0.01)
+    least = LEAST_FURTHER if len(best.placed) > 1 else LEAST_GAIN
     by_prior = ranking.prior_gain[k] > LEAST_PRIOR and gain > -LEAST_GAIN
-    return bool((above and sure and gain > LEAST_GAIN) or by_prior)
+    return bool((above and sure and gain > least) or by_prior)

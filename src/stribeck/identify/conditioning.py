@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import signal
+from scipy.interpolate import make_interp_spline
 
 from stribeck.arm import Arm
 from stribeck.identify.noise import position_noise
@@ -18,7 +19,7 @@ from stribeck.run import Run
 NOISE_SHARE = 0.015  # encoder noise after filtering may be this share of the torque
 SKIRT = 2.7  # noise that the low-pass lets through above its cutoff, where it is strongest
 CUTOFF_RANGE = (5.0, 40.0)  # Hz
-MOST_OF_RATE = 0.2  # cutoff as a share of the sample rate, at most
+MOST_OF_RATE = 0.15  # cutoff as a share of the sample rate, at most
 SMOOTHING = 2.5  # the motion's filter lies at least this far above the analysis cutoff
 VELOCITY_NOISE = 0.0015  # of the rms speed
 MOST_OF_MOTION = 0.35  # the motion's filter as a share of the sample rate, at most
@@ -91,7 +92,7 @@ def cutoff_frequency(arm: Arm, runs: Sequence[Run], inertia: np.ndarray) -> floa
 
 
 def condition(
-    arm: Arm, run: Run, cutoff: float, noise: np.ndarray | None = None, *, thin: bool = False
+    arm: Arm, run: Run, cutoff: float, noise: np.ndarray | None = None, *, thin: bool = False, sharpness: float = 1.0
 ) -> Conditioned:
     """Return one uniform run conditioned at an analysis cutoff (Hz).
 
@@ -101,17 +102,19 @@ def condition(
         Position noise, rad; estimated from the run where None.
     thin : bool
         Keep only as many samples as the cutoff needs, after both sides have passed the motion's filter.
+    sharpness : float
+        Factor on the motion filter's cutoff, to see how much a residual owes to it.
     """
     h = run.sample_time
     keep = max(1, int(1.0 / (RATE_OVER_CUTOFF * cutoff * h))) if thin else 1
     if noise is None:
         noise = np.array([position_noise(run.q[:, j], h, arm.joints[j].encoder_resolution) for j in range(run.n)])
-    smooth, gain = _smoother(min(_motion_cutoff(run, noise, cutoff), MOST_OF_MOTION / (keep * h)), h)
+    sharp = min(_motion_cutoff(run, noise, cutoff), MOST_OF_MOTION / (keep * h))
+    smooth, gain = _smoother(sharpness * sharp, h)
     position = smooth(run.q)
-    velocity = np.gradient(position, h, axis=0)
-    acceleration = _second_difference(position, h)
-    command = run.tau.copy()
-    command[1:] = 0.5 * (run.tau[1:] + run.tau[:-1])  # zero-order hold, centred on the sample
+    curve = make_interp_spline(run.t, position, k=5)
+    velocity, acceleration = curve(run.t, 1), curve(run.t, 2)
+    command = held_command(run.tau)
     if keep > 1:
         command = smooth(command)
     speed = np.sqrt(np.mean(velocity**2, axis=0))
@@ -154,7 +157,7 @@ def _smoother(cutoff: float, h: float):  # type: ignore[no-untyped-def]
     sos = signal.butter(3, cutoff, fs=1.0 / h, output="sos")
     frequency = np.linspace(0.0, 0.5 / h, 400)
     amplitude = 1.0 / (1.0 + (frequency / cutoff) ** 6)
-    slope = amplitude * np.sin(2 * np.pi * frequency * h) / h
+    slope = amplitude * 2 * np.pi * frequency
     gain = float(np.sqrt(np.mean(slope**2)))
 
     def smooth(values: np.ndarray) -> np.ndarray:
@@ -164,10 +167,21 @@ def _smoother(cutoff: float, h: float):  # type: ignore[no-untyped-def]
     return smooth, gain
 
 
-def _second_difference(position: np.ndarray, h: float) -> np.ndarray:
-    acceleration = np.zeros_like(position)
-    acceleration[1:-1] = (position[2:] - 2 * position[1:-1] + position[:-2]) / h**2
-    return acceleration
+def held_command(tau: np.ndarray) -> np.ndarray:
+    """Return a zero-order-hold command (N, n) as the continuous signal that it is, at the samples.
+
+    A value held from its sample to the next is seen half a step late and averaged over the step, sinc(w h / 2). The
+    mean of the values before and after has the right phase and cos(w h / 2); the second difference mends the rest.
+    """
+    before = np.concatenate([tau[:1], tau[:-1]])
+    return emphasised(0.5 * (tau + before))
+
+
+def emphasised(values: np.ndarray) -> np.ndarray:
+    """Return values (N, n) less a twelfth of their second difference: undoes a droop of (w h)^2 / 12."""
+    out = values.copy()
+    out[1:-1] -= np.diff(values, 2, axis=0) / 12.0
+    return out
 
 
 def _low_pass(cutoff: float, h: float) -> np.ndarray:

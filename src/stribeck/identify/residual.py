@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from stribeck.identify.conditioning import Conditioned
+from stribeck.identify.conditioning import Conditioned, emphasised
 from stribeck.model.cut import CHUNK, DRIVE, RATES, Cut
 from stribeck.model.path import SignalPath
 
@@ -108,6 +108,9 @@ class Residual:
         state = cut.begin(drive[:, 0], p, delays).full()
         out = np.empty((width, samples))
         out[:, :1] = state
+        drive = drive.copy()
+        rows = slice(1 + 3 * cut.n, 1 + 4 * cut.n)
+        drive[rows] = emphasised(drive[rows].T).T  # between samples the command runs straight, which droops
         many_p, many_delays = np.repeat(p[:, None], CHUNK, axis=1), np.repeat(delays[:, None], CHUNK, axis=1)
         for begin in range(0, samples - 1, CHUNK):
             index = np.minimum(np.arange(begin, begin + CHUNK + 1), samples - 1)

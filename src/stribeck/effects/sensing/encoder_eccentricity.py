@@ -11,20 +11,22 @@ from stribeck.model.effect import Expression, Parameter, Parameters, Scale, Sens
 
 @final
 class EncoderEccentricity(SensingEffect):
-    """A sinusoidal position error with the period of one turn."""
+    """A sinusoidal position error with the period of one turn, or a whole part of it."""
 
     name = "encoder_eccentricity"
     channel = "sensing"
-    equation = r"y = q + a \sin q + b \cos q"
-    symptom = "inertia, velocity and gravity that seem to vary with position, once per turn"
+    equation = r"y = q + a \sin N q + b \cos N q"
+    symptom = "inertia, velocity and gravity that seem to vary with position"
     source = "Alejandre & Artes (2006)"
     parameters = (
         Parameter("sine", "rad", "amplitude of the sine", 0.0, -0.3, 0.3),
         Parameter("cosine", "rad", "amplitude of the cosine", 0.0, -0.3, 0.3),
+        Parameter("harmonic", "1/rad", "cycles per turn: 1 off centre, 2 with two heads or an oval disc", 1.0, 0.8, 8.0),
     )
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
-        return ({"sine": 0.01, "cosine": 0.0}, {"sine": 0.0, "cosine": 0.01})
+        return tuple({"sine": 0.005, "cosine": 0.005, "harmonic": n} for n in (1.0, 2.0))
 
     def measured(self, position: Expression, p: Parameters) -> Expression:
-        return position + p["sine"] * ca.sin(position) + p["cosine"] * ca.cos(position)
+        phase = p["harmonic"] * position
+        return position + p["sine"] * ca.sin(phase) + p["cosine"] * ca.cos(phase)

@@ -32,9 +32,10 @@ class Backlash(TransmissionEffect):
     )
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
-        rate = 6.2832 * 15.0
-        contact = {"stiffness": scale.inertia * rate**2, "damping": 2 * 0.3 * scale.inertia * rate}
-        return tuple({"gap": part * scale.travel, **contact} for part in (0.004, 0.012, 0.03))
+        # soft and inelastic: a driven stiff contact bounces and answers noise, which the real one does not
+        rate = 6.2832 * 10.0
+        contact = {"stiffness": scale.inertia * rate**2, "damping": 2 * 2.0 * scale.inertia * rate}
+        return tuple({"gap": part * scale.travel, **contact} for part in (0.004, 0.01, 0.03))
 
     def transmitted(self, deflection: Expression, rate: Expression, p: Parameters) -> Expression:
         half = 0.5 * p["gap"]
