@@ -38,7 +38,6 @@ def region_masks(runs: Sequence[Conditioned], joint: int) -> dict[str, dict[str,
     moving = ~near & ~stuck
     speed = np.abs(velocity)
     low, high = np.quantile(speed[moving], [1 / 3, 2 / 3]) if moving.any() else (0.0, 0.0)
-    edges = np.linspace(position.min(), position.max() + 1e-12, POSITION_BINS + 1)
     families = {
         "motion": {
             "velocity reversal": near,
@@ -48,7 +47,7 @@ def region_masks(runs: Sequence[Conditioned], joint: int) -> dict[str, dict[str,
             "high velocity": moving & (speed > high),
         },
         "direction": {"forward": (velocity > 0) & ~stuck, "backward": (velocity <= 0) & ~stuck, "at rest": stuck},
-        "position": {f"{a:.2f} to {b:.2f} rad": (position >= a) & (position < b) for a, b in pairwise(edges)},
+        "position": _bins(position),
         "load": _thirds(np.abs(s["command"][:, joint]), "load"),
         "acceleration": _thirds(np.abs(s["acceleration"][:, joint]), "acceleration"),
         "time": {
@@ -58,6 +57,18 @@ def region_masks(runs: Sequence[Conditioned], joint: int) -> dict[str, dict[str,
         },
     }
     return {family: {k: m for k, m in masks.items() if m.any()} for family, masks in families.items()}
+
+
+def _bins(position: np.ndarray) -> dict[str, np.ndarray]:
+    """Return equal bins of the travel, named with as many digits as tell them apart."""
+    low, high = float(position.min()), float(position.max())
+    step = (high - low) / POSITION_BINS
+    if step <= 1e-12 * (1.0 + abs(low)):
+        return {f"{low:.2f} rad": np.ones(len(position), dtype=bool)}
+    digits = max(2, 1 - int(np.floor(np.log10(step))))
+    edges = np.linspace(low, high, POSITION_BINS + 1)
+    place = np.searchsorted(edges[1:-1], position, side="right")
+    return {f"{a:.{digits}f} to {b:.{digits}f} rad": place == i for i, (a, b) in enumerate(pairwise(edges))}
 
 
 def _thirds(size: np.ndarray, name: str) -> dict[str, np.ndarray]:

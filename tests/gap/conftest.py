@@ -1,0 +1,49 @@
+"""Runs by formula for the statistics, and one short recording of the independent plant for whole diagnoses."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import pytest
+
+from stribeck.arm import Arm, Friction, Joint
+from stribeck.identify.conditioning import Conditioned, condition
+from stribeck.run import Run
+from stribeck.withheld.arms import misinformed
+from stribeck.withheld.excitation import programme
+from stribeck.withheld.injections import Injection
+from stribeck.withheld.recorder import default_gains, record
+
+FRICTION = Friction(4.6, 1.65, 1.4, 0.06)
+JOINT = Joint("A", "revolute", 0.35, 4.0, (0.17, 0.01), 0.06, 0.15, FRICTION, FRICTION, 80.0, 2e-5)
+TRUE = Arm("one joint", (9.81, 0.0), (JOINT,), sample_time=0.004)
+NOMINAL = misinformed(TRUE, np.random.default_rng(3), 0.03, 0.2)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("STRIBECK_CACHE", str(tmp_path_factory.mktemp("compiled")))
+        yield
+
+
+def recorded(*effects: tuple[str, dict[str, float]], noise: float = 1e-5) -> tuple[Run, ...]:
+    """Four runs of a pendulum, 5 s each, with effects hidden in it."""
+    kinds = ("slow reversals", "multisine", "via points", "point to point")
+    motions = programme(NOMINAL, np.random.default_rng(1), kinds, 5.0)
+    hidden = [Injection(name, "A", values) for name, values in effects]
+    gains = default_gains(NOMINAL, 3.0)
+    return record(TRUE, hidden, motions, rate=250.0, noise=noise, gains=gains, model=NOMINAL, seed=5)
+
+
+def sines(seconds: float, rate: float = 200.0, seed: int = 0, size: float = 1.0, name: str = "run") -> Run:
+    """A joint on two sines of random phase, its torque noise."""
+    t = np.arange(round(seconds * rate)) / rate
+    rng = np.random.default_rng(seed)
+    q = size * sum(np.sin(2 * np.pi * f * t + rng.uniform(0, 6)) for f in (0.4, 1.1))
+    return Run(name, t, np.asarray(q)[:, None], rng.standard_normal((len(t), 1)))
+
+
+def conditioned(seconds: Sequence[float], rate: float = 200.0) -> list[Conditioned]:
+    return [condition(TRUE, sines(s, rate, i), 15.0, np.full(1, 1e-6)) for i, s in enumerate(seconds)]

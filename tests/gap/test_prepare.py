@@ -1,0 +1,75 @@
+"""From runs to fit and held-out parts: nothing lies in both."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stribeck.gap.prepare import HELD_SHARE, moved_inertia, part, prepare, split
+
+from .conftest import TRUE, sines
+
+
+@given(st.integers(2, 25))
+def test_whole_runs_are_kept_back(count: int) -> None:
+    runs = [sines(1.0, 50.0, name=f"{i}") for i in range(count)]
+    fit, held = split(runs, [])
+    assert {run.name for run in fit}.isdisjoint({run.name for run in held})
+    assert len(fit) + len(held) == count
+    assert fit
+    assert held
+    assert len(held) <= max(1, count / 3)
+
+
+def test_single_run_is_cut() -> None:
+    run = sines(10.0, name="only")
+    notes: list[str] = []
+    (fit,), (held,) = split([run], notes)
+    assert fit.t[-1] < held.t[0]
+    assert np.concatenate([fit.t, held.t]) == pytest.approx(run.t)
+    assert np.concatenate([fit.q, held.q]) == pytest.approx(run.q)
+    assert len(held.t) == pytest.approx(HELD_SHARE * len(run.t), abs=1)
+    assert notes == ["only: the last 30% is held out"]
+
+
+def test_part_cuts_every_channel() -> None:
+    run = sines(2.0)
+    piece = part(run, 10, 60)
+    assert piece.tau == pytest.approx(run.tau[10:60])
+    assert len(piece.t) == 50
+    assert piece.dq is None
+
+
+def test_held_out_runs_of_the_user_are_used() -> None:
+    runs = [sines(3.0, name="a"), sines(3.0, seed=1, name="b")]
+    extra = sines(3.0, seed=2, name="c")
+    prepared = prepare(TRUE, runs, [extra])
+    assert [run.name for run in prepared.fit] == ["a", "b"]
+    assert [run.name for run in prepared.held] == ["c"]
+
+
+def test_typical_magnitudes() -> None:
+    runs = [sines(3.0, name="a"), sines(3.0, seed=1, name="b")]
+    prepared = prepare(TRUE, runs)
+    (scale,) = prepared.scales
+    assert scale.torque == pytest.approx(1.0, rel=0.4)  # white noise of one N m, as far as the command is smoothed
+    assert scale.friction == 4.6
+    assert scale.travel == pytest.approx(np.ptp(runs[0].q), rel=0.02)
+    assert scale.speed == pytest.approx(np.std(np.gradient(runs[0].q[:, 0], 0.005)), rel=0.05)
+    about_the_axis = 0.06 + 4.0 * (0.17**2 + 0.01**2)
+    assert scale.inertia == pytest.approx(about_the_axis + 0.15)
+    assert moved_inertia(TRUE, runs) == pytest.approx([about_the_axis + 0.15])
+    assert math.isfinite(prepared.cutoff)
+
+
+def test_uneven_clock_is_noted() -> None:
+    from dataclasses import replace
+
+    run = sines(4.0, name="jittery")
+    rng = np.random.default_rng(0)
+    jittered = replace(run, t=run.t + 0.1 * 0.005 * rng.uniform(-1, 1, len(run.t)))
+    prepared = prepare(TRUE, [jittered, sines(4.0, seed=1, name="even")])
+    assert any("jittery" in note or "resampled" in note for note in prepared.notes)
+    assert np.ptp(np.diff(prepared.fit[0].time)) < 1e-9

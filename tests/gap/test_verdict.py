@@ -1,0 +1,79 @@
+"""The arithmetic of the verdict: the closed part by the contract's formula, and probabilities that behave."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stribeck.gap.blocks import bayesian_bootstrap
+from stribeck.gap.verdict import closes_estimate, closure, explained, unknown_probability
+
+FLOOR = np.array([0.1, 0.4])
+
+
+def rows(*rms: float) -> np.ndarray:
+    """Residual (M, n) of given rms (n,), signs mixed."""
+    signs = np.where(np.arange(400) % 2, 1.0, -1.0)
+    return np.asarray(signs[:, None] * np.array(rms))
+
+
+@given(st.lists(st.floats(0.5, 5.0), min_size=2, max_size=2), st.lists(st.floats(1.05, 20.0), min_size=2, max_size=2))
+def test_closure(after: list[float], factor: list[float]) -> None:
+    """1 - (after^2 - floor^2) / (before^2 - floor^2), joints scaled by their floors, as the contract has it."""
+    first, last = FLOOR * np.array(after) * np.array(factor) * 1.1, FLOOR * np.array(after)
+    found = closure(rows(*first), rows(*last), FLOOR)
+    left, was = (np.sum((x / FLOOR) ** 2 - 1.0) for x in (last, first))
+    if was > 0.01:
+        assert found.total == pytest.approx(1.0 - max(left, 0.0) / was, abs=1e-9)
+    for j in range(2):
+        excess, before = (last[j] / FLOOR[j]) ** 2 - 1.0, (first[j] / FLOOR[j]) ** 2 - 1.0
+        if before > 0.01:
+            assert found.joints[j] == pytest.approx(1.0 - max(excess, 0.0) / before, abs=1e-9)
+
+
+def test_closure_in_numbers() -> None:
+    before, after = rows(0.5, 0.8), rows(0.2, 0.8)
+    found = closure(before, after, FLOOR)
+    assert found.total == pytest.approx(1.0 - (3.0 + 3.0) / (24.0 + 3.0))
+    assert found.joints == pytest.approx([1.0 - 3.0 / 24.0, 0.0])
+    assert closure(before, before, FLOOR).total == pytest.approx(0.0)
+    assert closure(before, rows(0.1, 0.4), FLOOR).total == pytest.approx(1.0)
+    assert closure(before, rows(1.0, 1.6), FLOOR).total < 0.0  # worse than before is said as it is
+
+
+def test_nothing_to_close() -> None:
+    """A joint below its floor has no gap; it is closed, not divided by nothing."""
+    found = closure(rows(0.05, 0.8), rows(0.05, 0.8), FLOOR)
+    assert found.joints == pytest.approx([1.0, 0.0])
+    assert np.isfinite(closure(rows(0.05, 0.1), rows(0.05, 0.1), FLOOR).total)
+
+
+def test_interval_of_the_closed_part() -> None:
+    rng = np.random.default_rng(0)
+    block = np.arange(400) // 20
+    draws = bayesian_bootstrap(20, 400, rng)
+    uneven = np.repeat(rng.uniform(0.2, 2.0, 20), 20)[:, None]
+    before, after = rows(0.5, 0.8) * uneven, rows(0.2, 0.8)
+    found = closes_estimate(before, after, FLOOR, block, draws)
+    assert found.value == closure(before, after, FLOOR).total
+    assert found.low < found.value < found.high
+    even = closes_estimate(rows(0.5, 0.8), after, FLOOR, block, draws)
+    assert even.high - even.low < 1e-9  # blocks that are all alike leave nothing unsure
+
+
+def test_explained() -> None:
+    before = rows(1.0, 4.0)
+    assert explained(rows(0.1, 0.4), FLOOR, before) == pytest.approx([1.0, 1.0])
+    untouched = explained(before, FLOOR, before)
+    assert untouched == pytest.approx([0.0, 0.0])
+    halfway = explained(rows(0.5, 4.0), FLOOR, before)
+    assert 0.0 < halfway[0] < 1.0
+    assert halfway[1] == pytest.approx(0.0)
+
+
+def test_unknown_is_likely_where_little_is_explained() -> None:
+    parts = np.linspace(0.0, 1.0, 11)
+    values = [unknown_probability(part) for part in parts]
+    assert (np.diff(values) < 0.0).all()
+    assert values[0] > 0.95
+    assert values[-1] < 0.05
