@@ -24,6 +24,7 @@ LEAST_T = 2.8  # block-robust t value of the held-out gain
 LEAST_GAIN = 0.04  # of the held-out squared residual
 LEAST_FURTHER = 0.3  # the same for a further effect: less may be what the first one's law does not fit
 SMALL_T, LARGE_GAIN = 2.0, 0.25  # a large gain may be less sure block by block, where few blocks excite it
+ELUSIVE_T = 4.0  # for laws that also fit what filters do around rest
 LEAST_POWER = 0.2  # of the noise floor's power, that an effect removes from a joint whose residual is above it
 LEAST_PRIOR = 8.0  # cost that the prior must save for an effect that the residual alone does not show
 
@@ -145,7 +146,10 @@ def _earns_its_place(ranking: Ranking, base: Model, best: Model, floor: np.ndarr
     gain, t = ranking.gain[k, 0], ranking.t[k]
     before, after = base.rms() / floor, best.rms() / floor
     above = bool(np.any((before > 1.0) & (before**2 - after**2 > LEAST_POWER)))
-    sure = t > LEAST_T or (t > SMALL_T and gain > LARGE_GAIN and ranking.probability[0] < 0.01)
+    if best.placed[-1].effect.elusive:
+        sure = t > ELUSIVE_T and gain > LARGE_GAIN
+    else:
+        sure = t > LEAST_T or (t > SMALL_T and gain > LARGE_GAIN and ranking.probability[0] < 0.01)
     least = LEAST_FURTHER if len(best.placed) > 1 else LEAST_GAIN
     by_prior = ranking.prior_gain[k] > LEAST_PRIOR and gain > -LEAST_GAIN
     return bool((above and sure and gain > least) or by_prior)

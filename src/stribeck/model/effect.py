@@ -133,6 +133,8 @@ class Effect(ABC):
     """The signal that the parameter ``time`` delays: ``"command"``, the recorded ``"position"`` or None."""
     nonlinear: ClassVar[bool] = False
     """True where a trial's linear model says little of a full fit (a stiffness, a gap)."""
+    elusive: ClassVar[bool] = False
+    """True where a law about rest and slow motion also fits what filters do there: it must be surer to be named."""
     whole_arm: ClassVar[bool] = False
     """True where the effect belongs to the arm and is declared once, at the joint named in ``sites``."""
 

@@ -15,7 +15,7 @@ class CableSpring(ExternalEffect):
     channel = "external"
     equation = r"\tau = k (q - q_0)"
     symptom = "a static torque that grows with the joint's own position, whatever the pose of the others"
-    source = "Sousa & Cortesao (2014)"
+    source = "Hooke's law"
     parameters = (
         Parameter("stiffness", "N m/rad", "stiffness", 0.0, 0.0),
         Parameter("rest", "rad", "position without torque", 0.0, -3.2, 3.2),

@@ -18,6 +18,7 @@ class DwellTime(FrictionEffect):
     equation = r"C_1 \to C_1 + A a, \quad \dot a = (1 - a)/T - a |v|/D"
     symptom = "a break-away torque that grows with the rest before it and is gone after a short slide"
     source = "Rabinowicz (1958); Dieterich (1979); Armstrong-Helouvry, Dupont & Canudas de Wit (1994)"
+    elusive = True
     parameters = (
         Parameter("rise", "N m", "rise of the break-away torque after a long rest", 0.0, 0.0),
         Parameter("time", "s", "time over which it rises", 1.0, 0.1, 1e3, log=True),

@@ -20,6 +20,7 @@ class History(FrictionEffect):
     equation = r"\tau_f \to \tau_f (1 + a h), \quad T \dot h = |v| - h, \quad h(0) = h_0"
     symptom = "a residual against the motion that drifts over a recording and starts anew with the next"
     source = "Bittencourt & Gunnarsson (2012); Bittencourt & Axelsson (2014)"
+    elusive = True
     parameters = (
         Parameter("change", "s/rad", "relative change of friction per mean speed", 0.0, -1e3, 1e3),
         Parameter("time", "s", "time over which the past is forgotten", 20.0, 0.5, 1e4, log=True),

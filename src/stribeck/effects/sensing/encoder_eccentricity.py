@@ -17,7 +17,7 @@ class EncoderEccentricity(SensingEffect):
     channel = "sensing"
     equation = r"y = q + a \sin N q + b \cos N q"
     symptom = "inertia, velocity and gravity that seem to vary with position"
-    source = "Alejandre & Artes (2006)"
+    source = "Ellis (2012), Control System Design Guide, ch. 14 (encoder errors)"
     parameters = (
         Parameter("sine", "rad", "amplitude of the sine", 0.0, -0.3, 0.3),
         Parameter("cosine", "rad", "amplitude of the cosine", 0.0, -0.3, 0.3),
