@@ -98,12 +98,11 @@ def diagnose(
     from stribeck.report.diagnosis import write_report
     from stribeck.report.summary import summary
 
-    with whole_folder(out) as folder:
-        with _progress("diagnosing") as told:
-            found = find(nominal, fitted, judged, seed=seed, jobs=jobs, progress=told)
-            told("drawing the report")
-            write_diagnosis(found, folder)
-            write_report(found, folder)
+    with whole_folder(out) as folder, _progress("diagnosing") as told:
+        found = find(nominal, fitted, judged, seed=seed, jobs=jobs, progress=told)
+        told("drawing the report")
+        write_diagnosis(found, folder)
+        write_report(found, folder)
     console = Console()
     console.print(summary(found))
     console.print(f"report: {out / 'report.html'}", highlight=False, soft_wrap=True)

@@ -144,7 +144,9 @@ class _Assembly:
     def _verdict(self, final: Model, named: tuple[str, ...], left_over: float) -> tuple[str, list[Cause]]:
         ratio = float(np.max(final.rms() / self.floor))
         if named:
-            verdict = "explained" if ratio < AT_FLOOR or self._closes(self.base, final).value > 0.9 else "partly_explained"
+            verdict = (
+                "explained" if ratio < AT_FLOOR or self._closes(self.base, final).value > 0.9 else "partly_explained"
+            )
             return verdict, [Cause("unknown", left_over)]
         if any(step.taken for step in self.steps):
             return "unexplained", [Cause("unknown", left_over)]
@@ -179,7 +181,9 @@ class _Assembly:
         first, last = pairs[0][0], pairs[-1][1]
         before, after = self.base.held, self.base.held + (last.held - first.held)
         del after
-        share = self._closes(self.base, last).value - (self._closes(self.base, first).value if first is not self.base else 0.0)
+        share = self._closes(self.base, last).value - (
+            self._closes(self.base, first).value if first is not self.base else 0.0
+        )
         whole = closes_estimate(before, last.held, self.floor, self.block, self.draws)
         spread = (whole.high - whole.low) / 2
         closes = Estimate(share, share - spread, share + spread)

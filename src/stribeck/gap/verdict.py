@@ -80,7 +80,9 @@ def no_gap_probability(step: Step, floor: np.ndarray) -> float:
     return float(step.ranking.probability[0] ** 0.25 / (1.0 + np.exp(8.0 * (ratio - AT_FLOOR))))
 
 
-def closes_estimate(before: np.ndarray, after: np.ndarray, floor: np.ndarray, block: np.ndarray, draws: np.ndarray) -> Estimate:
+def closes_estimate(
+    before: np.ndarray, after: np.ndarray, floor: np.ndarray, block: np.ndarray, draws: np.ndarray
+) -> Estimate:
     """Return the closed part with its 95 % interval by Bayesian bootstrap over blocks."""
     from stribeck.gap.blocks import block_sums
 

@@ -131,9 +131,7 @@ def _keep(run: Conditioned, values: np.ndarray, lo: int, begin: int, end: int) -
     return run.filtered(values[wanted[0] - half - lo : wanted[-1] + half + 1 - lo])
 
 
-def _shift(
-    signals: dict[str, np.ndarray], time: np.ndarray, ahead: float, joint: int, names: Sequence[str]
-) -> None:
+def _shift(signals: dict[str, np.ndarray], time: np.ndarray, ahead: float, joint: int, names: Sequence[str]) -> None:
     """Replace one joint's signals by those of a later time (s), and give their rates there.
 
     The rates are the splines' own slopes, so that derivatives by the shift are exact.

@@ -18,9 +18,7 @@ class FrictionalLag(FrictionEffect):
 
     name = "frictional_lag"
     channel = "friction"
-    equation = (
-        r"G = C_0 + C_1 e^{-w/\alpha}, \quad T \dot w = |v| - w"
-    )
+    equation = r"G = C_0 + C_1 e^{-w/\alpha}, \quad T \dot w = |v| - w"
     symptom = "a residual at low speed that differs between speeding up and slowing down: a loop over velocity"
     source = "Hess & Soom (1990); Armstrong-Helouvry, Dupont & Canudas de Wit (1994)"
     elusive = True
