@@ -1,0 +1,34 @@
+"""No effect is chosen where there is none: a full search over the bench's clean recordings takes nothing."""
+
+import numpy as np
+import pytest
+
+from stribeck.gap.floor import noise_floor
+from stribeck.gap.model import retune
+from stribeck.gap.prepare import prepare
+from stribeck.gap.search import search
+from stribeck.model.layout import values_of
+from stribeck.model.path import SignalPath
+from stribeck.withheld.excitation import programme
+from stribeck.withheld.recorder import default_gains, record
+
+from .bench import NOISE, RATE, nominal_arm, true_arm
+
+KINDS = ("slow reversals", "multisine", "via points", "point to point", "speed stairs", "multisine")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(4))
+def test_nothing_is_taken(seed: int) -> None:
+    arm = nominal_arm()
+    motions = programme(arm, np.random.default_rng(seed), KINDS, 6.0)
+    runs = record(true_arm(), (), motions, rate=RATE, noise=NOISE, gains=default_gains(arm, 3.0), model=arm, seed=seed)
+    prepared = prepare(arm, runs)
+    path = SignalPath(arm)
+    nominal = values_of(path.entries)
+    floor = np.sqrt(np.mean(noise_floor(arm, path, nominal, prepared.held, prepared.cutoff, seed) ** 2, axis=0))
+    base = retune(prepared, floor)
+    floor = np.sqrt(np.mean(noise_floor(arm, path, base.fit.p, prepared.held, prepared.cutoff, seed) ** 2, axis=0))
+    steps = search(prepared, base, floor, seed=seed, jobs=1)
+    best = steps[0].best
+    assert [step.taken for step in steps] == [False], best.placed if best else None

@@ -1,0 +1,181 @@
+"""Whole diagnoses of a pendulum that the independent plant recorded: named right, abstaining, repeatable."""
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+
+import numpy as np
+import pytest
+
+from stribeck.arm import Arm, EffectEntry, load_arm, save_arm
+from stribeck.effects.registry import registry
+from stribeck.errors import InputError
+from stribeck.gap.diagnose import diagnose
+from stribeck.gap.result import VERDICTS, Diagnosis
+
+from .conftest import NOMINAL, TRUE, recorded, sines
+
+LATE = ("delay", {"time": 0.02})
+ALIKE = ("delay", "time_shift", "actuator_lag")
+FEW = tuple(name for name in registry() if name not in ("delay", "payload", "torque_gain"))  # left out: it is quicker
+
+
+def found(*hidden: tuple[str, Mapping[str, float]], leave_out: Sequence[str] = (), seed: int = 0) -> Diagnosis:
+    return diagnose(NOMINAL, recorded(*[(n, dict(v)) for n, v in hidden]), jobs=1, leave_out=leave_out, seed=seed)
+
+
+@cache
+def late() -> Diagnosis:
+    return found(LATE)
+
+
+@cache
+def nothing() -> Diagnosis:
+    return found()
+
+
+@cache
+def without_its_cause() -> Diagnosis:
+    """A drive that is late, and no candidate that could say so."""
+    return found(LATE, leave_out=ALIKE)
+
+
+ALL = [late, nothing, without_its_cause]
+
+
+def test_effect_is_named() -> None:
+    d = late()
+    assert d.verdict == "explained"
+    assert d.named == ("delay",)
+    (cause,) = [cause for cause in d.causes if cause.effect == "delay"]
+    assert cause.joints == ("A",)
+    assert cause.presence is not None
+    assert cause.presence > 0.9
+    assert "delay" in cause.equivalent
+    time = cause.parameters["A"]["time"]
+    assert time.low <= 0.02 * 1.02
+    assert time.high >= 0.02 * 0.98
+    assert time.high - time.low < 0.004
+    assert time.unit == "s"
+    assert d.closed is not None
+    assert d.closed.value > 0.9
+    assert d.closed.low <= d.closed.value
+    assert d.where[0].channel == "actuator"
+    assert [c.effect for c in d.candidates if c.chosen] == ["delay"]
+
+
+def test_corrected_arm_carries_the_effect(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    """The corrected model is an arm like any other: written, read, and diagnosed with no gap left to name."""
+    arm = late().models["corrected"]
+    assert arm.effects[0].effect == "delay"
+    assert arm.effects[0].parameters["A"]["time"] == pytest.approx(0.02, rel=0.03)
+    save_arm(arm, tmp_path / "corrected.toml")
+    again = diagnose(load_arm(tmp_path / "corrected.toml"), recorded(LATE), jobs=1, leave_out=FEW)
+    assert again.named == ()
+    assert again.verdict == "no_gap"
+
+
+def test_stages_shrink_to_the_floor() -> None:
+    stages = {stage.stage: stage for stage in late().stages}
+    assert list(stages) == ["as_given", "retuned", "delay", "noise_floor"]
+    torque = [stages[name].torque["A"] for name in stages]
+    assert torque[0] > torque[1] > 2 * torque[2]
+    assert stages["delay"].motion["A"] < stages["retuned"].motion["A"]
+    d = late()
+    floor, left, before = (stages[name].torque["A"] for name in ("noise_floor", "delay", "retuned"))
+    assert d.closed is not None
+    expected = 1.0 - max(left**2 - floor**2, 0.0) / (before**2 - floor**2)
+    assert d.closed.value == pytest.approx(expected, abs=1e-6)
+
+
+def test_no_effect_no_gap() -> None:
+    d = nothing()
+    assert d.verdict == "no_gap"
+    assert d.named == ()
+    assert d.closed is None
+    assert [cause.effect for cause in d.causes] == ["none", "unknown"]
+    assert d.causes[0].probability > 0.5
+    assert d.models["corrected"].effects == ()
+    assert [stage.stage for stage in d.stages] == ["as_given", "retuned", "noise_floor"]
+    assert not any(candidate.chosen for candidate in d.candidates)
+
+
+def test_missing_candidate_is_not_replaced_by_another() -> None:
+    d = without_its_cause()
+    assert d.verdict in ("unexplained", "partly_explained")
+    assert all((cause.presence or 0.0) <= 0.5 for cause in d.causes)
+    assert all(cause.probability <= 0.5 for cause in d.causes if cause.effect != "unknown")
+    assert d.named == ()
+    assert not {c.effect for c in d.candidates} & set(ALIKE)
+
+
+def test_unknown_effect_is_not_named() -> None:
+    """A spot that sticks under load, which no candidate models."""
+    d = found(("loaded_sticky_spot", {"torque": 4.0, "centre": 0.2, "width": 0.2, "load": 2.0}))
+    assert all(cause.probability <= 0.5 for cause in d.causes if cause.effect != "unknown")
+    assert d.verdict != "explained"
+
+
+@pytest.mark.parametrize("one", ALL, ids=lambda f: f.__name__)
+def test_bookkeeping(one) -> None:  # type: ignore[no-untyped-def]
+    """Whatever the answer: probabilities sum to one, what is named is among the causes, and runs are never shared."""
+    d = one()
+    assert d.verdict in VERDICTS
+    assert sum(cause.probability for cause in d.causes) == pytest.approx(1.0)
+    assert all(-1e-12 <= cause.probability <= 1.0 for cause in d.causes)
+    assert "unknown" in [cause.effect for cause in d.causes]
+    assert set(d.named) <= {cause.effect for cause in d.causes}
+    for cause in d.causes:
+        assert cause.effect in ("none", "unknown") or cause.effect in cause.equivalent
+    assert set(d.fit_runs).isdisjoint(d.held_out_runs)
+    assert len(d.fit_runs) + len(d.held_out_runs) == 4
+    assert sum(len(trace.time) for trace in d.traces) > 0
+    for trace in d.traces:
+        assert np.isfinite(trace.measured).all()
+        assert trace.corrected.shape == trace.retuned.shape == trace.nominal.shape
+    shown = {(c.step, c.effect, c.joint) for c in d.candidates}
+    assert len(shown) == len(d.candidates)  # each candidate is ranked or screened out, once a step
+
+
+def test_traces_are_the_stages() -> None:
+    """The rms of measured less corrected is the figure of the last stage."""
+    d = late()
+    left = np.concatenate([trace.measured - trace.corrected for trace in d.traces])
+    assert np.sqrt(np.mean(left**2)) == pytest.approx(d.stages[-2].torque["A"])
+
+
+def test_same_seed_same_answer() -> None:
+    first, again, other = (found(LATE, leave_out=FEW, seed=seed) for seed in (1, 1, 2))
+    assert first.causes == again.causes
+    assert first.stages == again.stages
+    assert first.where == again.where
+    assert first.regions == again.regions
+    assert first.models == again.models
+    assert first.candidates == again.candidates
+    assert other.named == first.named
+    assert other.regions != first.regions  # whose intervals are resampled
+
+
+def test_effects_of_the_arm_file_are_part_of_the_nominal_model() -> None:
+    from dataclasses import replace
+
+    informed: Arm = replace(NOMINAL, effects=(EffectEntry("delay", ("A",), {"A": {"time": 0.018}}),))
+    d = diagnose(informed, recorded(LATE), jobs=1, leave_out=FEW)
+    assert d.named == ()
+    assert d.verdict == "no_gap"
+    retuned = d.models["retuned"].effects
+    assert retuned[0].parameters["A"]["time"] == pytest.approx(0.02, rel=0.03)
+
+
+def test_single_run() -> None:
+    d = diagnose(NOMINAL, recorded(LATE)[1:2], jobs=1, leave_out=FEW)
+    assert d.fit_runs == d.held_out_runs
+    assert any("held out" in note for note in d.notes)
+    assert sum(cause.probability for cause in d.causes) == pytest.approx(1.0)
+
+
+def test_run_of_another_arm_is_refused() -> None:
+    from dataclasses import replace
+
+    two = replace(TRUE, joints=(TRUE.joints[0], replace(TRUE.joints[0], name="B")))
+    with pytest.raises(InputError, match="not a recording of this arm"):
+        diagnose(two, [sines(3.0)])

@@ -1,0 +1,93 @@
+"""What the search tries, and how it sorts what it has tried."""
+
+import numpy as np
+import pytest
+
+from stribeck.effects.registry import effect_named, registry
+from stribeck.gap.model import Model, fit_model, retune, weights_of
+from stribeck.gap.prepare import Prepared, prepare
+from stribeck.gap.screen import candidates, screen
+from stribeck.identify.map_fit import Weights
+from stribeck.model.layout import Placed
+
+from .conftest import NOMINAL, TRUE, recorded
+
+FLOOR = np.array([0.02])
+
+
+@pytest.fixture(scope="module")
+def late() -> tuple[Prepared, Model, Weights]:
+    """A drive that is 20 ms late, and what re-tuning leaves of it."""
+    prepared = prepare(NOMINAL, recorded(("delay", {"time": 0.02})))
+    base = retune(prepared, FLOOR)
+    return prepared, base, weights_of(base.fit.residual, prepared, FLOOR)
+
+
+def test_candidates() -> None:
+    names = [effect.name for effect, joint in candidates(TRUE, ())]
+    assert len(names) == len(set(names))
+    assert "negative_damping" not in names  # the nominal model has a falling part
+    assert set(names) <= set(registry())
+    assert {"delay", "payload", "backlash"} <= set(names)
+
+
+def test_candidates_left_out_or_taken() -> None:
+    placed = [Placed(effect_named("delay"), 0)]
+    names = [effect.name for effect, _ in candidates(TRUE, placed, ("payload",))]
+    assert "payload" not in names
+    assert "delay" not in names
+
+
+@pytest.mark.parametrize(("there", "gone"), [("backlash", "joint_flexibility"), ("joint_flexibility", "backlash")])
+def test_one_compliance_a_joint(there: str, gone: str) -> None:
+    names = [effect.name for effect, _ in candidates(TRUE, [Placed(effect_named(there), 0)])]
+    assert gone not in names
+    assert "presliding" in names
+
+
+def test_screen_promises_what_the_fit_keeps(late: tuple[Prepared, Model, Weights]) -> None:
+    """The true effect promises most of the cost, its screened value is near, and the fit delivers the promise."""
+    prepared, base, weights = late
+    trial = screen(prepared, base, weights, effect_named("delay"), 0)
+    assert trial.key == ("delay", 0)
+    assert trial.start["time"] == pytest.approx(0.02, rel=0.15)
+    fitted = fit_model(prepared, [Placed(trial.effect, 0)], weights, base.fit, trial.start)
+    assert fitted.fit.ok
+    saved = base.fit.cost - fitted.fit.cost
+    assert trial.promise > 0.5 * base.fit.cost
+    assert trial.promise == pytest.approx(saved, rel=0.2)
+    assert fitted.placed[0].values["time"] == pytest.approx(0.02, rel=0.03)
+    assert fitted.rms()[0] < 0.4 * base.rms()[0]
+
+
+@pytest.mark.parametrize("wrong", ["payload", "cable_spring", "cogging", "load_dependent_friction"])
+def test_wrong_effect_promises_little(late: tuple[Prepared, Model, Weights], wrong: str) -> None:
+    prepared, base, weights = late
+    true, other = (screen(prepared, base, weights, effect_named(name), 0) for name in ("delay", wrong))
+    assert other.promise < 0.3 * true.promise
+
+
+def test_known_values_are_the_start(late: tuple[Prepared, Model, Weights]) -> None:
+    prepared, base, weights = late
+    trial = screen(prepared, base, weights, effect_named("delay"), 0, {"time": 0.019})
+    assert trial.start["time"] == pytest.approx(0.02, rel=0.06)
+
+
+def test_weights_are_spread_and_correlation(late: tuple[Prepared, Model, Weights]) -> None:
+    prepared, base, weights = late
+    rms = np.sqrt(np.mean(base.fit.residual**2, axis=0))
+    assert weights.sd == pytest.approx(rms)
+    assert weights.correlation[0] > 2.0  # a late torque leaves a coloured residual
+    assert weights_of(base.fit.residual, prepared, np.array([50.0])).sd == pytest.approx([50.0])
+
+
+def test_retuning_starts_from_nominal_and_improves(late: tuple[Prepared, Model, Weights]) -> None:
+    from stribeck.identify.residual import Residual
+    from stribeck.model.layout import values_of
+    from stribeck.model.path import SignalPath
+
+    prepared, base, _ = late
+    path = SignalPath(NOMINAL)
+    nominal = Residual(path, prepared.held, ())(values_of(path.entries))[0]
+    assert base.fit.ok
+    assert base.rms()[0] < np.sqrt(np.mean(nominal**2))
