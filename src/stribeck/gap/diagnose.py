@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -163,8 +164,6 @@ class _Assembly:
 
     def _with_details(self, cause: Cause) -> Cause:
         """Return a cause with its parameters from the final model and what its own steps close."""
-        from dataclasses import replace
-
         final = self.models[-1]
         bounds = self._intervals(final)
         parameters: dict[str, dict[str, Estimate]] = {}
@@ -173,21 +172,21 @@ class _Assembly:
                 joint = self.prepared.arm.names[entry.joint]
                 estimate = Estimate(float(final.fit.p[i]), float(bounds.low[i]), float(bounds.high[i]), entry.unit)
                 parameters.setdefault(joint, {})[entry.name] = estimate
+        closes = self._closed_by(cause.effect)
+        return replace(cause, parameters=parameters, closes=closes)
+
+    def _closed_by(self, effect: str) -> Estimate:
+        """Return the part of the whole closable gap that an effect's own steps close, joints scaled by their floor."""
         pairs = [
             (before, after)
             for before, after in zip(self.models[:-1], self.models[1:], strict=True)
-            if after.placed[-1].effect.name == cause.effect
+            if after.placed[-1].effect.name == effect
         ]
-        first, last = pairs[0][0], pairs[-1][1]
-        before, after = self.base.held, self.base.held + (last.held - first.held)
-        del after
-        share = self._closes(self.base, last).value - (
-            self._closes(self.base, first).value if first is not self.base else 0.0
-        )
-        whole = closes_estimate(before, last.held, self.floor, self.block, self.draws)
-        spread = (whole.high - whole.low) / 2
-        closes = Estimate(share, share - spread, share + spread)
-        return replace(cause, parameters=parameters, closes=closes)
+        closed = [Estimate(0.0, 0.0, 0.0), *(self._closes(self.base, model) for model in self.models[1:])]
+        at = {id(model): estimate for model, estimate in zip(self.models, closed, strict=True)}
+        value = sum(at[id(after)].value - at[id(before)].value for before, after in pairs)
+        spread = max((at[id(after)].high - at[id(after)].low) / 2 for _, after in pairs)
+        return Estimate(value, value - spread, value + spread)
 
     def _stages(self, final: Model) -> tuple[Stage, ...]:
         arm = self.prepared.arm
@@ -195,9 +194,8 @@ class _Assembly:
             ("as_given", self.given, arm),
             ("retuned", self.base.held, arm_of(arm, self.base.fit, self.base.placed)),
         ]
-        for model in self.models[1:]:
-            if final is not self.base:
-                rows.append((model.placed[-1].effect.name, model.held, arm_of(arm, model.fit, model.placed)))
+        if final is not self.base:
+            rows += [(m.placed[-1].effect.name, m.held, arm_of(arm, m.fit, m.placed)) for m in self.models[1:]]
         stages = [Stage(name, self._per_joint(held), self._motion(name, model)) for name, held, model in rows]
         floor = {name: float(self.floor[j]) for j, name in enumerate(arm.names)}
         noise = {name: float(self.prepared.held[0].noise[j]) for j, name in enumerate(arm.names)}
@@ -231,11 +229,11 @@ class _Assembly:
                 rows.append(
                     Candidate(number, place.effect.name, names[place.joint], estimate, t, model.fit.status, chosen)
                 )
-            nothing = Estimate(0.0, 0.0, 0.0)
-            rows += [
-                Candidate(number, effect, names[joint], nothing, 0.0, "screened out")
+            nothing = Estimate(np.nan, np.nan, np.nan)
+            rows.extend(
+                Candidate(number, effect, names[joint], nothing, np.nan, "screened out")
                 for effect, joint in step.screened_out
-            ]
+            )
         return tuple(rows)
 
     def _tuned(self) -> tuple[Tuned, ...]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stribeck.gap.blocks import block_sums
 from stribeck.gap.result import Cause, Estimate
 from stribeck.gap.search import Step
 
@@ -84,8 +85,6 @@ def closes_estimate(
     before: np.ndarray, after: np.ndarray, floor: np.ndarray, block: np.ndarray, draws: np.ndarray
 ) -> Estimate:
     """Return the closed part with its 95 % interval by Bayesian bootstrap over blocks."""
-    from stribeck.gap.blocks import block_sums
-
     count = np.bincount(block).astype(float)
     first = draws @ block_sums(before**2, block) / (draws @ count)[:, None] / floor**2 - 1.0
     last = draws @ block_sums(after**2, block) / (draws @ count)[:, None] / floor**2 - 1.0

@@ -19,7 +19,7 @@ from stribeck.model.rigid_body import inverse_dynamics, mass_matrix
 
 RATES = ("position_rate", "velocity_rate", "acceleration_rate", "command_rate")
 DRIVE = ("time", "position", "velocity", "acceleration", "command", *RATES, "velocity_sd")
-SUBSTEP = 2e-3  # s, longest step of a flexible joint's link
+SUBSTEP = 1e-3  # s, longest step of a flexible joint's link
 UNSURE = 2.5  # standard deviations of velocity within which its sign, and so friction, is not known
 CHUNK = 256  # samples that one compiled recursion advances
 

@@ -34,8 +34,14 @@ class Backlash(TransmissionEffect):
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         # soft and inelastic: a driven stiff contact bounces and answers noise, which the real one does not
         rate = 6.2832 * 10.0
-        contact = {"stiffness": scale.inertia * rate**2, "damping": 2 * 2.0 * scale.inertia * rate}
-        return tuple({"gap": part * scale.travel, **contact} for part in (0.004, 0.01, 0.03))
+        return tuple(
+            {
+                "gap": part * scale.travel,
+                "stiffness": scale.inertia * rate**2,
+                "damping": 2 * ratio * scale.inertia * rate,
+            }
+            for part, ratio in ((0.004, 2.0), (0.01, 2.0), (0.03, 2.0), (0.02, 0.5))
+        )
 
     def transmitted(self, deflection: Expression, rate: Expression, p: Parameters) -> Expression:
         half = 0.5 * p["gap"]
