@@ -269,20 +269,40 @@ class Cut:
         return frozenset(f"{k}.{state}" for k, effect in kinds if effect.bristle for state in effect.states)
 
     def _swing(self, now: Drive, after: Drive, x: Any, links: int) -> Any:
-        """Advance the link states by the linearly implicit midpoint rule: A-stable, second order."""
+        """Advance the link states by the implicit midpoint rule: A-stable, second order.
+
+        One Newton step solves it for a linear compliance. A contact needs two: with one, a step across its edge
+        throws the link, and the sensitivities grow without bound.
+        """
         steps = max(1, round(self.sample_time / SUBSTEP))
         h = self.sample_time / steps
-        state, rest, middle = ca.SX.sym("link", links), x[links:], Drive.symbols(self.n, "_mid")
-        rate = self.derivatives(middle, ca.vertcat(state, rest))[:links]
-        system = ca.SX.eye(links) - h / 2 * ca.jacobian(rate, state)
-        one = ca.Function("one", [state, rest, middle.stacked, self.path.p, self.delay_at],
-                          [state + h * ca.solve(system, rate)])  # fmt: skip
+        middle, start, drive = ca.SX.sym("middle", links), ca.SX.sym("start", links), Drive.symbols(self.n, "_mid")
+        rate = self.derivatives(drive, ca.vertcat(middle, x[links:]))[:links]
+        slope = ca.jacobian(rate, middle)
+        correction = ca.solve(ca.SX.eye(links) - h / 2 * slope, middle - start - h / 2 * rate)
+        known = [drive.stacked, x[links:], self.path.p, self.delay_at]
+        newton = ca.Function("newton", [middle, start, *known], [middle - correction])
         link = x[:links]
         for i in range(steps):
             f = (i + 0.5) / steps
-            between = now.stacked + f * (after.stacked - now.stacked)
-            link = one(link, rest, between, self.path.p, self.delay_at)
+            known[0] = now.stacked + f * (after.stacked - now.stacked)
+            between = newton(link, link, *known)
+            if self._contacts:
+                between = newton(between, link, *known)
+            link = 2 * between - link
         return link
+
+    @property
+    def _contacts(self) -> bool:
+        """Whether a compliance's law is not linear in its deflection."""
+        deflection, rate = ca.SX.sym("deflection"), ca.SX.sym("rate")
+        both = ca.vertcat(deflection, rate)
+        for j in self.path.flexible:
+            k, effect = self.path.transmission(j)  # type: ignore[misc]
+            torque = effect.transmitted(deflection, rate, self.path.parameters(k))
+            if ca.depends_on(ca.jacobian(torque, both), both):
+                return True
+        return False
 
     def _relax(self, now: Drive, after: Drive, x: Any) -> Any:
         """Advance each effect state by an exponential step, exact for a linear law under linear forcing."""

@@ -9,7 +9,7 @@ import casadi as ca
 
 from stribeck.model.effect import Expression, Parameter, Parameters, Scale, TransmissionEffect
 
-ONSET = 0.02  # of the gap: the penetration over which the damper comes in, so that the law has no jump
+ONSET = 0.3  # of the gap: the penetration over which the damper comes in; less is too sudden for the cut's steps
 
 
 @final
