@@ -18,6 +18,8 @@ from stribeck.model.rigid_body import mass_matrix
 from stribeck.run import Run
 
 HELD_SHARE = 0.3  # of the runs, or of a single run
+MOST_SAMPLES = 300_000  # of all fitted runs, and of all held-out ones: more adds time and memory, not knowledge
+STRETCH = 20.0  # s, of a recording too long to be taken whole
 
 
 @dataclass(frozen=True)
@@ -53,6 +55,7 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = ()) -> Prep
         fit, held = even, [_even(run, notes) for run in held_out]
     else:
         fit, held = split(even, notes)
+    fit, held = shortened(fit, notes), shortened(held, notes)
     every = [*fit, *held]
     inertia = moved_inertia(arm, every)
     cutoff = cutoff_frequency(arm, every, inertia)
@@ -78,6 +81,25 @@ def split(runs: Sequence[Run], notes: list[str]) -> tuple[list[Run], list[Run]]:
         return [part(run, 0, k)], [part(run, k, len(run.t))]
     held = list(range(2, len(runs), 3)) or [len(runs) - 1]
     return [run for i, run in enumerate(runs) if i not in held], [runs[i] for i in held]
+
+
+def shortened(runs: Sequence[Run], notes: list[str]) -> list[Run]:
+    """Return runs of at most MOST_SAMPLES together: of longer ones, evenly spaced stretches."""
+    total = sum(len(run.t) for run in runs)
+    if total <= MOST_SAMPLES:
+        return list(runs)
+    out: list[Run] = []
+    for run in runs:
+        length = max(16, round(STRETCH / run.sample_time))
+        count = max(1, int(MOST_SAMPLES * len(run.t) / total) // length)
+        if count * length >= len(run.t):
+            out.append(run)
+            continue
+        starts = np.linspace(0, len(run.t) - length, count).astype(int)
+        out += [part(run, start, start + length) for start in starts]
+        kept = f"{count} stretches of {length * run.sample_time:.3g} s out of {run.duration:.4g} s are used"
+        notes.append(f"{run.name}: {kept}")
+    return out
 
 
 def part(run: Run, start: int, stop: int) -> Run:
