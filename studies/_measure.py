@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import statistics
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -26,6 +27,13 @@ def fastest(work: Callable[[], object], times: int) -> float:
         work()
         took.append(time.perf_counter() - started)
     return min(took)
+
+
+def in_turn(first: Callable[[], object], second: Callable[[], object], times: int) -> tuple[float, float]:
+    """Return the median wall times of two works, s, called in turn so that both meet the same machine."""
+    pairs = [(fastest(first, 1), fastest(second, 1)) for _ in range(times)]
+    one, other = zip(*pairs, strict=True)
+    return statistics.median(one), statistics.median(other)
 
 
 @dataclass
