@@ -73,13 +73,13 @@ def _even(run: Run, notes: list[str]) -> Run:
 
 
 def split(runs: Sequence[Run], notes: list[str]) -> tuple[list[Run], list[Run]]:
-    """Return (fit, held out): every third run back, or the last part of a single run."""
+    """Return (fit, held out): every third run from the second on is kept back, or the last part of a single run."""
     if len(runs) == 1:
         run = runs[0]
         k = round((1.0 - HELD_SHARE) * len(run.t))
         notes.append(f"{run.name}: the last {HELD_SHARE:.0%} is held out")
         return [part(run, 0, k)], [part(run, k, len(run.t))]
-    held = list(range(2, len(runs), 3)) or [len(runs) - 1]
+    held = list(range(1, len(runs), 3))
     return [run for i, run in enumerate(runs) if i not in held], [runs[i] for i in held]
 
 

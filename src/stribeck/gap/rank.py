@@ -10,6 +10,7 @@ import numpy as np
 from stribeck.gap.blocks import bayesian_bootstrap, block_of_rows, block_sums, correlation_rows, t_value
 from stribeck.gap.model import Model
 from stribeck.gap.prepare import Prepared
+from stribeck.identify.conditioning import Conditioned
 
 DRAWS = 400
 TIE = 1.0  # of log likelihood
@@ -20,18 +21,23 @@ ALIKE = 0.93  # of it: so close that a law's exact form, not the data, would dec
 
 @dataclass(frozen=True)
 class Ranking:
-    """The base model and its rivals on held-out data, one entry a model, the base first.
+    """The base model and its rivals, one entry a model, the base first.
 
     Attributes
     ----------
     probability : array (K,)
-        Of being the best, by Bayesian bootstrap over blocks.
+        Of being the best, by Bayesian bootstrap over the blocks of all runs.
     loss : array (K, B, n)
-        Squared residual per block and joint, in units of the best model's mean per block.
+        Squared residual per block of all runs and joint, in units of the best model's mean per block.
     gain : array (K, 3)
-        Relative reduction of the squared residual against the base, joints multiplied, with its 95 % interval.
+        Relative reduction of the held-out squared residual against the base, joints multiplied, with its 95 %
+        interval.
+    overall : array (K,)
+        The same over all runs.
     t : array (K,)
-        Block-robust t value of the gain.
+        Block-robust t value of the gain over all runs.
+    power : array (K, n)
+        Mean square of the residual over all runs, in units of the noise floor's.
     prior_gain : array (K,)
         The prior's cost saved against the base.
     best : int
@@ -41,7 +47,9 @@ class Ranking:
     probability: np.ndarray
     loss: np.ndarray
     gain: np.ndarray
+    overall: np.ndarray
     t: np.ndarray
+    power: np.ndarray
     prior_gain: np.ndarray
     best: int
 
@@ -53,7 +61,7 @@ class Ranking:
         if k == self.best:
             return True
         apart = t_value(log_ratio(self.loss[k], self.loss[self.best]))
-        saved, kept = (-np.log(np.maximum(1.0 - self.gain[i, 0], 1e-12)) for i in (self.best, k))
+        saved, kept = (-np.log(np.maximum(1.0 - self.overall[i], 1e-12)) for i in (self.best, k))
         by_data = kept > (SHARED if apart < SAME else ALIKE) * saved
         by_prior = self.prior_gain[k] > self.prior_gain[self.best] - 2.0
         return bool(by_data and by_prior)
@@ -69,7 +77,7 @@ def log_ratio(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 
 def rank(prepared: Prepared, models: Sequence[Model], floor: np.ndarray, seed: int) -> Ranking:
-    """Rank models on the held-out runs.
+    """Rank models by their residuals on all runs, and measure their gains on the held-out ones.
 
     Parameters
     ----------
@@ -81,18 +89,20 @@ def rank(prepared: Prepared, models: Sequence[Model], floor: np.ndarray, seed: i
     Notes
     -----
     The likelihood is concentrated over each joint's own noise: n/2 log(sum of squares), counted in independent
-    rows. Model weights by pseudo-BMA with the Bayesian bootstrap: Yao, Vehtari, Simpson & Gelman (2018).
+    rows. An effect has few parameters against thousands of rows, so fitted runs may speak too; what they could be
+    wrong about, the colour of the residual, the blocks account for. The held-out runs must agree (``gain``).
+    Model weights by pseudo-BMA with the Bayesian bootstrap: Yao, Vehtari, Simpson & Gelman (2018).
     """
-    block = block_of_rows(prepared.held)
-    count = np.bincount(block).astype(float)
-    # half the floor's power is added: what a model changes below the noise is no gap that it closes
-    squares = np.array([block_sums(model.held**2, block) + 0.5 * np.outer(count, floor**2) for model in models])
+    runs = (*prepared.fit, *prepared.held)
+    whole = [np.concatenate([model.fit.residual, model.held]) for model in models]
+    squares = _squares(whole, block_of_rows(runs), floor)
     total = squares.sum(axis=1)
     reference = int(np.argmin(np.sum(np.log(total), axis=1)))
-    independent = _independent_rows(prepared, models[reference])
+    independent = _independent_rows(whole[reference], runs)
     prior = np.array([model.fit.prior for model in models])
     extra = np.array([0.5 * _own_parameters(model) * np.log(max(float(independent.mean()), 2.0)) for model in models])
-    weights = bayesian_bootstrap(squares.shape[1], DRAWS, np.random.default_rng(seed))
+    rng = np.random.default_rng(seed)
+    weights = bayesian_bootstrap(squares.shape[1], DRAWS, rng)
     logs = np.log(np.einsum("db,kbj->dkj", weights, squares) + 1e-300)
     score = -0.5 * logs @ independent - prior - extra
     weight = np.exp(score - score.max(axis=1, keepdims=True))
@@ -102,7 +112,21 @@ def rank(prepared: Prepared, models: Sequence[Model], floor: np.ndarray, seed: i
     best = int(np.argmax(mean_score[1:] > mean_score[1:].max() - TIE)) + 1 if len(models) > 1 else 0
     loss = squares / np.maximum(total[reference] / squares.shape[1], 1e-300)
     t = np.array([t_value(log_ratio(loss[0], row)) for row in loss])
-    return Ranking(probability, loss, _gains(logs, total), t, prior[0] - prior, best)
+    held = _squares([model.held for model in models], block_of_rows(prepared.held), floor)
+    draws = bayesian_bootstrap(held.shape[1], DRAWS, rng)
+    held_logs = np.log(np.einsum("db,kbj->dkj", draws, held) + 1e-300)
+    overall = 1.0 - np.exp(np.sum(np.log(total / total[0]), axis=1))
+    power = np.array([np.mean(residual**2, axis=0) / floor**2 for residual in whole])
+    return Ranking(probability, loss, _gains(held_logs, held.sum(axis=1)), overall, t, power, prior[0] - prior, best)
+
+
+def _squares(residuals: Sequence[np.ndarray], block: np.ndarray, floor: np.ndarray) -> np.ndarray:
+    """Return squared residuals summed over blocks (K, B, n), with half the floor's power added.
+
+    What a model changes below the noise is then no gap that it closes.
+    """
+    count = np.bincount(block).astype(float)
+    return np.array([block_sums(residual**2, block) + 0.5 * np.outer(count, floor**2) for residual in residuals])
 
 
 def _gains(logs: np.ndarray, total: np.ndarray) -> np.ndarray:
@@ -113,14 +137,13 @@ def _gains(logs: np.ndarray, total: np.ndarray) -> np.ndarray:
     return np.stack([value, low, high], axis=1)
 
 
-def _independent_rows(prepared: Prepared, model: Model) -> np.ndarray:
-    """Return how many independent rows (n,) all runs, fitted and held out, amount to.
+def _independent_rows(residual: np.ndarray, runs: Sequence[Conditioned]) -> np.ndarray:
+    """Return how many independent rows (n,) all runs amount to.
 
     The joint with the longest correlation counts for all: one whose residual is white noise would else outvote
     one with a gap.
     """
-    rows = model.fit.residual.shape[0] + model.held.shape[0]
-    return np.full(model.held.shape[1], rows / float(np.max(correlation_rows(model.held, prepared.held))))
+    return np.full(residual.shape[1], len(residual) / float(np.max(correlation_rows(residual, runs))))
 
 
 def _own_parameters(model: Model) -> int:

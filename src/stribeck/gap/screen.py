@@ -19,7 +19,7 @@ from stribeck.model.path import SignalPath
 from stribeck.model.waves import Trace
 
 REACH = 5.0  # typical sizes that one step may go
-STEPS, STEPS_BENT = 3, 5  # evaluations of a trial
+STEPS, STEPS_BENT = 3, 4  # evaluations of a trial
 
 
 @dataclass(frozen=True)

@@ -21,10 +21,11 @@ MOST_SURVIVORS = 8
 HOPEFUL = 0.3  # of the best promise: candidates with less are not fitted
 MOST_EFFECTS = 3
 LEAST_T = 2.8  # block-robust t value of the held-out gain
-LEAST_GAIN = 0.04  # of the held-out squared residual
+LEAST_GAIN = 0.06  # of the squared residual; held-out runs must show half of it
 LEAST_FURTHER = 0.3  # the same for a further effect: less may be what the first one's law does not fit
 SMALL_T, LARGE_GAIN = 2.0, 0.25  # a large gain may be less sure block by block, where few blocks excite it
 ELUSIVE_T = 4.0  # for laws that also fit what filters do around rest
+ABOVE = 0.7  # of the noise floor's power, which tends to be put too high: less is no gap
 LEAST_POWER = 0.2  # of the noise floor's power, that an effect removes from a joint whose residual is above it
 LEAST_PRIOR = 8.0  # cost that the prior must save for an effect that the residual alone does not show
 
@@ -97,7 +98,7 @@ def _step(
         delayed(screen)(prepared, base, weights, effect, joint, known.get((effect.name, joint)))
         for effect, joint in possible
     )
-    known.update({trial.key: trial.start for trial in tried if trial.promise > 0.0})
+    known.update({trial.key: trial.start for trial in tried})
     best_trials = _survivors(tried)
     progress(f"fitting {len({trial.key for trial in best_trials})} candidates")
     order = list(registry())
@@ -107,7 +108,7 @@ def _step(
     ranking = rank(prepared, [base, *rivals], floor, seed)
     kept = {(model.placed[-1].effect.name, model.placed[-1].joint) for model in rivals}
     out = tuple((effect.name, joint) for effect, joint in possible if (effect.name, joint) not in kept)
-    taken = bool(rivals) and _earns_its_place(ranking, base, rivals[ranking.best - 1], floor)
+    taken = bool(rivals) and _earns_its_place(ranking, rivals[ranking.best - 1])
     return Step(base, tuple(rivals), ranking, taken, out)
 
 
@@ -140,16 +141,17 @@ def _best_of_each(models: Sequence[Model | None]) -> list[Model]:
     return list(best.values())
 
 
-def _earns_its_place(ranking: Ranking, base: Model, best: Model, floor: np.ndarray) -> bool:
-    """Return whether the best rival is taken: it closes some of a gap above the floor, surely; or the prior asks."""
+def _earns_its_place(ranking: Ranking, best: Model) -> bool:
+    """Return whether the best rival is taken: it surely closes some of a gap above the floor; or the prior asks."""
     k = ranking.best
-    gain, t = ranking.gain[k, 0], ranking.t[k]
-    before, after = base.rms() / floor, best.rms() / floor
-    above = bool(np.any((before > 1.0) & (before**2 - after**2 > LEAST_POWER)))
+    gain, held, t = ranking.overall[k], ranking.gain[k, 0], ranking.t[k]
+    before, after = ranking.power[0], ranking.power[k]
+    above = bool(np.any((before > ABOVE) & (before - after > LEAST_POWER)))
     if best.placed[-1].effect.elusive:
         sure = t > ELUSIVE_T and gain > LARGE_GAIN
     else:
         sure = t > LEAST_T or (t > SMALL_T and gain > LARGE_GAIN and ranking.probability[0] < 0.01)
     least = LEAST_FURTHER if len(best.placed) > 1 else LEAST_GAIN
+    agreed = held > 0.5 * least
     by_prior = ranking.prior_gain[k] > LEAST_PRIOR and gain > -LEAST_GAIN
-    return bool((above and sure and gain > least) or by_prior)
+    return bool((above and sure and gain > least and agreed) or by_prior)
