@@ -76,6 +76,12 @@ CASES = {
     "encoder_offset": Case("B", {"offset": 0.05}, {"offset": (0.05, 0.01)}, 0.8),
     "time_shift": Case("B", {"time": 0.01}, {"time": (0.01, 0.001)}, 0.5),
     "payload": Case("B", {"mass": 0.6}, {"mass": (0.6, 0.05)}, 0.2),
+    "base_flexibility": Case(
+        "A",
+        {"stiffness": 800.0, "damping": 4.0, "inertia": 0.4},
+        {"stiffness": (800.0, 40.0), "damping": (4.0, 1.0), "inertia": (0.4, 0.1)},
+        0.3,
+    ),
     "gravity_tilt": Case("A", {"x": -0.3, "y": 2.0}, {"x": (-0.3, 0.15), "y": (2.0, 0.1)}, 0.2),
     "cable_spring": Case("B", {"stiffness": 2.0, "rest": 0.4}, {"stiffness": (2.0, 0.1), "rest": (0.4, 0.03)}, 0.2),
     "contact": Case(

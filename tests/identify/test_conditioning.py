@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stribeck.identify.conditioning import STUCK_TIME, Conditioned, condition, cutoff_frequency
+from stribeck.identify.conditioning import STUCK_TIME, Conditioned, condition, cutoff_frequency, held_command
 from stribeck.run import Run
 
 from .conftest import pendulum, recorded, sines
@@ -46,10 +46,19 @@ def test_no_phase_shift(rate: float) -> None:
         assert abs(across) < 1e-6 * in_phase
 
 
-def test_command_is_centred() -> None:
-    """A held command acts, on average, half a sample late: the mean of the values before and after a sample."""
+@pytest.mark.parametrize("turn", [0.1, 0.5, 0.8])
+def test_held_command_is_what_acts(turn: float) -> None:
+    """A sine of `turn` rad a step, held from sample to sample, acts half a step late and shrunk by sinc(turn / 2)."""
+    steps = np.arange(400)
+    found = held_command(np.sin(turn * steps)[:, None])[:, 0]
+    acting = np.sinc(turn / 2 / np.pi) * np.sin(turn * (steps - 0.5))
+    assert found[3:-3] == pytest.approx(acting[3:-3], abs=0.02 * turn**4 + 1e-9)
     run = recorded(rate=250.0)
-    assert condition(pendulum(), run, 20.0).command[5, 0] == pytest.approx(0.5 * (run.tau[4, 0] + run.tau[5, 0]))
+    assert condition(pendulum(), run, 20.0).command == pytest.approx(held_command(run.tau))
+
+
+def test_constant_command_stays() -> None:
+    assert held_command(np.full((20, 2), 3.0)) == pytest.approx(np.full((20, 2), 3.0))
 
 
 @settings(max_examples=25, deadline=None)
@@ -92,17 +101,26 @@ def test_no_nan_whatever_the_motion(q: np.ndarray) -> None:
     assert (run.velocity_sd > 0.0).all()
 
 
-def test_stuck_is_long_enough_rest() -> None:
+def test_stuck_is_rest() -> None:
     rate = 500.0
     t = np.arange(2000) / rate
-    speed = np.where((t > 1.0) & (t < 1.5), 0.0, 1.0)  # a rest of half a second
-    turn = np.abs(t - 3.0) < 0.3 * STUCK_TIME  # and a passage through zero that is over too soon
-    speed[turn] = 0.0
-    q = np.cumsum(speed) / rate
+    q = np.cumsum(np.where((t > 1.0) & (t < 1.5), 0.0, 1.0)) / rate
     run = condition(pendulum(), Run("rest", t, q[:, None], np.zeros((2000, 1))), 40.0, np.array([1e-7]))
     stuck = run.stuck[:, 0] > 0.5
     assert stuck[(t > 1.1) & (t < 1.4)].all()
     assert not stuck[(t < 0.9) | (t > 1.6)].any()
+
+
+@pytest.mark.parametrize(("hertz", "rests"), [(0.3, False), (0.05, True)])
+def test_passing_through_zero_is_no_rest(hertz: float, rests: bool) -> None:
+    """Below the threshold for less than STUCK_TIME at a reversal: not stuck; for longer: as good as at rest."""
+    t = np.arange(5000) / 500.0
+    w = 2 * np.pi * hertz
+    run = condition(pendulum(), Run("sine", t, np.sin(w * t)[:, None] / w, np.zeros((5000, 1))), 20.0, np.array([5e-5]))
+    below = 2 * 3.0 * run.velocity_sd[0] / w  # s, at a speed of amplitude one
+    assert 3 * run.sample_time < below
+    assert (below > STUCK_TIME) == rests
+    assert bool(run.stuck.any()) == rests
 
 
 def test_velocity_uncertainty_is_that_of_the_noise() -> None:
