@@ -20,7 +20,7 @@ def test_whole_runs_are_kept_back(count: int) -> None:
     assert len(fit) + len(held) == count
     assert fit
     assert held
-    assert len(held) <= max(1, count / 3)
+    assert len(held) <= (count + 2) / 3
 
 
 def test_single_run_is_cut() -> None:

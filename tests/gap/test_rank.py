@@ -20,17 +20,18 @@ def prepared() -> Prepared:
     return prepare(TRUE, [sines(10.0, seed=i, name=f"{i}") for i in range(3)])
 
 
-def model(held: np.ndarray, effect: str | None = None, prior: float = 0.0) -> Model:
-    """A model that left `held` on the held-out runs."""
+def model(every: np.ndarray, effect: str | None = None, prior: float = 0.0) -> Model:
+    """A model that left `every` on the fitted and the held-out runs, one after the other."""
     placed = (Placed(effect_named(effect), 0, {}),) if effect else ()
     entries = layout(TRUE, placed)
     p = values_of(entries)
-    fit = Fit(entries, p, np.arange(2), np.zeros((2000, 1)), np.zeros((2000, 1, 2)), 1.0, prior, "ok", 1, ())
+    fitted, held = every[: 2 * len(every) // 3], every[2 * len(every) // 3 :]  # two runs of three, alike in length
+    fit = Fit(entries, p, np.arange(2), fitted, np.zeros((len(fitted), 1, 2)), 1.0, prior, "ok", 1, ())
     return Model(placed, fit, held)
 
 
 def noise(prepared: Prepared, seed: int, size: float = 0.3) -> np.ndarray:
-    rows = sum(len(run.analysis_index) for run in prepared.held)
+    rows = sum(len(run.analysis_index) for run in (*prepared.fit, *prepared.held))
     return size * np.random.default_rng(seed).standard_normal((rows, 1))
 
 
@@ -93,6 +94,17 @@ def test_below_the_floor_nothing_is_gained(prepared: Prepared) -> None:
     base, rival = model(noise(prepared, 0, 0.01)), model(0.5 * noise(prepared, 0, 0.01), "delay")
     found = rank(prepared, [base, rival], np.array([1.0]), 0)
     assert abs(found.gain[1, 0]) < 1e-3
+
+
+def test_gain_is_that_of_the_held_out_runs(prepared: Prepared) -> None:
+    """A model that is better only where it was fitted: better overall, without a gain on the rest."""
+    base = noise(prepared, 0) + np.sign(noise(prepared, 9))
+    fitted_only = base.copy()
+    fitted_only[: 2 * len(base) // 3] = noise(prepared, 0)[: 2 * len(base) // 3]
+    found = rank(prepared, [model(base), model(fitted_only, "delay")], FLOOR, 0)
+    assert found.overall[1] > 0.4
+    assert found.gain[1] == pytest.approx([0.0, 0.0, 0.0], abs=1e-9)
+    assert found.power[0] == pytest.approx([1.09 / 0.05**2], rel=0.1)
 
 
 def test_ranking_is_repeatable(prepared: Prepared) -> None:

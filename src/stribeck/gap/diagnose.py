@@ -100,7 +100,8 @@ class _Assembly:
         self.steps = tuple(steps)
         self.base = steps[0].base
         taken = [step.best for step in steps if step.taken and step.best is not None]
-        self.models: list[Model] = [self.base, *taken]
+        again = [step.base for step in self.steps[1:]]  # what was taken, fitted once more with weights of its own
+        self.models: list[Model] = [self.base, *again, *taken[len(again) :]]
         self.block = block_of_rows(prepared.held)
         self.draws = bayesian_bootstrap(int(self.block.max()) + 1, 400, np.random.default_rng(seed))
         self.warnings = list(prepared.warnings)
