@@ -12,6 +12,7 @@ from stribeck.gap.result import Cause, Estimate
 from stribeck.gap.search import Step
 
 AT_FLOOR = 1.4  # residual over noise floor up to which nothing is left to explain
+HALFWAY, STEEPNESS = 0.35, 12.0  # explained part at which "unknown" is as likely as not, and how fast that turns
 NAMED_OVER = 0.5  # probability of presence from which an effect is named
 
 
@@ -42,7 +43,7 @@ def explained(left: np.ndarray, floor: np.ndarray, before: np.ndarray) -> np.nda
 
 def unknown_probability(part: float) -> float:
     """Return the probability that an effect outside the library is at work, from the part explained."""
-    return float(1.0 / (1.0 + np.exp(12.0 * (part - 0.5))))
+    return float(1.0 / (1.0 + np.exp(STEEPNESS * (part - HALFWAY))))
 
 
 def causes_of(steps: Sequence[Step], names: Sequence[str], floor: np.ndarray) -> tuple[list[Cause], float]:
@@ -78,7 +79,9 @@ def causes_of(steps: Sequence[Step], names: Sequence[str], floor: np.ndarray) ->
 def no_gap_probability(step: Step, floor: np.ndarray) -> float:
     """Return the probability that nothing is there, where no effect was taken."""
     ratio = float(np.max(step.base.rms() / floor))
-    return float(step.ranking.probability[0] ** 0.25 / (1.0 + np.exp(8.0 * (ratio - AT_FLOOR))))
+    # a rival that the search turned down says little against: it closes nothing above the floor
+    chance = max(float(step.ranking.probability[0]), 0.5) ** 0.25
+    return float(chance / (1.0 + np.exp(8.0 * (ratio - AT_FLOOR))))
 
 
 def closes_estimate(
