@@ -29,9 +29,9 @@ def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 
 
 def recorded(*effects: tuple[str, dict[str, float]], noise: float = 1e-5) -> tuple[Run, ...]:
-    """Four runs of a pendulum, 5 s each, with effects hidden in it."""
+    """Four runs of a pendulum, 4 s each, with effects hidden in it."""
     kinds = ("slow reversals", "multisine", "via points", "point to point")
-    motions = programme(NOMINAL, np.random.default_rng(1), kinds, 5.0)
+    motions = programme(NOMINAL, np.random.default_rng(1), kinds, 4.0)
     hidden = [Injection(name, "A", values) for name, values in effects]
     gains = default_gains(NOMINAL, 3.0)
     return record(TRUE, hidden, motions, rate=250.0, noise=noise, gains=gains, model=NOMINAL, seed=5)
