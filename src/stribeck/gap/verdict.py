@@ -12,7 +12,7 @@ from stribeck.gap.result import Cause, Estimate
 from stribeck.gap.search import Step
 
 AT_FLOOR = 1.4  # residual over noise floor up to which nothing is left to explain
-HALFWAY, STEEPNESS = 0.35, 12.0  # explained part at which "unknown" is as likely as not, and how fast that turns
+HALFWAY, STEEPNESS = 0.5, 12.0  # explained part at which "unknown" is as likely as not, and how fast that turns
 NAMED_OVER = 0.5  # probability of presence from which an effect is named
 
 
