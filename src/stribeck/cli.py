@@ -1,6 +1,12 @@
-"""The program ``stribeck``: one thin function a command. What fails, and how, stands in `stribeck.exits`."""
 
+# ruff: noqa: E402 - the setting below must stand before NumPy is loaded
 from __future__ import annotations
+
+import os
+
+# candidates run in processes of their own; threads of the linear algebra under them only get in each other's way
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import sys
 from collections.abc import Callable, Iterator, Sequence

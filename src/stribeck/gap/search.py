@@ -92,6 +92,7 @@ def _step(
 ) -> Step:
     weights = weights_of(base.fit.residual, prepared, floor)
     base = fit_model(prepared, base.placed, weights, base.fit)
+    known_before = bool(known)  # an earlier step has left its trials
     possible = candidates(prepared.arm, base.placed, leave_out)
     progress(f"screening {len(possible)} candidates")
     tried = pool(
@@ -108,7 +109,7 @@ def _step(
     ranking = rank(prepared, [base, *rivals], floor, seed)
     kept = {(model.placed[-1].effect.name, model.placed[-1].joint) for model in rivals}
     out = tuple((effect.name, joint) for effect, joint in possible if (effect.name, joint) not in kept)
-    taken = bool(rivals) and _earns_its_place(ranking, rivals[ranking.best - 1])
+    taken = bool(rivals) and _earns_its_place(ranking, rivals[ranking.best - 1], further=known_before)
     return Step(base, tuple(rivals), ranking, taken, out)
 
 
@@ -141,7 +142,7 @@ def _best_of_each(models: Sequence[Model | None]) -> list[Model]:
     return list(best.values())
 
 
-def _earns_its_place(ranking: Ranking, best: Model) -> bool:
+def _earns_its_place(ranking: Ranking, best: Model, *, further: bool) -> bool:
     """Return whether the best rival is taken: it surely closes some of a gap above the floor; or the prior asks."""
     k = ranking.best
     gain, held, t = ranking.overall[k], ranking.gain[k, 0], ranking.t[k]
@@ -151,7 +152,7 @@ def _earns_its_place(ranking: Ranking, best: Model) -> bool:
         sure = t > ELUSIVE_T and gain > LARGE_GAIN
     else:
         sure = t > LEAST_T or (t > SMALL_T and gain > LARGE_GAIN and ranking.probability[0] < 0.01)
-    least = LEAST_FURTHER if len(best.placed) > 1 else LEAST_GAIN
+    least = LEAST_FURTHER if further else LEAST_GAIN
     agreed = held > 0.5 * least
     by_prior = ranking.prior_gain[k] > LEAST_PRIOR and gain > -LEAST_GAIN
     return bool((above and sure and gain > least and agreed) or by_prior)

@@ -10,9 +10,11 @@ import numpy as np
 from stribeck.gap.blocks import block_sums
 from stribeck.gap.result import Cause, Estimate
 from stribeck.gap.search import Step
+from stribeck.model.layout import Placed
 
 AT_FLOOR = 1.4  # residual over noise floor up to which nothing is left to explain
-HALFWAY, STEEPNESS = 0.5, 12.0  # explained part at which "unknown" is as likely as not, and how fast that turns
+HALFWAY, STEEPNESS = 0.8, 20.0  # explained part at which "unknown" is as likely as not, and how fast that turns
+STRAINED = 0.4  # factor on the presence of an effect that fits only with a parameter on its bound
 NAMED_OVER = 0.5  # probability of presence from which an effect is named
 
 
@@ -46,6 +48,16 @@ def unknown_probability(part: float) -> float:
     return float(1.0 / (1.0 + np.exp(STEEPNESS * (part - HALFWAY))))
 
 
+def strained(place: Placed) -> bool:
+    """Return whether an effect's fit rests on a bound of its parameters that is not their null."""
+    for parameter in place.effect.parameters:
+        value = place.values.get(parameter.name, parameter.null)
+        for bound in (parameter.lower, parameter.upper):
+            if np.isfinite(bound) and bound != parameter.null and abs(value - bound) <= 1e-3 * abs(bound):
+                return True
+    return False
+
+
 def causes_of(steps: Sequence[Step], names: Sequence[str], floor: np.ndarray) -> tuple[list[Cause], float]:
     """Return the causes that the taken steps name, without parameters, and the probability of ``unknown``."""
     taken = [step for step in steps if step.taken]
@@ -60,6 +72,7 @@ def causes_of(steps: Sequence[Step], names: Sequence[str], floor: np.ndarray) ->
         chance = float(sum(r.probability[k] for k in r.twins()))
         share = -float(np.log(max(1.0 - r.gain[r.best, 0], 1e-6)))
         presence = chance * (1.0 - unknown_probability(float(part[place.joint])))
+        presence *= STRAINED if strained(place) else 1.0
         gathered.setdefault(place.effect.name, []).append(
             (place.joint, presence, share, tuple(dict.fromkeys([place.effect.name, *[t.effect.name for t in twins]])))
         )
