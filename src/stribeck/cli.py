@@ -1,5 +1,5 @@
+"""The program ``stribeck``: one thin function a command. What fails, and how, stands in `stribeck.exits`."""
 
-# ruff: noqa: E402 - the setting below must stand before NumPy is loaded
 from __future__ import annotations
 
 import os

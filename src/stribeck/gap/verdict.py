@@ -13,8 +13,8 @@ from stribeck.gap.search import Step
 from stribeck.model.layout import Placed
 
 AT_FLOOR = 1.4  # residual over noise floor up to which nothing is left to explain
-HALFWAY, STEEPNESS = 0.8, 20.0  # explained part at which "unknown" is as likely as not, and how fast that turns
-STRAINED = 0.4  # factor on the presence of an effect that fits only with a parameter on its bound
+HALFWAY, STEEPNESS = 0.7, 20.0  # explained part at which "unknown" is as likely as not, and how fast that turns
+STRAINED = 0.4  # factor on the presence of every effect where one of them fits only with a parameter on its bound
 NAMED_OVER = 0.5  # probability of presence from which an effect is named
 
 
@@ -61,8 +61,8 @@ def strained(place: Placed) -> bool:
 def causes_of(steps: Sequence[Step], names: Sequence[str], floor: np.ndarray) -> tuple[list[Cause], float]:
     """Return the causes that the taken steps name, without parameters, and the probability of ``unknown``."""
     taken = [step for step in steps if step.taken]
-    before, left = steps[0].base.held, (taken[-1].best or steps[0].base).held if taken else steps[0].base.held
-    part = explained(left, floor, before)
+    final = (taken[-1].best or steps[0].base) if taken else steps[0].base
+    part = explained(final.held, floor, steps[0].base.held)
     gathered: dict[str, list[tuple[int, float, float, tuple[str, ...]]]] = {}
     for step in taken:
         r, best = step.ranking, step.best
@@ -72,7 +72,7 @@ def causes_of(steps: Sequence[Step], names: Sequence[str], floor: np.ndarray) ->
         chance = float(sum(r.probability[k] for k in r.twins()))
         share = -float(np.log(max(1.0 - r.gain[r.best, 0], 1e-6)))
         presence = chance * (1.0 - unknown_probability(float(part[place.joint])))
-        presence *= STRAINED if strained(place) else 1.0
+        presence *= STRAINED if any(strained(other) for other in final.placed) else 1.0
         gathered.setdefault(place.effect.name, []).append(
             (place.joint, presence, share, tuple(dict.fromkeys([place.effect.name, *[t.effect.name for t in twins]])))
         )
