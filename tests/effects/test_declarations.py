@@ -197,6 +197,9 @@ class Brush(ActuatorEffect):
     name = "brush"
     channel = "actuator"
 
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        return ({},)
+
 
 class Impostor(Brush):
     """Takes a name that is taken."""

@@ -8,7 +8,7 @@ passes its stage through unchanged.
 from __future__ import annotations
 
 import math
-from abc import ABC
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
@@ -146,9 +146,9 @@ class Effect(ABC):
         """Return whether the effect is a candidate for this arm and joint at all."""
         return True
 
+    @abstractmethod
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         """Return trial values from which a fit starts, clear of the null, most likely first."""
-        raise NotImplementedError  # every final class states its own
 
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
         """Return trial values in sight of what the model so far leaves at the joint, as a frequency needs it."""
@@ -178,17 +178,17 @@ class ActuatorEffect(Effect):
 class TransmissionEffect(Effect):
     """A compliance between motor and link; the link then has a position and velocity of its own."""
 
+    @abstractmethod
     def transmitted(self, deflection: Expression, rate: Expression, p: Parameters) -> Expression:
         """Return the torque handed to the link from the deflection (motor minus link, rad) and its rate."""
-        raise NotImplementedError
 
     def carrier(self, p: Parameters) -> Expression | None:
         """Return the inertia (kg m^2) that carries the motor and yields with it; None where the motor stands firm."""
         return None
 
+    @abstractmethod
     def deflection(self, torque: Expression, p: Parameters) -> Expression:
         """Return the static deflection (rad) under a torque: where a recording starts."""
-        raise NotImplementedError
 
 
 class FrictionEffect(Effect):
@@ -234,9 +234,9 @@ class RigidBodyEffect(Effect):
 class ExternalEffect(Effect):
     """A torque on the link from outside the model."""
 
+    @abstractmethod
     def torque(self, s: Signals, x: States, p: Parameters) -> Expression:
         """Return the torque that the drive must overcome, N m."""
-        raise NotImplementedError
 
 
 class SensingEffect(Effect):
