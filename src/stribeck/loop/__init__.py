@@ -1,0 +1,1 @@
+"""Gain and limit-cycle analysis: approximate methods, and exact ones beside them."""
