@@ -162,6 +162,27 @@ def simulate(
         print(f"warning: {result.motion.status} after {result.ended:.6g} s", file=sys.stderr)
 
 
+@app.command("validate-fmu", epilog="Example: [bold]stribeck validate-fmu arm.fmu[/bold]")
+def validate(
+    fmu: Annotated[Path, typer.Argument(metavar="FILE.fmu", help="An FMU, from here or from any other tool.")],
+    run: Annotated[
+        bool, typer.Option("--run/--no-run", help="Simulate it, which runs the binary inside: not for untrusted files.")
+    ] = True,
+) -> None:
+    """Check an FMU: description, binaries, sources, names, units, and its motion against the arm's own simulator.
+
+    Lists the problems; exit status 1 when there are any.
+    """
+    from stribeck.export.validate import check_fmu
+    from stribeck.export.validate.told import told
+
+    found = check_fmu(fmu, run=run)
+    for line in told(found):
+        print(line)
+    if found.problems:
+        raise typer.Exit(1)
+
+
 @contextmanager
 def _progress(task: str) -> Iterator[Callable[[str], None]]:
     """Show on standard error what is being done; line by line where there is no terminal."""

@@ -1,0 +1,136 @@
+"""Everything that is checked of one FMU, and what was left out."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import fmpy
+
+from stribeck.arm import Arm, load_arm
+from stribeck.errors import StribeckError
+from stribeck.export.validate.binaries import binary_problems, platform_folders
+from stribeck.export.validate.compare import ALLOWED, Deviation, against_simulator, by_itself
+from stribeck.export.validate.declared import declaration_problems, unitless
+from stribeck.export.validate.opened import ARM, Opened, opened
+from stribeck.export.validate.sources import build_sources
+
+
+@dataclass(frozen=True)
+class Validation:
+    """What was found.
+
+    Attributes
+    ----------
+    problems : tuple of str
+        One line each.
+    skipped : tuple of str
+        What was not checked, and why.
+    deviations : tuple of Deviation
+        Of the interface types that were simulated against the arm's own simulator.
+    facts : tuple of str
+        What it is: version, interface types, platforms.
+    """
+
+    problems: tuple[str, ...]
+    skipped: tuple[str, ...]
+    deviations: tuple[Deviation, ...]
+    facts: tuple[str, ...]
+
+
+def validate_fmu(path: Path | str, *, run: bool = True) -> list[str]:
+    """Return the problems of an FMU; see `check_fmu`."""
+    return list(check_fmu(path, run=run).problems)
+
+
+def check_fmu(path: Path | str, *, run: bool = True) -> Validation:
+    """Check an FMU of this package or of any other origin.
+
+    Parameters
+    ----------
+    path : path
+    run : bool
+        Simulate it too. That runs the binary that came with it, in a process of its own with bounded time and memory,
+        which keeps accidents away and not malice: leave it out for a file that you do not trust.
+
+    Raises
+    ------
+    InputError
+        When the file is no FMU, or would do harm when it is unpacked or read.
+    """
+    with opened(path) as fmu:
+        if fmu.description is None:
+            return Validation(fmu.problems, ("everything after the description",), (), ())
+        found, skipped, deviations = [*fmu.problems], list[str](), list[Deviation]()
+        problems, left = binary_problems(fmu)
+        found += problems
+        skipped += left
+        arm = _arm(fmu, found)
+        if arm is not None:
+            found += declaration_problems(fmu, arm)
+        elif not fmu.ours:
+            skipped.append("names of the contract and comparison with a simulator: the FMU holds no resources/arm.toml")
+        bare = unitless(fmu)
+        if bare:
+            text = f"{len(bare)} of the real variables without a unit, {bare[0]} among them"
+            (found if fmu.ours else skipped).append(text)
+        with tempfile.TemporaryDirectory(prefix="stribeck.build.") as name:
+            library = Path(name) / "built.so"
+            problems, left = build_sources(fmu, library)
+            found += problems
+            skipped += left
+            if run:
+                deviations = _run(fmu, arm, library if library.exists() else None, found, skipped)
+            else:
+                skipped.append("simulation: not asked for")
+        return Validation(tuple(found), tuple(skipped), tuple(deviations), _facts(fmu))
+
+
+def _arm(fmu: Opened, found: list[str]) -> Arm | None:
+    """Return the arm that an FMU holds; a file that cannot be read is a problem."""
+    if not fmu.ours:
+        return None
+    try:
+        return load_arm(fmu.folder / ARM)
+    except StribeckError as error:
+        found.append(str(error).replace(str(fmu.folder) + "/", ""))
+        return None
+
+
+def _run(fmu: Opened, arm: Arm | None, built: Path | None, found: list[str], skipped: list[str]) -> list[Deviation]:
+    """Simulate every interface type, with the binary of this platform and with the one built from the sources."""
+    deviations = []
+    here = f"binaries/{fmpy.platform if fmu.version == 2 else fmpy.platform_tuple}/"
+    held = any(file.startswith(here) for file in fmu.files)
+    libraries = [None] * held + ([built] if built and (not held or fmu.ours) else [])
+    if not libraries:
+        skipped.append(f"simulation: no binary in {here} and none could be built")
+    if fmu.version not in (2, 3):
+        return []
+    for kind in fmu.kinds:
+        for library in libraries:
+            origin = "" if library is None else " built from the sources"
+            try:
+                if arm is None:
+                    found += [problem + origin for problem in by_itself(fmu, kind, library)]
+                    continue
+                deviation = against_simulator(fmu, arm, kind, library)
+            except StribeckError as error:
+                found.append(str(error) + origin)
+                continue
+            if not deviation.position <= ALLOWED[kind]:
+                found.append(
+                    f"{kind}{origin} departs from the arm's own simulator by {deviation.position:.2g} rad, "
+                    f"more than {ALLOWED[kind]:g}"
+                )
+            if library is None or not held:
+                deviations.append(deviation)
+    return deviations
+
+
+def _facts(fmu: Opened) -> tuple[str, ...]:
+    kinds = " and ".join(fmu.kinds) or "no interface type that can be simulated"
+    platforms = ", ".join(platform_folders(fmu)) or "none"
+    made = fmu.description.generationTool or "a tool that does not say its name"
+    return (f"FMI {fmu.description.fmiVersion}, {kinds}, by {made}", f"binaries: {platforms}")

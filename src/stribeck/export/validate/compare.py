@@ -1,0 +1,115 @@
+"""An arm's FMU against the arm's own simulator, and any other FMU against itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.arm import Arm
+from stribeck.errors import StribeckError
+from stribeck.export.validate.apart import Trial, held_inputs, simulate_apart
+from stribeck.export.validate.opened import Opened
+from stribeck.simulate import Engine, path_of
+
+Floats = NDArray[np.float64]
+
+ALLOWED = {"CoSimulation": 1e-8, "ModelExchange": 1e-6}  # rad
+_TOLERANCE = 1e-8
+_STEP, _DURATION = 0.01, 2.0  # s
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """How far a simulated FMU lies from the arm's own simulator.
+
+    Attributes
+    ----------
+    kind : str
+        Interface type.
+    position : float
+        Largest difference of a joint position, rad.
+    events : int
+        Changes of a contact mode in the simulator's motion.
+    """
+
+    kind: str
+    position: float
+    events: int
+
+
+def trial_command(engine: Engine) -> tuple[Floats, Floats]:
+    """Return instants (M,) and sampled torques (M, n), N m, that make every joint stick, break away and reverse."""
+    arm, n = engine.path.arm, engine.n
+    times = _STEP * np.arange(round(_DURATION / _STEP) + 1, dtype=np.float64)
+    level = np.array([max(j.friction.C0 + j.friction.C1, j.backward.C0 + j.backward.C1) for j in arm.joints])
+    inertia = engine.moved_inertia(np.zeros(n))
+    size = 1.6 * level + 2.0 * inertia  # the second part moves a joint without friction
+    frequency = 0.7 + 0.45 * np.arange(n)  # Hz
+    command: Floats = size * np.sin(2.0 * np.pi * frequency * times[:, None] + 0.4 * np.arange(n))
+    return times, command
+
+
+def against_simulator(fmu: Opened, arm: Arm, kind: str, library: Path | None = None) -> Deviation:
+    """Simulate an arm's FMU and the arm under the same sampled torques.
+
+    Parameters
+    ----------
+    kind : str
+        ``CoSimulation`` or ``ModelExchange``.
+    library : path or None
+        The binary to use in place of the FMU's own.
+
+    Raises
+    ------
+    StribeckError
+        When one of the two cannot be simulated.
+    """
+    engine = Engine(path_of(arm))
+    times, command = trial_command(engine)
+    names = range(1, arm.n + 1)
+    trial = Trial(
+        folder=str(fmu.folder), kind=kind, stop=float(times[-1]), interval=_STEP, tolerance=_TOLERANCE,
+        outputs=tuple(f"q[{k}]" for k in names), start_values={f"{key}[{k}]": 0.0 for k in names for key in _START},
+        library=None if library is None else str(library),
+    )  # fmt: skip
+    got, position = simulate_apart(trial, held_inputs(times, command, tuple(f"tau[{k}]" for k in names)))
+    if len(got) != len(times) or not np.allclose(got, times, rtol=0.0, atol=1e-9):
+        raise StribeckError("the simulation did not give the instants that were asked for", f"{len(got)} of them")
+    own = engine.run(engine.p, engine.start(engine.p, np.zeros(arm.n)), times, command, tolerance=0.01 * _TOLERANCE)
+    if not own.ok:
+        raise StribeckError("the arm's own simulator did not reach the end", own.status)
+    return Deviation(kind, float(np.max(np.abs(position - own.q))), own.event_count)
+
+
+_START = ("q_start", "dq_start")
+
+
+def by_itself(fmu: Opened, kind: str, library: Path | None = None) -> list[str]:
+    """Simulate an FMU of any model twice with its default experiment; return the problems."""
+    experiment = fmu.description.defaultExperiment
+    start = float(getattr(experiment, "startTime", None) or 0.0)
+    stop = float(getattr(experiment, "stopTime", None) or start + 1.0)
+    step = float(getattr(experiment, "stepSize", None) or 0.0)
+    # a foreign model may ask for hours; a thousand of its steps show whether it runs
+    interval = step if step > 0.0 else (stop - start) / 500.0
+    stop = min(stop, start + 1000.0 * interval)
+    real = ("Real", "Float64")
+    outputs = [v.name for v in fmu.description.modelVariables if v.causality == "output" and v.type in real]
+    scalar = tuple(v.name for v in fmu.description.modelVariables if v.name in outputs and not v.dimensions)[:200]
+    trial = Trial(
+        folder=str(fmu.folder), kind=kind, start=start, stop=stop, interval=interval, outputs=scalar,
+        library=None if library is None else str(library),
+    )  # fmt: skip
+    first, second = simulate_apart(trial), simulate_apart(trial)
+    problems = []
+    if first[0][-1] < stop - 1e-6 * (stop - start):
+        problems.append(f"{kind} ended at {first[0][-1]:g} s instead of {stop:g} s")
+    bad = [name for k, name in enumerate(scalar) if not np.isfinite(first[1][:, k]).all()]
+    if bad:
+        problems.append(f"{kind} gives values of {bad[0]} that are not finite")
+    if first[1].shape != second[1].shape or first[1].tobytes() != second[1].tobytes():
+        problems.append(f"{kind} gives another result when it is simulated a second time")
+    return problems

@@ -1,0 +1,17 @@
+"""What was found of an FMU, as lines to print."""
+
+from __future__ import annotations
+
+from stribeck.export.validate.check import Validation
+
+
+def told(found: Validation) -> list[str]:
+    """Return the lines: what it is, how far it departs from the simulator, what was skipped, and the problems."""
+    lines = list(found.facts)
+    lines += [
+        f"{one.kind}: at most {one.position:.2g} rad from the arm's own simulator, {one.events} stick-slip events"
+        for one in found.deviations
+    ]
+    lines += [f"skipped: {text}" for text in found.skipped]
+    lines += [f"problem: {text}" for text in found.problems]
+    return [*lines, f"{len(found.problems)} problems" if found.problems else "no problems"]

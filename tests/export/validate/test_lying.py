@@ -1,0 +1,98 @@
+"""FMUs that are not what they say: named, each in one line, and nothing takes the checker down with it."""
+
+import os
+import time
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from stribeck.errors import StribeckError
+from stribeck.export.validate import check_fmu, validate_fmu
+from stribeck.export.validate.apart import Trial, simulate_apart
+
+from .tiny import CRASH, DESCRIPTION, ERROR, EXIT, HANG, HERE, MEMORY, NAN, RANDOM, VERSION, binary, source, tiny
+
+
+def test_sound_one_has_no_problems_and_says_what_was_left_out(tmp_path: Path) -> None:
+    found = check_fmu(tiny(tmp_path / "tiny.fmu"))
+    assert found.problems == ()
+    assert found.facts[0] == "FMI 2.0, CoSimulation, by by hand"
+    assert any("holds no resources/arm.toml" in text for text in found.skipped)
+    assert any("without a unit" in text for text in found.skipped)
+
+
+WAYS = {
+    CRASH: "Co-Simulation failed while simulating: the binary crashed with SIGSEGV",
+    NAN: "CoSimulation gives values of x that are not finite",
+    MEMORY: "failed while simulating: FMICallException: fmi2DoStep failed with status 3",
+    EXIT: "Co-Simulation failed while simulating: exit status 0",
+    ERROR: "fmi2DoStep failed with status 3",
+    VERSION: "the binary says FMI 3.0, the description 2.0",
+    RANDOM: "CoSimulation gives another result when it is simulated a second time",
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_misbehaving_binary(tmp_path: Path, way: int) -> None:
+    (problem,) = validate_fmu(tiny(tmp_path / "tiny.fmu", way=way))
+    assert WAYS[way] in problem
+    assert "\n" not in problem
+
+
+def test_binary_that_hangs(tmp_path: Path) -> None:
+    tiny(tmp_path / "tiny.fmu", way=HANG)
+    folder = tmp_path / "unpacked"
+    with zipfile.ZipFile(tmp_path / "tiny.fmu") as archive:
+        archive.extractall(folder)
+    started = time.monotonic()
+    with pytest.raises(StribeckError, match="it took longer than 1 s"):
+        simulate_apart(Trial(str(folder), "CoSimulation", 1.0, 0.1, ("x",), seconds=1.0))
+    assert time.monotonic() - started < 15.0
+
+
+def replaced(old: str, new: str) -> Callable[[Path], Path]:
+    assert old in DESCRIPTION
+    return lambda path: tiny(path, description=DESCRIPTION.replace(old, new))
+
+
+C_FILES = '<CoSimulation modelIdentifier="tiny"><SourceFiles><File name="{}"/></SourceFiles></CoSimulation>'
+PLAIN = '<CoSimulation modelIdentifier="tiny" canHandleVariableCommunicationStepSize="true"/>'
+
+LIES: dict[str, tuple[Callable[[Path], Path], str]] = {
+    "token": (replaced("{tiny}", "{another}"), "Failed to instantiate"),
+    "output not listed": (replaced('<Outputs><Unknown index="2"/></Outputs>', ""), "ModelStructure/Outputs"),
+    "no such index": (replaced('<Outputs><Unknown index="2"/>', '<Outputs><Unknown index="9"/>'), "index"),
+    "twin names": (replaced('name="u"', 'name="x"'), "is not unique"),
+    "undeclared unit": (replaced('<Real start="0.5"/>', '<Real start="0.5" unit="kg"/>'), 'unit "kg"'),
+    "no start": (replaced('<Real start="0"/>', "<Real/>"), "no start value"),
+    "schema": (replaced("<ModelVariables>", "<ModelVariables><Real/>"), "not expected"),
+    "identifier": (replaced('modelIdentifier="tiny"', 'modelIdentifier="../../evil"'), "is not a name in C"),
+    "other identifier": (replaced('modelIdentifier="tiny"', 'modelIdentifier="other"'), "other.so is missing"),
+    "another machine": (lambda path: tiny(path, {"binaries/win64/tiny.dll": binary()}), "is built for linux on"),
+    "no binary": (lambda path: tiny(path, {"binaries/win32/tiny.dll": b"MZ" + bytes(200)}), "is built for something"),
+    "short binary": (lambda path: tiny(path, {"binaries/win32/tiny.dll": b""}), "is not a binary"),
+    "function missing": (lambda path: tiny(path, {HERE: binary(0, "fmi2Reset")}), "lacks fmi2Reset"),
+    "no source file": (replaced(PLAIN, C_FILES.format("tiny.c")), "source file 'tiny.c' is not in the archive"),
+    "source outside": (replaced(PLAIN, C_FILES.format("../../../etc/passwd")), "leaves the FMU"),
+    "source as option": (replaced(PLAIN, C_FILES.format("-v")), "leaves the FMU"),
+}
+
+
+@pytest.mark.parametrize("name", LIES)
+def test_lie_is_named(tmp_path: Path, name: str) -> None:
+    make, says = LIES[name]
+    problems = validate_fmu(make(tmp_path / "tiny.fmu"))
+    assert any(says in problem for problem in problems), problems
+    assert not any("\n" in problem for problem in problems)
+    assert os.listdir(tmp_path) == ["tiny.fmu"]
+
+
+@pytest.mark.slow  # zig's first build of a target takes a while
+def test_sources_are_built_and_run_where_no_binary_is(tmp_path: Path) -> None:
+    listed = DESCRIPTION.replace(PLAIN, C_FILES.format("tiny.c"))
+    path = tiny(tmp_path / "tiny.fmu", {HERE: b"", "sources/tiny.c": source()}, description=listed)
+    assert any("is not a binary" in problem for problem in validate_fmu(path))
+    broken = tiny(tmp_path / "broken.fmu", {"sources/tiny.c": "int f(void) { return x; }"}, description=listed)
+    assert any("the sources do not build: sources/tiny.c:1:" in problem for problem in validate_fmu(broken))
