@@ -128,4 +128,43 @@ static int sb_winds_up(const sb_axis *a, double torque, double error) {
     return fabs(torque) > a->limit && torque * error > 0.0;
 }
 
+/* --- sampled -------------------------------------------------------------------------------------------------- */
+
+/* What a sampled controller remembers of a joint from one sample to the next. */
+typedef struct {
+    double last, filtered, integral, held, theta[3];
+} sb_memory;
+
+static void sb_sampled_start(const sb_axis *a, sb_memory *m) {
+    memset(m, 0, sizeof *m);
+    for (int i = 0; i < 3; i++) m->theta[i] = a->ratio * a->friction[0][i];
+}
+
+/* One joint's command at the sample at time t from the recorded position and velocity. */
+static double sb_sampled(const sb_axis *a, sb_memory *m, double t, double sample, int first, double q, double dq) {
+    double r, velocity = dq;
+    sb_seen s;
+    sb_reference(a, t, &r, &s.reference_rate, &s.reference_acceleration);
+    if (!a->true_velocity) velocity = first ? 0.0 : (q - m->last) / sample;
+    m->last = q;
+    if (a->filter > 0.0) velocity = m->filtered += -expm1(-sample / a->filter) * (velocity - m->filtered);
+    s.error = r - q, s.velocity = velocity, s.rate_error = s.reference_rate - velocity;
+    s.direction = fabs(velocity) > a->dead_band ? sb_sign(velocity) : 0.0;
+    s.integral = m->integral, s.held = m->held, s.theta = m->theta;
+    const double torque = sb_law(a, t, &s);
+    if (!sb_winds_up(a, torque, s.error)) m->integral += s.error * sample;
+    if (s.direction != 0.0) m->held = s.direction;
+    if (a->kind == SB_ADAPTIVE) {
+        double dtheta[3];
+        sb_adapt(a, &s, dtheta);
+        for (int i = 0; i < 3; i++) m->theta[i] += sample * dtheta[i];
+    }
+    return sb_limited(a, torque);
+}
+
+/* What an encoder of that resolution gives. */
+static double sb_encoded(const sb_axis *a, double q) {
+    return a->resolution > 0.0 ? a->resolution * floor(q / a->resolution + 0.5) : q;
+}
+
 #endif

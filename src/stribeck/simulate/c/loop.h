@@ -18,10 +18,6 @@ typedef struct {
 
 /* --- sampled -------------------------------------------------------------------------------------------------- */
 
-typedef struct {
-    double last, filtered, integral, held, theta[3];
-} sb_memory;
-
 /* Between samples only the drive's lag moves. */
 static void sb_sampled_lag(sb_sim *s, double t, const double *y, double *u, double *dz) {
     const sb_loop *loop = s->loop;
@@ -33,29 +29,6 @@ static void sb_sampled_lag(sb_sim *s, double t, const double *y, double *u, doub
     }
 }
 
-/* One joint's command at sample k from the recorded position and velocity. */
-static double sb_sampled_command(const sb_loop *loop, const sb_axis *a, sb_memory *m, long k, double q, double dq) {
-    const double t = loop->times[k];
-    double r, velocity = dq;
-    sb_seen s;
-    sb_reference(a, t, &r, &s.reference_rate, &s.reference_acceleration);
-    if (!a->true_velocity) velocity = k > 0 ? (q - m->last) / loop->sample : 0.0;
-    m->last = q;
-    if (a->filter > 0.0) velocity = m->filtered += -expm1(-loop->sample / a->filter) * (velocity - m->filtered);
-    s.error = r - q, s.velocity = velocity, s.rate_error = s.reference_rate - velocity;
-    s.direction = fabs(velocity) > a->dead_band ? sb_sign(velocity) : 0.0;
-    s.integral = m->integral, s.held = m->held, s.theta = m->theta;
-    const double torque = sb_law(a, t, &s);
-    if (!sb_winds_up(a, torque, s.error)) m->integral += s.error * loop->sample;
-    if (s.direction != 0.0) m->held = s.direction;
-    if (a->kind == SB_ADAPTIVE) {
-        double dtheta[3];
-        sb_adapt(a, &s, dtheta);
-        for (int i = 0; i < 3; i++) m->theta[i] += loop->sample * dtheta[i];
-    }
-    return sb_limited(a, torque);
-}
-
 /* Commands of sample k, delayed by whole samples, into row k. */
 static void sb_sample(sb_sim *s, const sb_loop *loop, sb_memory *memory, double *computed, long k) {
     double q[SB_N], dq[SB_N], unused[SB_N], friction[SB_N];
@@ -63,9 +36,11 @@ static void sb_sample(sb_sim *s, const sb_loop *loop, sb_memory *memory, double 
     for (int j = 0; j < SB_N; j++) {
         const sb_axis *a = loop->axis + j;
         if (a->controlled && loop->noise) q[j] += loop->noise[k * SB_N + j];
-        if (a->controlled && a->resolution > 0.0) q[j] = a->resolution * floor(q[j] / a->resolution + 0.5);
+        if (a->controlled) q[j] = sb_encoded(a, q[j]);
         loop->seen[k * SB_N + j] = q[j];
-        computed[k * SB_N + j] = a->controlled ? sb_sampled_command(loop, a, memory + j, k, q[j], dq[j]) : 0.0;
+        computed[k * SB_N + j] = 0.0;
+        if (a->controlled)
+            computed[k * SB_N + j] = sb_sampled(a, memory + j, loop->times[k], loop->sample, k == 0, q[j], dq[j]);
         loop->command[k * SB_N + j] = k >= a->delay ? computed[(k - a->delay) * SB_N + j] : 0.0;
     }
 }
@@ -75,11 +50,9 @@ static long sb_run_sampled(sb_sim *s, const sb_loop *loop, double *computed, con
     sb_hold hold;
     double next;
     int lagged = 0;
-    memset(memory, 0, sizeof memory);
     for (int j = 0; j < SB_N; j++) {
-        const sb_axis *a = loop->axis + j;
-        for (int i = 0; i < 3; i++) memory[j].theta[i] = a->ratio * a->friction[0][i];
-        lagged |= a->controlled && a->lag > 0.0;
+        sb_sampled_start(loop->axis + j, memory + j);
+        lagged |= loop->axis[j].controlled && loop->axis[j].lag > 0.0;
     }
     if (lagged) s->control = sb_sampled_lag, s->ny = SB_NS + SB_N;
     sb_hold_start(&hold, loop->times, loop->command, 1, s->p, 0.0);
