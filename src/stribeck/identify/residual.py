@@ -9,7 +9,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from stribeck.identify.conditioning import Conditioned, emphasised
-from stribeck.model.cut import CHUNK, DRIVE, RATES, Cut
+from stribeck.identify.tape import Tape
+from stribeck.model.cut import DRIVE, RATES, Cut
 from stribeck.model.path import SignalPath
 
 SAMPLES = 40_000  # evaluated at a time: bounds the memory of the Jacobian
@@ -32,10 +33,10 @@ class Residual:
         free = [i for i, entry in enumerate(path.entries) if entry.sd > 0.0]
         self.columns = tuple(free if columns is None else columns)
         steps = {round(run.sample_time, 9): run.sample_time for run in runs}
-        self._cuts = {key: Cut(path, step, self.columns) for key, step in steps.items()}
+        self._machines = {key: _Machine(Cut(path, step, self.columns)) for key, step in steps.items()}
 
-    def _cut(self, run: Conditioned) -> Cut:
-        return self._cuts[round(run.sample_time, 9)]
+    def _machine(self, run: Conditioned) -> _Machine:
+        return self._machines[round(run.sample_time, 9)]
 
     @cached_property
     def rows(self) -> int:
@@ -44,30 +45,31 @@ class Residual:
 
     def __call__(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the residual (M, n) and its Jacobian (M, n, columns) at physical parameter values (p,)."""
-        parts = [self._one(run, p) for run in self.runs]
+        delays = self._delays(p)
+        drives = [self._drive(run, delays) for run in self.runs]
+        states = self._states(self.runs, drives, p, delays)
+        parts = [self._one(*one, p, delays) for one in zip(self.runs, drives, states, strict=True)]
         return np.concatenate([r for r, _ in parts]), np.concatenate([jacobian for _, jacobian in parts])
 
-    def _one(self, run: Conditioned, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        cut, n, width = self._cut(run), self.path.n, len(self.columns)
-        delays = self._delays(p)
-        drive = self._drive(run, delays)
-        states = self._states(cut, drive, p, delays)
+    def _one(
+        self, run: Conditioned, drive: np.ndarray, states: np.ndarray, p: np.ndarray, delays: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        n, width = self.path.n, len(self.columns)
         outputs = []
         half = len(run.taps)
         for begin in range(0, len(run.time), SAMPLES):
             lo, hi = max(0, begin - half), min(len(run.time), begin + SAMPLES + half)
-            values = np.asarray(cut.evaluate(drive[:, lo:hi], states[:, lo:hi], p, delays)).T
+            values = self._machine(run).evaluate.map([drive[:, lo:hi], states[:, lo:hi], p, delays]).T
             outputs.append(_keep(run, values, lo, begin, min(begin + SAMPLES, len(run.time))))
         merged = np.concatenate(outputs)
         return merged[:, :n], merged[:, n:].reshape(len(merged), width, n).transpose(0, 2, 1)
 
     def stages(self, run: Conditioned, p: np.ndarray) -> dict[str, np.ndarray]:
         """Return the unfiltered residual and stage torques of one run, each (N, n), N m of command."""
-        cut, n = self._cut(run), self.path.n
-        delays = self._delays(p)
+        n, delays = self.path.n, self._delays(p)
         drive = self._drive(run, delays)
-        states = self._states(cut, drive, p, delays)
-        residual, stages = cut.balance(drive, states, p, delays)
+        (states,) = self._states([run], [drive], p, delays)
+        residual, stages = self._machine(run).cut.balance(drive, states, p, delays)
         names = ("actuator", "rotor", "load", "friction")
         out = {name: stages.full()[i * n : (i + 1) * n].T for i, name in enumerate(names)}
         return {"residual": residual.full().T, **out}
@@ -83,8 +85,9 @@ class Residual:
 
     def states(self, run: Conditioned, p: np.ndarray) -> np.ndarray:
         """Return the states (N, nx) of the path along one run; the order is that of ``path.state_names``."""
-        cut, delays = self._cut(run), self._delays(p)
-        return self._states(cut, self._drive(run, delays), p, delays)[: cut.nx].T
+        delays = self._delays(p)
+        (states,) = self._states([run], [self._drive(run, delays)], p, delays)
+        return states[: self._machine(run).cut.nx].T
 
     def _drive(self, run: Conditioned, delays: np.ndarray) -> np.ndarray:
         """Return the drive (1 + 9 n, N), the command delayed and a late record moved back."""
@@ -99,26 +102,46 @@ class Residual:
                 _shift(signals, run.time, delays[k], place.joint, motion)
         return np.concatenate([run.time[:, None], *(signals[name] for name in DRIVE[1:])], axis=1).T
 
-    def _states(self, cut: Cut, drive: np.ndarray, p: np.ndarray, delays: np.ndarray) -> np.ndarray:
-        """Return states and sensitivities (nx (1 + active), N) along one run."""
-        samples = drive.shape[1]
-        width = cut.nx * (1 + len(cut.active))
-        if width == 0:
-            return np.zeros((0, samples))
-        state = cut.begin(drive[:, 0], p, delays).full()
-        out = np.empty((width, samples))
-        out[:, :1] = state
-        drive = drive.copy()
-        rows = slice(1 + 3 * cut.n, 1 + 4 * cut.n)
-        drive[rows] = emphasised(drive[rows].T).T  # between samples the command runs straight, which droops
-        many_p, many_delays = np.repeat(p[:, None], CHUNK, axis=1), np.repeat(delays[:, None], CHUNK, axis=1)
-        for begin in range(0, samples - 1, CHUNK):
-            index = np.minimum(np.arange(begin, begin + CHUNK + 1), samples - 1)
-            chunk = drive[:, index]
-            after = cut.follow(out[:, begin], chunk[:, :-1], chunk[:, 1:], many_p, many_delays).full()
-            stop = min(begin + CHUNK, samples - 1)
-            out[:, begin + 1 : stop + 1] = after[:, : stop - begin]
+    def _states(
+        self, runs: Sequence[Conditioned], drives: Sequence[np.ndarray], p: np.ndarray, delays: np.ndarray
+    ) -> list[np.ndarray]:
+        """Return states and sensitivities (nx (1 + active), N) along each run."""
+        out: list[np.ndarray] = [np.empty(0)] * len(runs)
+        for machine in self._machines.values():
+            mine = [i for i, run in enumerate(runs) if self._machine(run) is machine]
+            for i, states in zip(mine, machine.states([drives[i] for i in mine], p, delays), strict=True):
+                out[i] = states
         return out
+
+
+class _Machine:
+    """A cut's functions as programs."""
+
+    def __init__(self, cut: Cut) -> None:
+        self.cut = cut
+
+    @cached_property
+    def evaluate(self) -> Tape:
+        return Tape(self.cut.evaluate, fixed=(2, 3))
+
+    @cached_property
+    def follow(self) -> Tape:
+        return Tape(self.cut.follow, fixed=(3, 4))
+
+    def states(self, drives: Sequence[np.ndarray], p: np.ndarray, delays: np.ndarray) -> list[np.ndarray]:
+        """Return states and sensitivities (nx (1 + active), N) for each drive, advanced side by side."""
+        cut, lengths = self.cut, [drive.shape[1] for drive in drives]
+        if cut.nx == 0 or not drives:
+            return [np.zeros((0, length)) for length in lengths]
+        start = np.hstack([cut.begin(drive[:, 0], p, delays).full() for drive in drives])
+        rows = slice(1 + 3 * cut.n, 1 + 4 * cut.n)
+        together = np.empty((max(lengths), drives[0].shape[0], len(drives)))
+        for i, drive in enumerate(drives):
+            together[: lengths[i], :, i] = drive.T
+            together[: lengths[i], rows, i] = emphasised(drive[rows].T)  # between samples it runs straight, and droops
+            together[lengths[i] :, :, i] = together[lengths[i] - 1, :, i]
+        out = self.follow.march(start, together, p, delays)
+        return [out[:length, :, i].T for i, length in enumerate(lengths)]
 
 
 def _keep(run: Conditioned, values: np.ndarray, lo: int, begin: int, end: int) -> np.ndarray:

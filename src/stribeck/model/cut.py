@@ -21,7 +21,6 @@ RATES = ("position_rate", "velocity_rate", "acceleration_rate", "command_rate")
 DRIVE = ("time", "position", "velocity", "acceleration", "command", *RATES, "velocity_sd")
 SUBSTEP = 1e-3  # s, longest step of a flexible joint's link
 UNSURE = 2.5  # standard deviations of velocity within which its sign, and so friction, is not known
-CHUNK = 256  # samples that one compiled recursion advances
 
 
 @dataclass(frozen=True)
@@ -344,19 +343,18 @@ class Cut:
 
     @cached_property
     def follow(self) -> ca.Function:
-        """(states, drives (., CHUNK + 1 as pairs), p, T0) -> states at the next CHUNK samples."""
+        """(states, drive now, drive one sample later, p, T0) -> states and sensitivities one sample later."""
         after = Drive.symbols(self.n, "1")
         moved = self.advance(self.drive, after, self.path.x)
         carried = ca.SX.sym("S", self.nx, len(self.active))
         through = ca.mtimes(ca.jacobian(moved, self.path.x), carried)
         sensitivity = through + ca.jacobian(moved, self.path.p)[:, list(self.active)]
         state = ca.vertcat(self.path.x, ca.vec(carried))
-        step = ca.Function(
-            "step",
+        return ca.Function(
+            "follow",
             [state, self.drive.stacked, after.stacked, self.path.p, self.delay_at],
             [ca.densify(ca.vertcat(moved, ca.vec(sensitivity)))],
         )
-        return step.mapaccum("follow", CHUNK)
 
     @cached_property
     def evaluate(self) -> ca.Function:

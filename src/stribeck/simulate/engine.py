@@ -15,7 +15,7 @@ from stribeck.errors import StribeckError
 from stribeck.model.forward import Forward
 from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
-from stribeck.simulate.compiler import build, load
+from stribeck.compiler import build, load
 from stribeck.simulate.motion import BOUND, EVENT, STATUS, Trajectory, Windows
 from stribeck.simulate.source import library_source
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from stribeck.errors import StribeckError
-from stribeck.simulate import compiler
+from stribeck import compiler
 
 SOURCE = "double answer(void) { return 42.0; }\n"
 
@@ -39,7 +39,7 @@ def test_builds_side_by_side(tmp_path: Path) -> None:
 
 
 def test_processes_side_by_side(tmp_path: Path) -> None:
-    code = "from pathlib import Path; from stribeck.simulate.compiler import build; import sys, ctypes; "
+    code = "from pathlib import Path; from stribeck.compiler import build; import sys, ctypes; "
     code += "lib = ctypes.CDLL(str(build(sys.argv[1]))); lib.answer.restype = ctypes.c_double; print(lib.answer())"
     environment = {**os.environ, "STRIBECK_CACHE": str(tmp_path / "cache")}
     runs = [

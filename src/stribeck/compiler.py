@@ -16,7 +16,7 @@ from pathlib import Path
 
 from stribeck.errors import StribeckError
 
-FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno", "-fPIC", "-shared")
+FLAGS = ("-std=c99", "-ffp-contract=off", "-fno-math-errno", "-fPIC", "-shared")
 _LONGEST_BUILD = 600.0  # s
 
 
@@ -63,7 +63,7 @@ def cache_folder() -> Path:
     return folder
 
 
-def build(source: str, folder: Path | None = None) -> Path:
+def build(source: str, folder: Path | None = None, *, level: str = "-O2") -> Path:
     """Return the shared library of a C source, built unless it is in the cache.
 
     Parameters
@@ -72,6 +72,8 @@ def build(source: str, folder: Path | None = None) -> Path:
         The whole translation unit.
     folder : path or None
         Where to keep it; the user's cache where None.
+    level : str
+        Of optimisation.
 
     Notes
     -----
@@ -79,7 +81,7 @@ def build(source: str, folder: Path | None = None) -> Path:
     may build side by side.
     """
     command = compiler()
-    key = hashlib.sha256("\0".join([source, *FLAGS, _identity(command)]).encode()).hexdigest()[:32]
+    key = hashlib.sha256("\0".join([source, *FLAGS, level, _identity(command)]).encode()).hexdigest()[:32]
     kept = folder if folder is not None else cache_folder()
     target = kept / f"{key}.so"
     if target.exists():
@@ -87,7 +89,7 @@ def build(source: str, folder: Path | None = None) -> Path:
     with tempfile.TemporaryDirectory(prefix="build.", dir=kept) as name:
         work = Path(name)
         (work / "model.c").write_text(source, encoding="utf-8")
-        call = [*command, *FLAGS, "-o", str(work / "model.so"), str(work / "model.c"), "-lm"]
+        call = [*command, *FLAGS, level, "-o", str(work / "model.so"), str(work / "model.c"), "-lm"]
         done = _call(call)
         if done.returncode != 0:
             raise StribeckError("the C compiler failed", done.stderr.strip()[:150], "check STRIBECK_CC")

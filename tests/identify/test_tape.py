@@ -1,0 +1,68 @@
+"""The vector machine against CasADi's own."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from stribeck.errors import StribeckError
+from stribeck.identify.tape import FEW, LANES, OPERATIONS, Tape
+
+UNARY = {
+    "NEG": lambda x: -x, "INV": lambda x: 1 / x, "SQ": lambda x: x**2, "TWICE": lambda x: 2 * x, "SQRT": ca.sqrt,
+    "EXP": ca.exp, "LOG": ca.log, "SIN": ca.sin, "COS": ca.cos, "TAN": ca.tan, "ASIN": lambda x: ca.asin(x / 9),
+    "ACOS": lambda x: ca.acos(x / 9), "ATAN": ca.atan, "SINH": ca.sinh, "COSH": ca.cosh, "TANH": ca.tanh,
+    "ASINH": ca.asinh, "ACOSH": lambda x: ca.acosh(x + 1), "ATANH": lambda x: ca.atanh(x / 9), "EXPM1": ca.expm1,
+    "LOG1P": ca.log1p, "ERF": ca.erf, "FLOOR": ca.floor, "CEIL": ca.ceil, "FABS": lambda x: ca.fabs(x - 2),
+    "SIGN": lambda x: ca.sign(x - 2), "NOT": lambda x: ca.logic_not(x > 2),
+}  # fmt: skip
+BINARY = {
+    "ADD": lambda x, y: x + y, "SUB": lambda x, y: x - y, "MUL": lambda x, y: x * y, "DIV": lambda x, y: x / y,
+    "POW": lambda x, y: x**y, "ATAN2": ca.atan2, "HYPOT": ca.hypot, "FMOD": ca.fmod,
+    "COPYSIGN": lambda x, y: ca.copysign(x, y - 2), "LT": lambda x, y: x < y, "LE": lambda x, y: x <= y,
+    "EQ": lambda x, y: ca.floor(x) == ca.floor(y), "NE": lambda x, y: ca.floor(x) != ca.floor(y),
+    "AND": lambda x, y: ca.logic_and(x > 2, y > 2), "OR": lambda x, y: ca.logic_or(x > 3, y > 3), "FMIN": ca.fmin,
+    "FMAX": ca.fmax, "IF_ELSE_ZERO": lambda x, y: ca.if_else(x > 2, y, 0),
+}  # fmt: skip
+
+
+def test_every_operation_is_tried() -> None:
+    assert set(OPERATIONS) == {*UNARY, *BINARY, "ASSIGN"}
+
+
+@pytest.mark.parametrize("name", [*UNARY, *BINARY])
+@pytest.mark.parametrize("samples", [1, LANES - 1, 2 * LANES + 5])
+def test_operation(name: str, samples: int) -> None:
+    x, y, p = ca.SX.sym("x", 2), ca.SX.sym("y"), ca.SX.sym("p")
+    law = (lambda u: UNARY[name](u) + p * y) if name in UNARY else (lambda u: BINARY[name](u, y) * p)
+    function = ca.Function("f", [x, y, p], [ca.densify(ca.vertcat(law(x[0]), law(x[1]), law(p)))])
+    rng = np.random.default_rng(0)
+    values = [rng.uniform(0.2, 5.0, (2, samples)), rng.uniform(0.2, 5.0, (1, samples)), np.array([1.7])]
+    np.testing.assert_allclose(Tape(function, fixed=(2,)).map(values), function(*values).full(), rtol=1e-14, atol=1e-15)
+
+
+@pytest.mark.parametrize("runs", [1, FEW, FEW + 1, LANES + 3])
+def test_recursion(runs: int) -> None:
+    x, now, after, p = ca.SX.sym("x", 2), ca.SX.sym("now", 3), ca.SX.sym("after", 3), ca.SX.sym("p", 2)
+    moved = ca.vertcat(p[0] * x[0] + ca.sin(now[0]) + 3 * p[1], 0.5 * x[1] + after[2] * x[0] + ca.sqrt(p[1]))
+    function = ca.Function("f", [x, now, after, p], [moved])
+    rng = np.random.default_rng(1)
+    start, drive, values = rng.normal(size=(2, runs)), rng.normal(size=(20, 3, runs)), np.array([0.3, 0.7])
+    out = Tape(function, fixed=(3,)).march(start, drive, values)
+    for run in range(runs):
+        state = start[:, run]
+        for k in range(19):
+            state = function(state, drive[k, :, run], drive[k + 1, :, run], values).full().ravel()
+            np.testing.assert_allclose(out[k + 1, :, run], state, rtol=1e-13)
+
+
+def test_outputs_that_no_sample_changes() -> None:
+    x, p = ca.SX.sym("x"), ca.SX.sym("p")
+    tape = Tape(ca.Function("f", [x, p], [ca.densify(ca.vertcat(p**2, 0, 4, x))]), fixed=(1,))
+    np.testing.assert_array_equal(tape.map([np.array([[1.0, 2.0]]), np.array([3.0])]), [[9, 9], [0, 0], [4, 4], [1, 2]])
+
+
+def test_foreign_operation_is_refused() -> None:
+    x = ca.SX.sym("x")
+    function = ca.Function("f", [x], [ca.remainder(x, 2)])
+    with pytest.raises(StribeckError, match="operation"):
+        Tape(function, fixed=())
