@@ -19,6 +19,7 @@ import typer
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
+from stribeck import cli_withheld
 from stribeck.arm import Arm, load_arm
 from stribeck.errors import InputError
 from stribeck.exits import guarded, spread
@@ -26,6 +27,7 @@ from stribeck.outputs import check_free, whole_folder
 from stribeck.run import Run, load_run, save_columns
 
 app = typer.Typer(add_completion=False, rich_markup_mode="rich", pretty_exceptions_enable=False)
+app.add_typer(cli_withheld.app, name="withheld")
 
 ArmFile = Annotated[
     Path | None, typer.Argument(metavar="ARM", help="The nominal arm, a TOML file.", show_default=False)
@@ -43,7 +45,9 @@ OutDir = Annotated[Path, typer.Option("--out", metavar="DIR", help="New folder; 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the program; return its exit status: 0 done, 2 wrong input or arguments, 130 interrupted, 1 anything else."""
     arguments = list(sys.argv[1:] if arguments is None else arguments)
-    return guarded(typer.main.get_command(app), spread(arguments, "--held-out"))
+    for option in ("--held-out", *cli_withheld.SPREAD):
+        arguments = spread(arguments, option)
+    return guarded(typer.main.get_command(app), arguments)
 
 
 def _show_version(wanted: bool) -> None:
@@ -138,23 +142,77 @@ def predict(
         print(f"warning: window {window} ended early: {prediction.status[window]}", file=sys.stderr)
 
 
-@app.command(epilog="Example: [bold]stribeck simulate arm.toml loop.toml --out out[/bold]")
-def simulate(
-    arm: Annotated[Path, typer.Argument(metavar="ARM", help="An arm file, nominal or corrected.")],
-    loop: Annotated[Path, typer.Argument(metavar="LOOP", help="A loop file: controllers and references.")],
+@app.command(epilog="Example: [bold]stribeck identify arm.toml run_*.csv --out out[/bold]")
+def identify(
+    arm: Annotated[Path, typer.Argument(metavar="ARM", help="The nominal arm, a TOML file.")],
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN", help="Recordings, CSV or Parquet.")],
     out: OutDir,
+) -> None:
+    """Identify each joint's friction, by the paper's Section 3 and by IPOPT.
+
+    Writes fitted.toml, identification.json, report.html and the figure.
+    """
+    check_free(out)
+    nominal = load_arm(arm)
+    recorded, _ = _load_runs(nominal, runs, [])
+
+    from stribeck.identify.files import write_identification
+    from stribeck.identify.identification import identify as find
+    from stribeck.report.identification import summary, write_report
+
+    with whole_folder(out) as folder, _progress("identifying") as told:
+        found = find(nominal, recorded, told)
+        told("drawing the report")
+        write_identification(found, folder)
+        write_report(found, folder)
+    console = Console()
+    console.print(summary(found))
+    for text in found.warnings:
+        print(f"warning: {text}", file=sys.stderr)
+    console.print(f"report: {out / 'report.html'}", highlight=False, soft_wrap=True)
+
+
+@app.command(
+    epilog=(
+        "Examples:\n\n"
+        "[bold]stribeck simulate arm.toml loop.toml --out out[/bold]\n\n"
+        "[bold]stribeck simulate --fmu robot.fmu arm.toml loop.toml --out out[/bold] - the FMU is the robot, the arm what "
+        "its controllers know"
+    )
+)
+def simulate(
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="ARM LOOP", help="An arm file, nominal or corrected, and a loop file.", show_default=False
+        ),
+    ],
+    out: OutDir,
+    fmu: Annotated[
+        Path | None,
+        typer.Option("--fmu", metavar="FILE", help="Close the loop around this FMU; then ARM may stay inside it."),
+    ] = None,
 ) -> None:
     """Simulate a control loop around the arm; writes simulation.csv (a run), simulation.json and the figures."""
     check_free(out)
-    controlled = load_arm(arm)
+    if len(files) != 2 and (fmu is None or len(files) != 1):
+        wanted = "an arm file and a loop file" if fmu is None else "a loop file, or an arm file and a loop file"
+        raise InputError(f"simulate needs {wanted}", f"{len(files)} files", "see stribeck simulate --help")
 
     from stribeck.report.simulation import write_figures
     from stribeck.simulate import load_loop
     from stribeck.simulate import simulate as run_loop
     from stribeck.simulate.metrics import write_simulation
 
-    settings = load_loop(loop, controlled)
-    result = run_loop(controlled, settings)
+    if fmu is None:
+        controlled = load_arm(files[0])
+        settings = load_loop(files[1], controlled)
+        result = run_loop(controlled, settings)
+    else:
+        from stribeck.export.use import load_fmu_loop, simulate_fmu
+
+        controlled, settings = load_fmu_loop(fmu, files[0] if len(files) == 2 else None, files[-1])
+        result = simulate_fmu(fmu, controlled, settings)
     with whole_folder(out) as folder:
         write_simulation(result, controlled, settings, folder)
         write_figures(result, controlled, folder)

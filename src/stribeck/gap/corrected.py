@@ -5,31 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from stribeck.arm import Arm, Friction, Joint
+from stribeck.arm import Arm
 from stribeck.effects.registry import entries_of
+from stribeck.identify.fitted import arm_with
 from stribeck.identify.map_fit import Fit
 from stribeck.model.layout import Placed
 
 
 def arm_of(arm: Arm, fit: Fit, placed: Sequence[Placed]) -> Arm:
     """Return an arm with a fit's values and its effects."""
-    values = {entry.key: float(fit.p[i]) for i, entry in enumerate(fit.entries)}
-    joints = tuple(_joint(joint, values) for joint in arm.joints)
-    return replace(arm, joints=joints, effects=entries_of(arm, tuple(placed)))
-
-
-def _joint(joint: Joint, values: dict[str, float]) -> Joint:
-    def constants(side: str) -> Friction:
-        return Friction(*[values[f"{joint.name}.{side}.{key}"] for key in ("C0", "C1", "C2", "alpha")])
-
-    forward = constants("friction")
-    two_sided = f"{joint.name}.backward.C0" in values
-    return replace(
-        joint,
-        mass=values[f"{joint.name}.mass"],
-        com=(values[f"{joint.name}.com_x"], values[f"{joint.name}.com_y"]),
-        inertia=values[f"{joint.name}.inertia"],
-        rotor_inertia=values[f"{joint.name}.rotor_inertia"],
-        friction=forward,
-        backward=constants("backward") if two_sided else forward,
-    )
+    return replace(arm_with(arm, fit), effects=entries_of(arm, tuple(placed)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from stribeck.arm import Arm
 from stribeck.grid import uniform
 from stribeck.identify.conditioning import Conditioned, condition, cutoff_frequency
+from stribeck.identify.stretches import part, shortened
 from stribeck.model.effect import Scale
 from stribeck.model.layout import values_of
 from stribeck.model.path import SignalPath
@@ -18,8 +19,6 @@ from stribeck.model.rigid_body import mass_matrix
 from stribeck.run import Run
 
 HELD_SHARE = 0.3  # of the runs, or of a single run
-MOST_SAMPLES = 300_000  # of all fitted runs, and of all held-out ones: more adds time and memory, not knowledge
-STRETCH = 20.0  # s, of a recording too long to be taken whole
 
 
 @dataclass(frozen=True)
@@ -81,32 +80,6 @@ def split(runs: Sequence[Run], notes: list[str]) -> tuple[list[Run], list[Run]]:
         return [part(run, 0, k)], [part(run, k, len(run.t))]
     held = list(range(1, len(runs), 3))
     return [run for i, run in enumerate(runs) if i not in held], [runs[i] for i in held]
-
-
-def shortened(runs: Sequence[Run], notes: list[str]) -> list[Run]:
-    """Return runs of at most MOST_SAMPLES together: of longer ones, evenly spaced stretches."""
-    total = sum(len(run.t) for run in runs)
-    if total <= MOST_SAMPLES:
-        return list(runs)
-    out: list[Run] = []
-    for run in runs:
-        length = max(16, round(STRETCH / run.sample_time))
-        count = max(1, int(MOST_SAMPLES * len(run.t) / total) // length)
-        if count * length >= len(run.t):
-            out.append(run)
-            continue
-        starts = np.linspace(0, len(run.t) - length, count).astype(int)
-        out += [part(run, start, start + length) for start in starts]
-        kept = f"{count} stretches of {length * run.sample_time:.3g} s out of {run.duration:.4g} s are used"
-        notes.append(f"{run.name}: {kept}")
-    return out
-
-
-def part(run: Run, start: int, stop: int) -> Run:
-    """Return a stretch of a run."""
-    keys = ("t", "q", "tau", "dq", "q_ref", "dq_ref", "tau_meas", "temperature", "gaps")
-    cut = {key: getattr(run, key)[start:stop] for key in keys if getattr(run, key) is not None}
-    return replace(run, extra=None, **cut)
 
 
 def moved_inertia(arm: Arm, runs: Sequence[Run]) -> np.ndarray:

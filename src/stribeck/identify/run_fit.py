@@ -1,0 +1,108 @@
+"""Tustin's constants from whole recordings, steady or not: the maximum a posteriori fit with IPOPT.
+
+Inertial values are fitted along, within the tolerances that the arm file states. Friction starts from the recordings
+themselves and not from the arm file, whose constants may be anyone's guess.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+
+from stribeck.arm import Arm, Friction, Tolerance
+from stribeck.identify.blocks import block_of_rows, correlation_rows
+from stribeck.identify.conditioning import Conditioned
+from stribeck.identify.confidence import Intervals, intervals
+from stribeck.identify.fitted import arm_with
+from stribeck.identify.map_fit import Fit, Weights, fit
+from stribeck.identify.residual import Residual
+from stribeck.model.layout import values_of
+from stribeck.simulate.engine import path_of
+
+Floats = NDArray[np.float64]
+
+FRICTION_TOLERANCE = 2.0  # relative, of the constants read off the recordings, as a prior; three times that is reached
+ALPHAS = np.geomspace(0.003, 0.3, 25)  # of the fastest velocity, tried for the start
+ROUNDS = 2  # of weights and fit in turn
+LEAST = {"C0": 0.3, "C1": 0.1, "C2": 0.1}  # of the friction there is: a start at zero would have no tolerance at all
+
+
+@dataclass(frozen=True)
+class RunFit:
+    """A fit to whole recordings: ``arm`` with its values, the ``fit``, ``intervals``, residual ``rms`` (n,) in N m."""
+
+    arm: Arm
+    fit: Fit
+    intervals: Intervals
+    rms: Floats
+
+
+def fit_runs(arm: Arm, runs: Sequence[Conditioned], moved: Sequence[tuple[bool, bool]]) -> RunFit:
+    """Fit an arm's friction, and within tolerance its inertial values, to recordings.
+
+    Parameters
+    ----------
+    arm : Arm
+        Effects of its file are kept as they are.
+    runs : sequence of Conditioned
+    moved : sequence of (bool, bool)
+        Whether each joint was recorded moving forward, and backward; both gives constants for each direction.
+    """
+    start = _started(arm, runs, moved)
+    path = path_of(start)
+    free = [i for i, entry in enumerate(path.entries) if entry.sd > 0.0 and isinstance(entry.owner, str)]
+    residual = Residual(path, runs, free)
+    rest, _ = Residual(path, runs, ())(values_of(path.entries))
+    known: Fit | None = None
+    for _ in range(ROUNDS):
+        sd = np.maximum(np.sqrt(np.mean(rest**2, axis=0)), 1e-6)
+        weights = Weights(sd, correlation_rows(rest, runs))
+        known = fit(residual, weights, None if known is None else known.p)
+        rest = known.residual
+    assert known is not None
+    found = intervals(known, weights, block_of_rows(runs))
+    return RunFit(arm_with(start, known), known, found, np.asarray(np.sqrt(np.mean(known.residual**2, axis=0))))
+
+
+def _started(arm: Arm, runs: Sequence[Conditioned], moved: Sequence[tuple[bool, bool]]) -> Arm:
+    """Return the arm with friction as the moving samples of the recordings roughly have it."""
+    path = path_of(arm)
+    p = values_of(path.entries)
+    residual = Residual(path, runs, ())
+    stages = [residual.stages(run, p) for run in runs]
+    joints = []
+    for j, joint in enumerate(arm.joints):
+        friction = np.concatenate([(s["actuator"] - s["rotor"] - s["load"])[:, j] for s in stages])
+        velocity = np.concatenate([run.velocity[:, j] for run in runs])
+        sure = np.concatenate([np.abs(run.velocity[:, j]) > 3.0 * run.velocity_sd[j] for run in runs])
+        rough = rough_friction(velocity[sure], friction[sure], joint.friction)
+        # equal constants are one set of parameters; ever so slightly different ones are two
+        other = replace(rough, C0=float(np.nextafter(rough.C0, np.inf))) if all(moved[j]) else rough
+        joints.append(replace(joint, friction=rough, backward=other))
+    tolerance = Tolerance(arm.tolerance.inertial, max(arm.tolerance.friction, FRICTION_TOLERANCE))
+    return replace(arm, joints=tuple(joints), tolerance=tolerance)
+
+
+def rough_friction(velocity: Floats, torque: Floats, fallback: Friction) -> Friction:
+    """Return constants that go about through samples of velocity and friction (S,); the fallback for too few samples.
+
+    Non-negative least squares in C0, C1, C2 for each of some alphas.
+    """
+    if len(velocity) < 20:
+        return fallback
+    thin = slice(None, None, max(1, len(velocity) // 20_000))
+    speed, level = np.abs(velocity[thin]), torque[thin] * np.sign(velocity[thin])
+    best: tuple[float, Floats, float] = (np.inf, np.zeros(3), 1.0)
+    for alpha in ALPHAS * float(speed.max()):
+        design = np.stack([np.ones_like(speed), np.exp(-speed / alpha), speed], axis=1)
+        linear, rest = nnls(design, level)
+        if rest < best[0]:
+            best = (float(rest), linear, float(alpha))
+    C0, C1, C2 = (float(value) for value in best[1])
+    size, fastest = max(float(np.median(np.abs(level))), 1e-9), float(speed.max())
+    least = {name: share * size for name, share in LEAST.items()}
+    return Friction(max(C0, least["C0"]), max(C1, least["C1"]), max(C2, least["C2"] / fastest), best[2])

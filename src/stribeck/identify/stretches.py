@@ -1,0 +1,39 @@
+"""Recordings too long to be fitted whole: evenly spaced stretches of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from stribeck.run import Run
+
+MOST_SAMPLES = 300_000  # of all runs together: more adds time and memory, not knowledge
+STRETCH = 20.0  # s
+
+
+def shortened(runs: Sequence[Run], notes: list[str]) -> list[Run]:
+    """Return runs of at most MOST_SAMPLES together: of longer ones, evenly spaced stretches."""
+    total = sum(len(run.t) for run in runs)
+    if total <= MOST_SAMPLES:
+        return list(runs)
+    out: list[Run] = []
+    for run in runs:
+        length = max(16, round(STRETCH / run.sample_time))
+        count = max(1, int(MOST_SAMPLES * len(run.t) / total) // length)
+        if count * length >= len(run.t):
+            out.append(run)
+            continue
+        starts = np.linspace(0, len(run.t) - length, count).astype(int)
+        out += [part(run, start, start + length) for start in starts]
+        kept = f"{count} stretches of {length * run.sample_time:.3g} s out of {run.duration:.4g} s are used"
+        notes.append(f"{run.name}: {kept}")
+    return out
+
+
+def part(run: Run, start: int, stop: int) -> Run:
+    """Return a stretch of a run."""
+    keys = ("t", "q", "tau", "dq", "q_ref", "dq_ref", "tau_meas", "temperature", "gaps")
+    cut = {key: getattr(run, key)[start:stop] for key in keys if getattr(run, key) is not None}
+    return replace(run, extra=None, **cut)
