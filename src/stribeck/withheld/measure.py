@@ -33,7 +33,7 @@ def torque_gap(
     """
     missing, moving = [], []
     for run in record(arm, effects, motions, rate=rate, gains=gains, resolution=0.0, step=STEP):
-        gap, need = _residual(arm, run.q, run.tau, rate)
+        gap, need = residual_torque(arm, run.q, run.tau, rate)
         missing.append(_rms(gap))
         moving.append(_rms(need))
     return np.array(missing), np.array(moving)
@@ -52,7 +52,11 @@ def relative_gap(
     return np.asarray(np.sqrt(np.sum(share**2, axis=0) / np.maximum(1, np.sum(busy, axis=0))))
 
 
-def _residual(arm: Arm, q: Array, tau: Array, rate: float) -> tuple[Array, Array]:
+def residual_torque(arm: Arm, q: Array, tau: Array, rate: float, cut: float = CUT) -> tuple[Array, Array]:
+    """Return the torque (M, n) that a motion leaves unexplained, and what moves the arm, N m.
+
+    Below `cut`, Hz, and without the edges; `q` and `tau` are (N, n), `rate` in Hz.
+    """
     dq = np.gradient(q, 1.0 / rate, axis=0)
     ddq = np.gradient(dq, 1.0 / rate, axis=0)
     command = 0.5 * (tau + np.vstack([tau[:1], tau[:-1]]))  # held commands, brought to the time of the sample
@@ -65,7 +69,7 @@ def _residual(arm: Arm, q: Array, tau: Array, rate: float) -> tuple[Array, Array
         held = np.clip(command[:, k] - rigid[:, k], -bottom, top)
         need[:, k] = np.where(stuck, rigid[:, k] + held, need[:, k])
     edge = round(EDGE * rate)
-    sos = butter(2, CUT, fs=rate, output="sos")
+    sos = butter(2, cut, fs=rate, output="sos")
     inside = slice(edge, -edge)
     return sosfiltfilt(sos, command - need, axis=0)[inside], sosfiltfilt(sos, need - gravity, axis=0)[inside]
 

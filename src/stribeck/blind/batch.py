@@ -1,0 +1,149 @@
+"""Many cases into a folder of answers, one whole file a case: what is done stays done, whatever happens."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Sequence
+from functools import cache, partial
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from stribeck.blind.answer import Diagnoser, Files, answer_case, diagnosed, left_out_of
+from stribeck.blind.farm import Farm, Processes
+from stribeck.errors import InputError
+from stribeck.outputs import whole_file
+from stribeck.withheld.seal import read_digest
+
+SCHEMA, ANSWER_SCHEMA = "stribeck.withheld-results/1", "stribeck.withheld-answer/1"
+SETTINGS = "settings.json"
+PARTS = ("arm", "run", "grid", "model", "effects", "identify", "gap")  # of the package, that an answer depends on
+
+Progress = Callable[[str], None]
+
+
+def diagnose_cases(
+    cases: Path,
+    out: Path,
+    *,
+    farm: Farm | None = None,
+    leave_out: Sequence[str] = (),
+    diagnoser: Diagnoser = diagnosed,
+    progress: Progress = lambda text: None,
+) -> int:
+    """Diagnose every case of a folder that has no answer yet; return how many cases now have one.
+
+    Parameters
+    ----------
+    cases : path
+        What ``withheld record`` wrote. The key is not needed, and not looked for.
+    out : path
+        New folder, or one in which the same work was begun: ``settings.json`` and a file a case.
+    farm : Farm or None
+        Where to work; two processes here where None.
+    leave_out : sequence of str
+        Effects withheld from the library in all cases.
+    diagnoser : callable
+        See :func:`stribeck.blind.answer.answer_case`.
+    progress : callable
+        Told in words what is being done.
+
+    Raises
+    ------
+    InputError
+        When `cases` are none, or `out` holds answers to other cases, of other settings or by other code.
+    """
+    names = case_names(cases)
+    for name in names:  # before hours of work, not after
+        left_out_of(case_files(cases, name))
+    library = library_without(leave_out)
+    settings = {
+        "schema": SCHEMA,
+        "version": version("stribeck"),
+        "code": code_digest(),
+        "digest": read_digest(cases),
+        "cases": len(names),
+        "leave_out": sorted(leave_out),
+        "library": library,
+    }
+    _begin(out, settings)
+    left = [name for name in names if not (out / f"{name}.json").exists()]
+    if len(left) < len(names):
+        progress(f"{len(names) - len(left)} of {len(names)} cases have their answers already")
+    work = partial(answer_case, diagnoser=diagnoser, leave_out=tuple(leave_out))
+    done = len(names) - len(left)
+    for name, answer in (farm or Processes()).run(work, partial(case_files, cases), left):
+        write_json(out / f"{name}.json", {"schema": ANSWER_SCHEMA, "case": name, **answer})
+        done += 1
+        progress(f"{done} of {len(names)} cases diagnosed; {name}: {_in_words(answer)}")
+    return done
+
+
+def case_names(cases: Path) -> list[str]:
+    """Return the names of the case folders; raise `InputError` where there are none."""
+    read_digest(cases)
+    names = sorted(path.name for path in cases.glob("case_*") if path.is_dir())
+    if not names:
+        raise InputError(f"{cases}: holds no cases", "no folder case_*", "record some first")
+    return names
+
+
+def case_files(cases: Path, name: str) -> Files:
+    """Return the files of one case, name to content."""
+    try:
+        return {path.name: path.read_bytes() for path in sorted((cases / name).iterdir())}
+    except OSError as error:
+        raise InputError(f"{cases / name}: cannot be read", str(error.strerror), "record the cases anew") from None
+
+
+def library_without(leave_out: Sequence[str]) -> list[str]:
+    """Return the names of the effects that are candidates; raise `InputError` for a name that is none."""
+    from stribeck.effects.registry import registry
+
+    known = registry()
+    for name in leave_out:
+        if name not in known:
+            raise InputError("--leave-out: no such effect", name, f"use {', '.join(known)}")
+    return [name for name in known if name not in leave_out]
+
+
+@cache
+def code_digest() -> str:
+    """Return the SHA-256 of the source that an answer depends on: a frozen method keeps it."""
+    total, root = hashlib.sha256(), Path(__file__).parents[1]
+    paths = [path for part in PARTS for path in (root / part, root / f"{part}.py") if path.exists()]
+    for path in sorted(file for p in paths for file in ([p] if p.is_file() else p.rglob("*.py"))):
+        total.update(path.relative_to(root).as_posix().encode() + b"\0" + hashlib.sha256(path.read_bytes()).digest())
+    return total.hexdigest()
+
+
+def write_json(path: Path, content: Any) -> None:
+    """Write JSON whole or not at all."""
+    text = json.dumps(content, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+    with whole_file(path) as part:
+        part.write_text(text, encoding="utf-8")
+
+
+def _begin(out: Path, settings: dict[str, Any]) -> None:
+    path = out / SETTINGS
+    if not path.exists():
+        if out.exists() and (not out.is_dir() or any(out.iterdir())):
+            raise InputError(f"{out}: not a folder of answers", f"no {SETTINGS}", "give a new folder")
+        write_json(path, settings)
+        return
+    try:
+        before = json.loads(path.read_text(encoding="utf-8"))
+        changed = [name for name in settings if before.get(name) != settings[name]]
+    except (OSError, ValueError, AttributeError) as error:
+        raise InputError(f"{path}: cannot be read", str(error), "give a new folder") from None
+    if changed:
+        what = f"{out}: was begun with other {' and other '.join(changed)}"
+        raise InputError(what, str(before.get(changed[0])), "give a new folder: answers must not be mixed")
+
+
+def _in_words(answer: dict[str, Any]) -> str:
+    if "error" in answer:
+        return str(answer["error"])
+    found = answer["diagnosis"]
+    return ", ".join(found["named"]) or str(found["verdict"])

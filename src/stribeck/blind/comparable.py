@@ -1,0 +1,71 @@
+"""Parameters that the recording plant and the library mean alike, although neither knows the other."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import TypeAlias
+
+Values: TypeAlias = Mapping[str, float]
+Converted: TypeAlias = dict[str, float]
+
+
+def _named(**names: str) -> Callable[[Values], Converted]:
+    """Take the plant's values under the library's names (library=plant)."""
+    return lambda p: {ours: p[theirs] for ours, theirs in names.items() if theirs in p}
+
+
+def _wave(size: str) -> Callable[[Values], Converted]:
+    """Turn ``size sin(N q + phase)`` into a sine and a cosine."""
+
+    def convert(p: Values) -> Converted:
+        a, phase = p[size], p["phase"]
+        return {"sine": a * math.cos(phase), "cosine": a * math.sin(phase), "harmonic": p["harmonic"]}
+
+    return convert
+
+
+def _halves(p: Values) -> Converted:
+    """Turn differences of the two directions into halves of them, where the library has no third constant."""
+    return {"coulomb": 0.5 * p["C0"], "viscous": 0.5 * p["C2"]} if p.get("C1", 0.0) == 0.0 else {}
+
+
+def _wall(p: Values) -> Converted:
+    return {"stiffness": p["stiffness"] * p["side"], "position": p["position"]}
+
+
+# Left out: history (another charge), dwell-time constants, damping that the plant draws for itself, and phases that
+# count from another moment.
+CONVERT: Mapping[str, Callable[[Values], Converted]] = {
+    "asymmetric_friction": _halves,
+    "negative_damping": _named(amount="amount", velocity="velocity"),
+    "presliding": _named(stiffness="stiffness"),
+    "frictional_lag": _named(time="time"),
+    "load_dependent_friction": _named(ratio="ratio"),
+    "position_dependent_friction": _named(harmonic="harmonic"),
+    "quadratic_damping": _named(coefficient="coefficient"),
+    "actuator_lag": _named(time_constant="time"),
+    "delay": _named(time="time"),
+    "torque_gain": _named(gain="gain"),
+    "torque_offset": _named(offset="offset"),
+    "torque_saturation": _named(limit="limit"),
+    "torque_dead_zone": _named(width="width"),
+    "cogging": _wave("amplitude"),
+    "torque_ripple": _wave("ratio"),
+    "joint_flexibility": _named(stiffness="stiffness"),
+    "backlash": _named(gap="gap"),
+    "encoder_eccentricity": _wave("amplitude"),
+    "encoder_offset": _named(offset="offset"),
+    "time_shift": _named(time="time"),
+    "payload": _named(mass="mass"),
+    "gravity_tilt": _named(x="x", y="y"),
+    "base_flexibility": _named(stiffness="stiffness"),
+    "cable_spring": _named(stiffness="stiffness", rest="rest"),
+    "contact": _wall,
+    "input_disturbance": _named(frequency="frequency"),
+}
+
+
+def true_values(effect: str, parameters: Values) -> Converted:
+    """Return the plant's parameters of an effect as the library would have them; empty where they do not compare."""
+    return CONVERT[effect](parameters) if effect in CONVERT else {}

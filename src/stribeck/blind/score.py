@@ -1,0 +1,187 @@
+"""The score of many answers: shares with their intervals, calibration, confusion, limits, and what was asked for."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from importlib.metadata import version
+from statistics import median
+from typing import Any, TypeAlias
+
+from stribeck.blind.key import Opened
+from stribeck.blind.outcome import STRENGTHS, outcome
+from stribeck.blind.rates import calibration, detection_limit, rate
+
+Row: TypeAlias = Mapping[str, Any]
+SCHEMA = "stribeck.withheld-score/1"
+POINTS = 0.05  # by which a claimed shrinkage may miss the true one
+
+
+def score(opened: Opened, shrinkage: Mapping[str, Row] | None = None) -> dict[str, Any]:
+    """Return the content of ``score.json``.
+
+    Parameters
+    ----------
+    opened : Opened
+        Answers and truths.
+    shrinkage : mapping or None
+        By case, ``claimed`` and ``true`` part of the closable gap that the named effects close
+        (:func:`stribeck.blind.shrinkage.true_shrinkage`).
+    """
+    library = opened.settings["library"]
+    rows = [
+        {"case": name, **outcome(opened.truths[name], answer, library), **(shrinkage or {}).get(name, {})}
+        for name, answer in opened.answers.items()
+    ]
+    kinds = {kind: [row for row in rows if row["kind"] == kind] for kind in ("single", "pair", "none", "outside")}
+    result = {
+        "schema": SCHEMA,
+        "version": version("stribeck"),
+        "units": {"strength": "effect torque over noise floor", "seconds": "s"},
+        "digest": opened.digest,
+        "code": opened.settings["code"],
+        "library": library,
+        "cases": len(rows),
+        "failed": rate(row["error"] is not None for row in rows),
+        "single": _by_strength(kinds["single"], _named),
+        "none": _quiet(kinds["none"]),
+        "outside": _outside(kinds["outside"]),
+        "pairs": _by_strength(kinds["pair"], _both),
+        "calibration": _calibrated(rows),
+        "intervals": _intervals(rows),
+        "shrinkage": _shrinkage(rows),
+        "effects": _effects(kinds["single"]),
+        "confusion": _confusion([row for row in rows if row["kind"] != "pair"]),
+        "time": {"median": _median(row["seconds"] for row in rows), "longest": max(row["seconds"] for row in rows)},
+        "rows": rows,
+    }
+    return {**result, "targets": targets(result)}
+
+
+def _by_strength(rows: Sequence[Row], measure: Callable[[Sequence[Row]], dict[str, Any]]) -> dict[str, Any]:
+    bins = {name: measure([row for row in rows if row["bin"] == name]) for _, name in STRENGTHS}
+    return {"all": measure(rows), **bins}
+
+
+def _named(rows: Sequence[Row]) -> dict[str, Any]:
+    judged = {key: [row[key] for row in rows if row[key] is not None] for key in ("joint", "channel")}
+    return {
+        "top1": rate(row["first"] for row in rows),
+        "class": rate(row["class"] for row in rows),
+        "named": rate(bool(row["found"]) for row in rows),
+        "clean": rate(bool(row["found"]) and not row["extra"] for row in rows),
+        "wrong_name": rate(bool(row["extra"]) for row in rows),
+        "abstained": rate(not row["named"] for row in rows),
+        "joint": rate(judged["joint"]),
+        "channel": rate(judged["channel"]),
+    }
+
+
+def _both(rows: Sequence[Row]) -> dict[str, Any]:
+    return {
+        "both": rate(len(row["found"]) == 2 for row in rows),
+        "at_least_one": rate(bool(row["found"]) for row in rows),
+        "wrong_name": rate(bool(row["extra"]) for row in rows),
+    }
+
+
+def _quiet(rows: Sequence[Row]) -> dict[str, Any]:
+    """Count false alarms: names where no effect is hidden; under coloured noise a disturbance may be named."""
+
+    def alarms(some: Sequence[Row]) -> dict[str, Any]:
+        return rate(bool(row["extra"]) for row in some)
+
+    return {
+        "false_alarms": alarms(rows),
+        "undisturbed": alarms([row for row in rows if not row["disturbed"]]),
+        "disturbed": alarms([row for row in rows if row["disturbed"]]),
+        "no_gap": rate(row["verdict"] == "no_gap" for row in rows),
+    }
+
+
+def _outside(rows: Sequence[Row]) -> dict[str, Any]:
+    def silent(some: Sequence[Row]) -> dict[str, Any]:
+        return rate(not row["extra"] for row in some)
+
+    effects = sorted({name for row in rows for name in row["effects"]})
+    return {
+        "abstained": silent(rows),
+        **{why: silent([row for row in rows if row["why"] == why]) for why in ("unknown", "left_out", "not_held")},
+        "effects": {name: silent([row for row in rows if name in row["effects"]]) for name in effects},
+    }
+
+
+def _calibrated(rows: Sequence[Row]) -> dict[str, Any]:
+    """Calibration of the likeliest statement of each answer (the headline), and of all statements."""
+    top = [tuple(row["statements"][0][:2]) for row in rows if row["statements"]]
+    every = [tuple(item[:2]) for row in rows for item in row["statements"]]
+    return {"likeliest": calibration(top), "every": calibration(every)}
+
+
+def _intervals(rows: Sequence[Row]) -> dict[str, Any]:
+    found = [item for row in rows for item in row["intervals"]]
+    keys = sorted({(item["effect"], item["name"]) for item in found})
+    each = [
+        {"effect": effect, "parameter": name,
+         **rate(item["inside"] for item in found if (item["effect"], item["name"]) == (effect, name))}
+        for effect, name in keys
+    ]  # fmt: skip
+    return {"coverage": rate(item["inside"] for item in found), "parameters": each}
+
+
+def _shrinkage(rows: Sequence[Row]) -> dict[str, Any]:
+    pairs = [(row["claimed"], row["true"]) for row in rows if row.get("true") is not None]
+    return {
+        "within_5_points": rate(abs(claimed - true) <= POINTS for claimed, true in pairs),
+        "median_error": _median(abs(claimed - true) for claimed, true in pairs),
+        "bias": _median(claimed - true for claimed, true in pairs),
+        "median_true": _median(true for _, true in pairs),
+    }
+
+
+def _effects(rows: Sequence[Row]) -> dict[str, Any]:
+    result = {}
+    for name in sorted({row["effects"][0] for row in rows}):
+        own = [row for row in rows if row["effects"] == [name]]
+        limit = detection_limit([row["strength"] for row in own], [bool(row["found"]) for row in own])
+        result[name] = {**_named(own), "detection_limit": limit}
+    return result
+
+
+def _confusion(rows: Sequence[Row]) -> dict[str, Any]:
+    """Count what was said (columns) by what was hidden (rows); a name in the right class counts as right."""
+    counts = Counter((row["effects"][0] if row["effects"] else "none", row["answer"]) for row in rows)
+    down = sorted({true for true, _ in counts} - {"none"}) + ["none"] * any(true == "none" for true, _ in counts)
+    last = [name for name in ("none", "unknown", "failed") if any(said == name for _, said in counts)]
+    across = [*sorted({said for _, said in counts} - set(last)), *last]
+    return {"hidden": down, "said": across, "counts": [[counts[true, said] for said in across] for true in down]}
+
+
+def _median(values: Any) -> float | None:
+    given = list(values)
+    return float(f"{median(given):.4g}") if given else None
+
+
+def targets(result: Row) -> list[dict[str, Any]]:
+    """Return what the check is asked to show, what it shows, and whether that holds; null where nothing was tried."""
+    single, coverage = result["single"], result["intervals"]["coverage"]["value"]
+    lines: list[tuple[str, float | None, float, bool]] = [
+        ("named, strength 3 and more", single["strong"]["named"]["value"], 0.90, True),
+        ("named, strength 1 to 3", single["fair"]["named"]["value"], 0.75, True),
+        ("wrong name, of all single effects", single["all"]["wrong_name"]["value"], 0.03, False),
+        ("joint right, strength 3 and more", single["strong"]["joint"]["value"], 0.95, True),
+        ("channel right, strength 3 and more", single["strong"]["channel"]["value"], 0.92, True),
+        ("false alarms", result["none"]["false_alarms"]["value"], 0.03, False),
+        ("no wrong name outside the library", result["outside"]["abstained"]["value"], 0.90, True),
+        ("both of a pair named", result["pairs"]["all"]["both"]["value"], 0.75, True),
+        ("intervals that hold, at least", coverage, 0.92, True),
+        ("intervals that hold, at most", coverage, 0.98, False),
+        ("calibration error", result["calibration"]["likeliest"]["ece"], 0.05, False),
+        ("claimed less true shrinkage, median size", result["shrinkage"]["median_error"], 0.05, False),
+        ("median of the gap closed", result["shrinkage"]["median_true"], 0.85, True),
+    ]
+    return [
+        {"what": what, "have": have, "want": want, "at_least": least,
+         "holds": None if have is None else bool(have >= want if least else have <= want)}
+        for what, have, want, least in lines
+    ]  # fmt: skip

@@ -1,0 +1,139 @@
+"""The commands ``stribeck withheld ...``: the check on data whose effect is withheld."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+
+from stribeck.exits import INTERRUPTED
+from stribeck.outputs import check_free, whole_folder
+
+if TYPE_CHECKING:
+    from stribeck.blind.farm import Farm
+
+app = typer.Typer(no_args_is_help=True)
+
+Out = Annotated[Path, typer.Option("--out", metavar="DIR", help="New folder; written whole or not at all.")]
+Answers = Annotated[Path, typer.Option("--out", metavar="RESULTS", help="New folder, or one to go on with.")]
+Key = Annotated[Path, typer.Option("--key", metavar="FILE", help="The sealed answers; keep it away from the cases.")]
+Jobs = Annotated[int, typer.Option(min=1, help="Processes on this machine.")]
+Address = Annotated[
+    str | None,
+    typer.Option("--cluster", metavar="ADDRESS", help="Of a dask scheduler, whose workers then do the work."),
+]
+Names = list[str] | None
+SPREAD = ("--effects", "--levels", "--leave-out")  # options that take several values
+
+
+@app.callback()
+def _group() -> None:
+    """Record cases with hidden effects, diagnose them without the answers, and score what was said."""
+
+
+@app.command(
+    epilog=(
+        "Example: [bold]stribeck withheld record --cases 60 --none 20 --unknown 12 --pairs 12 --out cases "
+        "--key key.json[/bold]"
+    )
+)
+def record(
+    out: Out,
+    key: Key,
+    cases: Annotated[int, typer.Option(min=0, help="Cases with one effect each.")] = 0,
+    none: Annotated[int, typer.Option(min=0, help="Cases without; coloured noise shakes every third of them.")] = 0,
+    unknown: Annotated[int, typer.Option(min=0, help="Cases with an effect that no library holds.")] = 0,
+    pairs: Annotated[int, typer.Option(min=0, help="Cases with two effects.")] = 0,
+    left_out: Annotated[int, typer.Option(min=0, help="Cases whose effect is withheld from the library.")] = 0,
+    effects: Annotated[Names, typer.Option("--effects", metavar="NAME...", help="To draw from; default: all.")] = None,
+    levels: Annotated[Names, typer.Option("--levels", metavar="NAME...", help="clear, medium, weak; all.")] = None,
+    joints: Annotated[int, typer.Option(min=0, max=4, help="Of every arm; 0: one or two, drawn.")] = 0,
+    seed: Annotated[int | None, typer.Option(min=0, help="Of everything drawn; drawn itself by default.")] = None,
+    jobs: Jobs = 2,
+) -> None:
+    """Record cases with an independent plant; print the digest of the sealed answers."""
+    from stribeck.withheld.injections import KNOWN
+    from stribeck.withheld.plan import JOINTS, LEVELS, Order
+    from stribeck.withheld.seal import record_sealed
+
+    order = Order(
+        cases, pairs, none, unknown, left_out, tuple(effects or KNOWN), tuple(levels or LEVELS),
+        (joints,) if joints else JOINTS,
+    )  # fmt: skip
+    digest = record_sealed(order, out, key, seed=seed, jobs=jobs, progress=_told("recording"))
+    print(f"{digest}  SHA-256 of the sealed answers, {key}")
+
+
+@app.command(epilog="Example: [bold]stribeck withheld diagnose cases --out answers[/bold]; once more to go on")
+def diagnose(
+    cases: Annotated[Path, typer.Argument(metavar="DIR", help="What withheld record wrote.")],
+    out: Answers,
+    leave_out: Annotated[
+        Names, typer.Option("--leave-out", metavar="NAME...", help="Effects withheld from the library.")
+    ] = None,
+    jobs: Jobs = 2,
+    cluster: Address = None,
+) -> None:
+    """Diagnose every case without its answer; what is done stays done, and a second call goes on."""
+    from stribeck.blind.batch import diagnose_cases
+
+    with _resumable(out):
+        diagnose_cases(cases, out, farm=_farm(jobs, cluster), leave_out=leave_out or (), progress=_told("diagnosing"))
+
+
+@app.command(epilog="Example: [bold]stribeck withheld score answers --key key.json --out score[/bold]")
+def score(
+    results: Annotated[Path, typer.Argument(metavar="RESULTS", help="What withheld diagnose wrote.")],
+    key: Key,
+    out: Out,
+    partial: Annotated[
+        bool, typer.Option("--partial", help="Score the cases that have answers, if some lack.")
+    ] = False,
+    shrinkage: Annotated[bool, typer.Option(help="Judge corrected models on new motions of the same arms.")] = True,
+    jobs: Jobs = 2,
+) -> None:
+    """Open the key and say how often the diagnosis was right, and whether its probabilities were."""
+    check_free(out)
+
+    from stribeck.blind.batch import write_json
+    from stribeck.blind.key import open_sealed
+    from stribeck.blind.score import score as scored
+    from stribeck.blind.shrinkage import true_shrinkage
+
+    opened = open_sealed(results, key, partial=partial)
+    truly = true_shrinkage(opened, jobs, _told("scoring")) if shrinkage else None
+    result = scored(opened, truly)
+    with whole_folder(out) as folder:
+        write_json(folder / "score.json", result)
+    for line in result["targets"]:
+        if line["have"] is not None:
+            sign = "at least" if line["at_least"] else "at most"
+            print(f"{line['what']}: {line['have']:.3g} ({sign} {line['want']:g} asked)")
+
+
+def _farm(jobs: int, cluster: str | None) -> Farm:
+    from stribeck.blind.farm import Cluster, Processes
+
+    return Cluster(cluster) if cluster else Processes(jobs)
+
+
+@contextmanager
+def _resumable(out: Path) -> Iterator[None]:
+    """Say after Ctrl-C what the program at large cannot know: that nothing done is lost."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        done = len(list(out.glob("case_*.json")))
+        print(f"stribeck: interrupted; {done} answers are in {out}, the same command goes on", file=sys.stderr)
+        raise typer.Exit(INTERRUPTED) from None
+
+
+def _told(task: str) -> Callable[[str], None]:
+    """Show on standard error what is being done, line by line."""
+    console = Console(stderr=True)
+    return lambda text: console.print(f"{task}: {text}", highlight=False, markup=False, soft_wrap=True)
