@@ -114,7 +114,7 @@ def close_loop(
     times = loop.step * np.arange(count, dtype=np.float64)
     start = start_position(arm, loop)
     axes, tables = axes_of(arm, loop, engine.moved_inertia(start))
-    noise, log = _noise(arm, loop, count), np.zeros(most_events, dtype=EVENT)
+    noise, log = encoder_noise(arm, loop, count), np.zeros(most_events, dtype=EVENT)
     out = _call(engine, values, tolerance, axes, loop.sample_time, times, engine.start(values, start), noise, log)
     command, measured, signals, modes, states, info, ended = out
     motion = Trajectory.of(times, signals, modes, states, log, info)
@@ -143,7 +143,8 @@ def _call(
     return command, measured, signals, modes, states, info, ended
 
 
-def _noise(arm: Arm, loop: Loop, count: int) -> Floats | None:
+def encoder_noise(arm: Arm, loop: Loop, count: int) -> Floats | None:
+    """Return the noise (count, n) of the encoders, rad; None where there is none."""
     sd = np.zeros(arm.n)
     for entry in loop.joints:
         sd[arm.names.index(entry.joint)] = entry.encoder_noise

@@ -12,9 +12,9 @@ from typing import Any
 
 import fmpy
 
+from stribeck.compiler import cache_folder
 from stribeck.export.validate.binaries import header_functions
 from stribeck.export.validate.opened import Opened
-from stribeck.compiler import cache_folder
 
 _LONGEST_BUILD = 300.0  # s
 _C_WORD = re.compile(r"[A-Za-z_]\w{0,99}", re.ASCII)
