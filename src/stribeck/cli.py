@@ -176,8 +176,8 @@ def identify(
     epilog=(
         "Examples:\n\n"
         "[bold]stribeck simulate arm.toml loop.toml --out out[/bold]\n\n"
-        "[bold]stribeck simulate --fmu robot.fmu arm.toml loop.toml --out out[/bold] - the FMU is the robot, the arm what "
-        "its controllers know"
+        "[bold]stribeck simulate --fmu robot.fmu arm.toml loop.toml --out out[/bold] - the FMU is the robot, and the "
+        "arm what its controllers know of it"
     )
 )
 def simulate(
