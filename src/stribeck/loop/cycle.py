@@ -1,4 +1,4 @@
-"""One joint's answer: does the loop come to rest, or which cycle does it settle on?"""
+"""One joint's answer: the rest or the cycle on which its loop settles."""
 
 from __future__ import annotations
 

@@ -1,0 +1,1 @@
+"""Exact limit cycles: event-accurate rounds, shooting, settling, continuation, critical ratios."""

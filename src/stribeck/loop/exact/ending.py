@@ -1,0 +1,189 @@
+"""What a loop ends in from one start, and the answer for each joint that follows from it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.loop.cycle import Cycle, CycleTrace, Verdict
+from stribeck.loop.exact.place import Place
+from stribeck.loop.exact.rest import deviations
+from stribeck.loop.exact.rounds import Rounds
+
+Floats = NDArray[np.float64]
+TINY = 1e-7  # rad; a smaller motion is no cycle
+_FEW_SAMPLES = 4  # rounds of so many samples, and as many more for each one of delay, are chatter
+_ROWS = 801
+
+
+@dataclass(frozen=True)
+class Ending:
+    """What a loop ends in.
+
+    Attributes
+    ----------
+    kind : str
+        ``rest``, ``periodic``, ``roughly`` (a lasting motion that repeats only on average), ``unbounded`` or
+        ``undetermined``.
+    place : Place
+        At rest; or at a turn, from where the motion goes on.
+    turns : structured array
+        Of one period, or of the rounds that averages are over.
+    span : float
+        Time that the turns cover, s.
+    multipliers : array of complex
+    status : str
+        ``ok``, or what the method could not do.
+    """
+
+    kind: str
+    place: Place
+    turns: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    span: float = 0.0
+    multipliers: tuple[complex, ...] = ()
+    status: str = "ok"
+
+
+def weighted(values: Floats) -> float:
+    """Return the mean of a quasi-periodic sequence, weighted by a bump: its error falls faster than any power.
+
+    Das, Saiki, Sander and Yorke (2017), Quantitative quasiperiodicity, Nonlinearity 30.
+    """
+    if len(values) < 8:
+        return float(np.mean(values))
+    x = np.arange(1, len(values) + 1) / (len(values) + 1.0)
+    weight = np.exp(-1.0 / (x * (1.0 - x)))
+    return float(np.sum(weight * values) / np.sum(weight))
+
+
+def whole_rounds(turns: np.ndarray) -> np.ndarray:
+    """Return one joint's turns with its small ones merged into the large rounds that they interrupt.
+
+    Noise and sampling make a joint turn a little on its way; a round is a swing over a quarter of the whole range.
+    """
+    if len(turns) < 2:
+        return turns
+    least = 0.25 * float(turns["high"][1:].max() - turns["low"][1:].min())
+    kept = [turns[0].copy()]
+    pending: np.ndarray | None = None
+    for row in turns[1:]:
+        pending = row.copy() if pending is None else _joined(pending, row)
+        peak = kept[-1]
+        if peak["deviation"] - pending["low"] < least:  # hardly left the last turn
+            if row["deviation"] > peak["deviation"]:  # which goes on to here
+                kept[-1] = _joined(peak, pending) if len(kept) > 1 else row.copy()
+                pending = None
+        elif row["deviation"] - pending["low"] >= least:
+            kept.append(pending)
+            pending = None
+    return np.array(kept[1:], dtype=turns.dtype)
+
+
+def _joined(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Return the turn at the end of the second of two successive rounds, with both rounds behind it."""
+    out = second.copy()
+    out["low"], out["high"] = min(first["low"], second["low"]), max(first["high"], second["high"])
+    out["speed"], out["stuck"] = max(first["speed"], second["speed"]), first["stuck"] + second["stuck"]
+    return out
+
+
+def answers(rounds: Rounds, ending: Ending) -> dict[str, Cycle]:
+    """Return each controlled joint's answer."""
+    traces = _traces(rounds, ending) if ending.kind in ("periodic", "roughly") else {}
+    out = {}
+    for entry in rounds.loop.joints:
+        j = rounds.index(entry.joint)
+        cycle = _answer(rounds, ending, j)
+        out[entry.joint] = replace(cycle, trace=traces.get(j)) if cycle.cycles else cycle
+    return out
+
+
+def _answer(rounds: Rounds, ending: Ending, j: int) -> Cycle:
+    steady = -float(deviations(rounds, ending.place)[j])
+    if ending.kind == "rest":
+        return Cycle("rest", steady_error=steady, stick_fraction=None, status=ending.status)
+    if ending.kind == "unbounded":
+        return Cycle("unbounded", stable=False, status=ending.status)
+    if ending.kind == "undetermined":
+        return Cycle("undetermined", status=ending.status)
+    mine = ending.turns[ending.turns["joint"] == j]
+    if len(mine) == 0 or np.ptp([mine["low"].min(), mine["high"].max()]) < 2.0 * TINY:
+        return Cycle("rest", steady_error=steady, status=ending.status)
+    amplitude, period, stuck = _size(ending, mine)
+    roots = tuple(_plain(root) for root in ending.multipliers)
+    return Cycle(
+        verdict=_verdict(rounds, j, period, stuck), amplitude=amplitude, period=period,
+        peak_velocity=float(mine["speed"].max() if ending.kind == "periodic" else weighted(mine["speed"])),
+        stick_fraction=stuck / period, multipliers=roots,
+        stable=bool(max(abs(root) for root in roots) < 1.0) if roots else True if ending.kind == "roughly" else None,
+        status=ending.status,
+    )  # fmt: skip
+
+
+def _size(ending: Ending, mine: np.ndarray) -> tuple[float, float, float]:
+    """Return amplitude, period and time stuck in it."""
+    spread = 0.5 * (mine["high"] - mine["low"])
+    if ending.kind == "periodic":
+        whole = 0.5 * float(mine["high"].max() - mine["low"].min())
+        alike = np.ptp(spread) <= 1e-6 * whole and abs(whole - spread[0]) <= 1e-6 * whole
+        rounds = len(mine) if alike else 1
+        return whole, ending.span / rounds, float(mine["stuck"].sum()) / rounds
+    mine = whole_rounds(mine)
+    if len(mine) < 2:
+        return 0.5 * float(np.max(spread)), ending.span, 0.0
+    spread = 0.5 * (mine["high"] - mine["low"])
+    return weighted(spread[1:]), weighted(np.diff(mine["time"])), weighted(mine["stuck"][1:])
+
+
+def _verdict(rounds: Rounds, j: int, period: float, stuck: float) -> Verdict:
+    axis, ts = rounds.axes[j], rounds.loop.sample_time
+    reaction = (axis.delay + 2) * ts  # a sampled controller cannot let go sooner: no sticking of its own
+    if ts > 0.0 and period <= _FEW_SAMPLES * (axis.delay + 2) * ts:
+        return "chatter"
+    if stuck <= max(2.0 * reaction, 1e-9 * period):
+        return "sliding_cycle"
+    return "hunting" if rounds.rate(j) == 0.0 else "stick_slip"
+
+
+def _plain(root: complex) -> float | complex:
+    return float(root.real) if root.imag == 0.0 else complex(root)
+
+
+def _traces(rounds: Rounds, ending: Ending) -> dict[int, CycleTrace]:
+    """Return one period of each joint: of the motion where it repeats, else of the first round after it settled."""
+    span = ending.span
+    if ending.kind == "roughly":
+        span = max(_size(ending, ending.turns[ending.turns["joint"] == j])[1] for j in np.unique(ending.turns["joint"]))
+    rows, step = _ROWS, span / (_ROWS - 1)
+    if rounds.sampled:
+        step = rounds.loop.sample_time
+        rows = int(np.ceil(span / step)) + 1
+    done = rounds.run(ending.place, -2, rows=rows, step=step, quiet=False)
+    record, time = done.record, step * np.arange(rows, dtype=np.float64)
+    kept = np.isfinite(record[:, 0]).all(axis=1)
+    return {
+        j: CycleTrace(time[kept], record[kept, 0, j], record[kept, 1, j], record[kept, 2, j] == 0.0)
+        for j in range(rounds.n)
+    }
+
+
+def gather(found: Mapping[str, Mapping[str, Cycle]], joint: str) -> Cycle:
+    """Return the answer for a joint from those of all starts.
+
+    The loop's own start decides, unless it comes to rest there and a cycle draws it in from another.
+    """
+    basin = {start: cycles[joint].verdict for start, cycles in found.items()}
+    chosen = found["own"][joint]
+    if chosen.verdict in ("rest", "undetermined"):
+        for start in ("large", "small"):
+            if start in found and found[start][joint].cycles:
+                other = found[start][joint]
+                told = f"from a {start} start; {chosen.verdict} from the loop's own"
+                chosen = replace(other, status=told if other.status == "ok" else f"{other.status}; {told}")
+                break
+            if start in found and found[start][joint].verdict == "unbounded" and chosen.status == "ok":
+                chosen = replace(chosen, status=f"unbounded from a {start} start")
+    return replace(chosen, basin=basin)

@@ -1,0 +1,135 @@
+"""Whether a loop that hardly moves is at rest, creeps to rest, or will come back: decided by its linear flow.
+
+Near critical damping a joint comes back after a time that grows without bound, at a speed below any tolerance; a
+threshold on the speed would call that rest. What is left of the way is linear, so its eigenvalues decide.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import expm
+from scipy.optimize import brentq
+
+from stribeck.loop.exact.place import FILTER, INTEGRAL, LAG, THETA, Place, Stretch
+from stribeck.loop.exact.rounds import Rounds
+
+Floats = NDArray[np.float64]
+_LONGEST = 60.0  # time constants of the slowest mode within which it comes back, if it does
+_GRID = 600
+
+
+@dataclass(frozen=True)
+class Rest:
+    """Where a quiet loop ends: ``settled`` with the deviations (n,) in rad, or at ``place``, or leaving by itself."""
+
+    settled: bool
+    deviation: Floats
+    place: Place | None = None
+
+
+def active_states(rounds: Rounds) -> list[int]:
+    """Return the indices of the states that act on a continuous loop's motion; an unused integral does not."""
+    layout, chosen = rounds.layout, []
+    for entry in rounds.loop.joints:
+        j = rounds.index(entry.joint)
+        chosen += [j, layout.n + j]
+        wanted = {INTEGRAL: entry.ki > 0, FILTER: entry.velocity_filter > 0, LAG: entry.actuator_lag > 0}
+        chosen += [layout.own(j, which) for which, used in wanted.items() if used]
+        if entry.compensation.kind == "adaptive":
+            chosen += [layout.own(j, THETA + i) for i in range(3)]
+    return sorted(chosen + list(range(2 * layout.n, layout.size)))
+
+
+def deviations(rounds: Rounds, place: Place) -> Floats:
+    """Return position less reference (n,), rad; the position of a clamped joint."""
+    q = place.values[rounds.layout.state][: rounds.n].copy()
+    for entry in rounds.loop.joints:
+        j = rounds.index(entry.joint)
+        q[j] -= entry.start + rounds.rate(j) * place.time
+    return q
+
+
+def judge(rounds: Rounds, place: Place) -> Rest:
+    """Say what becomes of a loop in which nothing moves relative to the references any more."""
+    here = deviations(rounds, place)
+    n = rounds.n
+    modes, y = place.values[rounds.layout.modes], place.values[rounds.layout.state]
+    sliding = [rounds.index(e.joint) for e in rounds.loop.joints if modes[rounds.index(e.joint)] != 0.0]
+    if rounds.sampled or not sliding:
+        return Rest(True, here)
+    stuck = {rounds.index(e.joint) for e in rounds.loop.joints} - set(sliding)
+    kept = [i for i in active_states(rounds) if i not in stuck and i - n not in stuck]
+    rate, slopes = rounds.slopes(place)
+    for j in sliding:
+        rate[j] -= rounds.rate(j)
+    f, matrix = rate[kept], slopes[np.ix_(kept, kept)]
+    roots = np.linalg.eigvals(matrix)
+    lead = roots[np.argmax(roots.real)]
+    back = [j for j in sliding if rounds.rate(j) == 0.0 and y[n + j] != 0.0]
+    found = _first_return(matrix, f, [kept.index(j) for j in back], lead)
+    if found is None:
+        left = np.zeros(n)
+        left[sliding] = -np.linalg.lstsq(matrix, f, rcond=None)[0][[kept.index(j) for j in sliding]]
+        return Rest(bool(lead.real < 0.0), here + left)
+    after, passed = found
+    values = place.values.copy()
+    moved = expm(_augmented(matrix, f) * after)[:-1, -1]
+    for k, i in enumerate(kept):
+        values[rounds.layout.state][i] += moved[k]
+    for j in sliding:
+        values[rounds.layout.state][j] += rounds.rate(j) * after
+    values[rounds.layout.state][n + kept[passed]] = 0.0
+    values[0], values[1] = values[0] + after, 1.0
+    return Rest(False, here, replace(place, values=values))
+
+
+def _augmented(matrix: Floats, f: Floats) -> Floats:
+    size = len(f)
+    whole = np.zeros((size + 1, size + 1))
+    whole[:size, :size], whole[:size, size] = matrix, f
+    return whole
+
+
+def _first_return(matrix: Floats, f: Floats, watched: list[int], lead: complex) -> tuple[float, int] | None:
+    """Return when, and which of the ``watched`` positions' velocities first comes to zero; None where none does.
+
+    The rate of change obeys the same linear equation, w' = M w, and has no digits to lose.
+    """
+    if not watched:
+        return None
+    longest = _LONGEST / max(abs(lead.real), 1e-9)
+    if abs(lead.imag) > 1e-12:
+        longest = 2.2 * np.pi / abs(lead.imag)
+    step = longest / _GRID
+    stride, now = expm(matrix * step), f
+    for k in range(_GRID):
+        after = stride @ now
+        for i in watched:
+            if after[i] * f[i] < 0.0:
+                begin = now.copy()
+                part = brentq(lambda t, i=i, begin=begin: (expm(matrix * t) @ begin)[i] / abs(f[i]), 0.0, step)
+                return float(k * step + part), i
+        now = after
+    return None
+
+
+def follow(rounds: Rounds, place: Place, watch: int, most: int, duration: float = 1e9) -> Stretch:
+    """Run as `Rounds.run` does, and on where a quiet loop is not at rest; ``quiet`` then means rest."""
+    turns: list[np.ndarray] = []
+    quiet, end = True, place.time + duration
+    while True:
+        done = rounds.run(place, watch, most=most, duration=end - place.time, quiet=quiet)
+        turns.append(done.turns)
+        most -= len(done.turns) if watch < 0 else int(np.sum(done.turns["joint"] == watch))
+        place, quiet = done.place, True
+        if done.why == "quiet":
+            ending = judge(rounds, place)
+            if not ending.settled:
+                place, quiet = ending.place or place, ending.place is not None
+                if most > 0 and place.time < end:
+                    continue
+        why = "enough" if most <= 0 else done.why
+        return Stretch(why, np.concatenate(turns), place, done.record)

@@ -1,0 +1,106 @@
+"""Settled cycles by simulation: on and on, in stretches that double, until two of them have the same averages."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.arm import Arm
+from stribeck.loop.cycle import Cycle
+from stribeck.loop.exact.ending import TINY, Ending, answers, gather, weighted, whole_rounds
+from stribeck.loop.exact.place import Place, Stretch
+from stribeck.loop.exact.rest import follow
+from stribeck.loop.exact.rounds import Rounds, RoundsEngine
+from stribeck.loop.exact.starts import starts
+from stribeck.simulate import Loop
+
+Floats = NDArray[np.float64]
+_FIRST, _LONGEST = 16, 4096  # turns of a stretch
+_LONGEST_TIME = 2e4  # s of a stretch of a sampled loop
+_ALIKE = {"continuous": 1e-7, "sampled": 2e-4, "noisy": 0.02}  # averages of two stretches that count as the same
+_LEAST = {"continuous": 16, "sampled": 32, "noisy": 128}  # turns in the later one
+
+
+def settle(arm: Arm | RoundsEngine, loop: Loop) -> dict[str, Cycle]:
+    """Return each controlled joint's settled motion by simulation alone, from the loop's own, small and large starts.
+
+    Parameters
+    ----------
+    arm : Arm
+        With the effects of its file.
+    loop : Loop
+        Checked; references at rest in the end, or ramps.
+
+    Raises
+    ------
+    InputError
+        When a reference drives the loop for ever.
+    """
+    rounds = Rounds(arm, loop)
+    found = {name: answers(rounds, settle_from(rounds, place)) for name, place in starts(rounds).items()}
+    return {entry.joint: gather(found, entry.joint) for entry in loop.joints}
+
+
+def settle_from(rounds: Rounds, place: Place) -> Ending:
+    """Return what a loop settles on from a place."""
+    kind = "noisy" if rounds.noisy else "sampled" if rounds.sampled else "continuous"
+    before: Floats | None = None
+    turns, still, seconds = _FIRST, 0, 25.0
+    while turns <= _LONGEST and seconds <= _LONGEST_TIME:
+        done = _stretch(rounds, place, turns, seconds)
+        if done.why not in ("enough", "end"):
+            return _stopped(done.why, done.place)
+        span, place = done.place.time - place.time, done.place
+        if len(done.turns) < 4:
+            still += 1
+            if still > 3 and len(done.turns) == 0 and not _winds_up(rounds):
+                return Ending("rest", place)
+            seconds *= 4.0
+            continue
+        if _all_tiny(done.turns):
+            return Ending("rest", place)
+        now = _averages(rounds, done.turns)
+        enough = max(len(done.turns[done.turns["joint"] == j]) for j in range(rounds.n)) >= _LEAST[kind]
+        if (
+            before is not None
+            and enough
+            and np.allclose(now, before, rtol=_ALIKE[kind], atol=1e-3 * TINY, equal_nan=True)
+        ):
+            status = "ok" if kind == "continuous" else "mean over its rounds"
+            return Ending("roughly", place, done.turns, span, status=status)
+        before = now
+        turns, seconds = 2 * turns, max(seconds, 1.5 * span * 2.0)
+    return Ending("undetermined", place, status="not settled in the longest simulation")
+
+
+def _stretch(rounds: Rounds, place: Place, turns: int, seconds: float) -> Stretch:
+    if not rounds.sampled:
+        return follow(rounds, place, -1, turns, 1e7)
+    return rounds.run(place, -1, most=turns, duration=seconds)
+
+
+def _stopped(why: str, place: Place) -> Ending:
+    kind = {"quiet": "rest", "unbounded": "unbounded"}.get(why, "undetermined")
+    return Ending(kind, place, status="ok" if kind != "undetermined" else why)
+
+
+def _all_tiny(turns: np.ndarray) -> bool:
+    spread = 0.5 * (turns["high"] - turns["low"])
+    return bool(spread[len(spread) // 2 :].max() < TINY)
+
+
+def _winds_up(rounds: Rounds) -> bool:
+    """Whether a joint that sticks may break away later, as an integral grows."""
+    return any(entry.ki > 0.0 or rounds.rate(rounds.index(entry.joint)) != 0.0 for entry in rounds.loop.joints)
+
+
+def _averages(rounds: Rounds, turns: np.ndarray) -> Floats:
+    """Return amplitude, period and time stuck of each joint, weighted over its turns."""
+    out = np.full((rounds.n, 3), np.nan)
+    for j in np.unique(turns["joint"]).astype(int):
+        mine = whole_rounds(turns[turns["joint"] == j])
+        if len(mine) < 3:
+            continue
+        rows = [0.5 * (mine["high"] - mine["low"])[1:], np.diff(mine["time"]), mine["stuck"][1:]]
+        out[j] = [weighted(row) for row in rows]
+    return out

@@ -1,0 +1,129 @@
+"""Exact cycles: Newton's method on the event-driven return map, sticking phases and all.
+
+The map of a sampled controller depends on where in the sampling interval a turn falls, and its motion mostly repeats
+only on average; there the answer is the mean over many rounds, with a weight under which it converges fast.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.arm import Arm
+from stribeck.loop.cycle import Cycle
+from stribeck.loop.exact.ending import TINY, Ending, answers, gather
+from stribeck.loop.exact.place import Place
+from stribeck.loop.exact.rest import follow
+from stribeck.loop.exact.rounds import Rounds, RoundsEngine
+from stribeck.loop.exact.section import Fixed, ReturnMap, solve
+from stribeck.loop.exact.settle import settle_from
+from stribeck.loop.exact.starts import starts
+from stribeck.simulate import Loop
+
+Floats = NDArray[np.float64]
+_NEAR = 0.02  # of the cycle's size: so close a motion is drawn in
+_MOST_FOLD = 6
+_STRETCHES = (4, 4, 8, 8, 16, 32, 64, 128, 256, 256)  # turns between looks
+
+
+def shoot(arm: Arm | RoundsEngine, loop: Loop) -> dict[str, Cycle]:
+    """Return each controlled joint's cycle, or what else its loop ends in.
+
+    Parameters
+    ----------
+    arm : Arm
+        With the effects of its file.
+    loop : Loop
+        Checked; references at rest in the end, or ramps.
+
+    Raises
+    ------
+    InputError
+        When a reference drives the loop for ever, so that it has no cycle of its own.
+    """
+    rounds = Rounds(arm, loop)
+    if rounds.noisy or any(entry.compensation.kind == "dither" for entry in loop.joints):
+        what = "encoder noise" if rounds.noisy else "dither"
+        told = f"no exact cycle under {what}: see the simulation"
+        return {entry.joint: Cycle("undetermined", status=told) for entry in loop.joints}
+    found = {name: answers(rounds, ending_of(rounds, place)) for name, place in starts(rounds).items()}
+    return {entry.joint: gather(found, entry.joint) for entry in loop.joints}
+
+
+def ending_of(rounds: Rounds, place: Place) -> Ending:
+    """Return what the loop ends in from a place."""
+    if rounds.sampled:
+        return settle_from(rounds, place)
+    history = np.zeros(0)
+    watch, fixed = -1, None
+    for turns in _STRETCHES:
+        done = follow(rounds, place, watch, turns, 1e7 if rounds.n == 1 else 2000.0)
+        place, last = done.place, history[-40:]
+        history = done.turns if not len(last) else np.concatenate([last, done.turns])
+        if done.why != "enough":
+            if watch >= 0 and done.why == "end" and len(done.turns):
+                watch = -1  # that joint has come to rest, others go on
+                continue
+            return _stopped(done.why, place)
+        if watch < 0:
+            joints = done.turns["joint"][len(done.turns) // 2 :].astype(int)
+            watch = int(np.bincount(joints).argmax())
+            if joints[-1] != watch:  # the place must be a turn of the joint that is watched
+                continue
+        mine = done.turns[done.turns["joint"] == watch]
+        if _dies_out(mine):
+            return Ending("rest", place)
+        fixed = _attempt(rounds, watch, place, history, fixed)
+        if fixed is not None and _drawn_in(rounds, watch, place, fixed):
+            return Ending("periodic", fixed.place, fixed.turns, fixed.period, tuple(fixed.multipliers))
+    return settle_from(rounds, place)
+
+
+def _stopped(why: str, place: Place) -> Ending:
+    if why == "quiet":
+        return Ending("rest", place)
+    if why == "unbounded":
+        return Ending("unbounded", place)
+    return Ending("undetermined", place, status=why if why != "end" else "it does not turn again")
+
+
+def _dies_out(mine: np.ndarray) -> bool:
+    spread = 0.5 * (mine["high"] - mine["low"])
+    return bool(len(spread) > 1 and spread[-1] < TINY and spread[-1] < spread[-2])
+
+
+def _attempt(rounds: Rounds, watch: int, place: Place, history: np.ndarray, known: Fixed | None) -> Fixed | None:
+    """Return a stable fixed point near the motion, the one that is known or a new one."""
+    if known is not None and _drawn_in(rounds, watch, place, known):
+        return known
+    mine = history[history["joint"] == watch]
+    section = ReturnMap(rounds, watch, place, _fold(mine["deviation"]))
+    z = section.coordinates(place)
+    size = 0.5 * float(mine["high"][-4:].max() - mine["low"][-4:].min())
+    fixed = solve(section, z, _scale(section, z, size))
+    if fixed is None or not fixed.stable:
+        return None
+    whole = fixed.turns[fixed.turns["joint"] == watch]
+    return fixed if 0.5 * float(whole["high"].max() - whole["low"].min()) > TINY else None
+
+
+def _scale(section: ReturnMap, z: Floats, size: float) -> Floats:
+    return np.maximum(np.abs(z), 0.1 * max(size, TINY))
+
+
+def _drawn_in(rounds: Rounds, watch: int, place: Place, fixed: Fixed) -> bool:
+    section = ReturnMap(rounds, watch, fixed.place)
+    here, there = section.coordinates(place), section.coordinates(fixed.place)
+    mine = fixed.turns[fixed.turns["joint"] == watch]
+    size = 0.5 * float(mine["high"].max() - mine["low"].min())
+    return bool(np.max(np.abs(here - there) / _scale(section, there, size)) < _NEAR)
+
+
+def _fold(deviation: Floats) -> int:
+    """Return after how many turns the motion nearly repeats."""
+    if len(deviation) < 2 * _MOST_FOLD:
+        return 1
+    tail = deviation[-2 * _MOST_FOLD :]
+    misses = [float(np.max(np.abs(tail[m:] - tail[:-m]))) for m in range(1, _MOST_FOLD + 1)]
+    best = int(np.argmin(misses))
+    return 1 if misses[0] <= 3.0 * misses[best] else best + 1

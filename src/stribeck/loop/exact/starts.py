@@ -1,0 +1,43 @@
+"""Where to start a loop from, so that every cycle that draws it in is found: its own start, a small and a large one."""
+
+from __future__ import annotations
+
+from stribeck.loop.exact.place import Place
+from stribeck.loop.exact.rounds import Rounds
+
+_SMALL, _LARGE = 0.02, 20.0  # of the error at which the drive just moves the joint
+
+
+def starts(rounds: Rounds) -> dict[str, Place]:
+    """Return the places ``own`` (the loop file's), ``large`` and ``small``.
+
+    Errors are measured by that at which the proportional torque breaks the joint away, with what the compensation
+    adds. Along a ramp, small is sliding along with the reference, where it would stay but for a thousandth.
+    """
+    large: dict[str, float] = {}
+    small: dict[str, float] = {}
+    rates: dict[str, float] = {}
+    for entry in rounds.loop.joints:
+        j = rounds.index(entry.joint)
+        axis, rate = rounds.axes[j], rounds.rate(j)
+        ratio = axis.ratio if entry.compensation.kind == "feedback" else 0.0
+        size = max(level[0] + level[1] for level in (axis.friction[:4], axis.friction[4:])) / entry.kp
+        large[entry.joint] = _LARGE * max(1.0, ratio) * max(size, 1e-3)
+        small[entry.joint] = _SMALL * max(size, 1e-3)
+        if rate != 0.0:
+            large[entry.joint] = entry.reference.initial_error
+            small[entry.joint] = 1.001 * _steady(rounds, j, entry.kp, ratio, rate)
+            rates[entry.joint] = rate
+    found = {"own": rounds.start({}), "small": rounds.start(small, rates), "large": rounds.start(large)}
+    if all(rounds.rate(rounds.index(entry.joint)) != 0.0 for entry in rounds.loop.joints):
+        del found["large"]  # standing still behind a ramp is the loop's own start
+    return found
+
+
+def _steady(rounds: Rounds, j: int, kp: float, ratio: float, rate: float) -> float:
+    """Return the error with which a joint slides along its ramp, the arm's other torques left out."""
+    axis = rounds.axes[j]
+    c0, c1, c2, alpha = axis.friction[:4] if rate > 0.0 else axis.friction[4:]
+    level = c0 + c1 * 2.718281828459045 ** (-abs(rate) / alpha) + c2 * abs(rate)
+    share = ratio if axis.kind == 2 else axis.ratio if axis.kind == 1 else 0.0
+    return float((1.0 - share) * level / kp) * (1.0 if rate > 0.0 else -1.0)
