@@ -11,6 +11,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any, ClassVar
 
 import casadi as ca
@@ -129,6 +130,8 @@ class Effect(ABC):
     symptom: ClassVar[str]
     source: ClassVar[str]
     states: ClassVar[tuple[str, ...]] = ()
+    state_units: ClassVar[Mapping[str, str]] = MappingProxyType({})
+    """The states' units as in parameters; "1" where one is left out."""
     delays: ClassVar[str | None] = None
     """The signal that the parameter ``time`` delays: ``"command"``, the recorded ``"position"`` or None."""
     nonlinear: ClassVar[bool] = False

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import MappingProxyType
 from typing import final
 
 from stribeck.model.effect import ActuatorEffect, Expression, Parameter, Parameters, Scale, Signals, States
@@ -18,6 +19,7 @@ class ActuatorLag(ActuatorEffect):
     source = "Canudas de Wit, Noel, Aubin & Brogliato (1991); paper, section 5 (actuator dynamics)"
     parameters = (Parameter("time_constant", "s", "time constant", 0.0, 1e-5, 0.5),)
     states = ("torque",)
+    state_units = MappingProxyType({"torque": "N m"})
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         return ({"time_constant": 0.01},)

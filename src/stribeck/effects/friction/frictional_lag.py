@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import MappingProxyType
 from typing import Any, final
 
 import casadi as ca
@@ -24,6 +25,7 @@ class FrictionalLag(FrictionEffect):
     elusive = True
     parameters = (Parameter("time", "s", "lag of the friction level behind the speed", 0.0, 1e-4, 1.0),)
     states = ("speed",)
+    state_units = MappingProxyType({"speed": "rad/s"})
 
     def applies(self, arm: Any, joint: int) -> bool:
         nominal = arm.joints[joint]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import MappingProxyType
 from typing import final
 
 import casadi as ca
@@ -27,6 +28,7 @@ class History(FrictionEffect):
         Parameter("start", "rad/s", "mean speed before a recording", 0.0, 0.0, 1e2),
     )
     states = ("warmth",)
+    state_units = MappingProxyType({"warmth": "rad/s"})
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         return tuple({"change": 0.3 / scale.speed, "time": time, "start": 0.3 * scale.speed} for time in (5.0, 25.0))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import MappingProxyType
 from typing import final
 
 import casadi as ca
@@ -27,6 +28,7 @@ class Presliding(FrictionEffect):
         Parameter("damping", "N m s/rad", "bristle damping", 0.0, 0.0),
     )
     states = ("torque",)
+    state_units = MappingProxyType({"torque": "N m"})
     bristle = True
     nonlinear = True
 

@@ -111,15 +111,17 @@ static int sb_step(sb_sim *s, double limit) {
         }
         h = sb_locate(s, h, begun, sb_lowest(g0, begun), sb_lowest(g, begun), y, f, margin, g);
         sb_accept(s, s->t + h, y, f, margin);
-        if (s->status == SB_OK) sb_pass(s, g);
+        if (s->status != SB_OK) return 1;
+        if (s->defer) memcpy(s->passing, g, sizeof g), s->waiting = 1;
+        else sb_pass(s, g);
         return 1;
     }
 }
 
-/* Integrate to the instant end under the present command. */
+/* Integrate to the instant end under the present command, or to the first event where events are to wait. */
 static int sb_advance(sb_sim *s, double end) {
     const long steps = s->steps, events = s->events;
-    while (s->status == SB_OK && s->t < end) {
+    while (s->status == SB_OK && s->t < end && !s->waiting) {
         const double left = end - s->t;
         if (!sb_step(s, left)) break;
         if (end - s->t < 1e-14 * (1.0 + fabs(end))) s->t = end;

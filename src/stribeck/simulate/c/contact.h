@@ -76,7 +76,10 @@ static void sb_settle(sb_sim *s) {
             s->mode[j] = v > 0.0 ? 1.0 : -1.0;
         } else rest[k++] = j, moving += s->mode[j] != 0.0;
     }
-    if (k == 0) return sb_hold_directions(s);
+    if (k == 0) {
+        sb_hold_directions(s);
+        return;
+    }
     s->fresh = 0;
     if (!moving) { /* usual at a new command: all that rest go on resting */
         sb_rhs(s, s->t, s->y, s->f, s->margin);

@@ -44,6 +44,8 @@ struct sb_sim {
     sb_control control;
     const void *loop; /* what the control needs to know */
     char clamped[SB_N]; /* held still from outside */
+    char defer, waiting; /* whether to stop before an event is passed; whether one waits, found by the values passing */
+    double passing[SB_N];
     double held[SB_N];  /* direction of the last slide, 0 before the first */
     double stuck_time[SB_N], top_speed[SB_N]; /* s since the start; rad/s since it was last reset */
     sb_event *log;

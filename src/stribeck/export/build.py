@@ -1,0 +1,126 @@
+"""Build an FMU's binaries for every platform from one machine, with the compiler that comes with ziglang."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+
+from stribeck.compiler import cache_folder
+from stribeck.errors import InputError, StribeckError
+
+FLAGS = (
+    "-std=c99", "-O2", "-g0", "-s", "-ffp-contract=off", "-fno-math-errno", "-fvisibility=hidden",
+    "-fno-sanitize=undefined", "-fno-stack-protector", "-Wno-everything",
+)  # fmt: skip
+_LONGEST_BUILD = 900.0  # s; the first build of a target also builds its C library
+
+
+@dataclass(frozen=True)
+class Platform:
+    """One platform that an FMU runs on.
+
+    Attributes
+    ----------
+    name : str
+        As FMI 3 names its folder: ``x86_64-linux``.
+    target : str
+        As zig names it. The C library of Linux is one that any system of the last ten years has.
+    suffix : str
+    fmi2 : str
+        Folder in an FMI 2 archive, where the standard has one; else FMI 3's name, as FMPy and the Reference FMUs do.
+    flags : tuple of str
+    """
+
+    name: str
+    target: str
+    suffix: str
+    fmi2: str
+    flags: tuple[str, ...] = ()
+
+
+_SHARED = ("-shared", "-fPIC")
+_LINUX = (*_SHARED, "-lm", "-Wl,-soname,{name}")
+_DARWIN = (*_SHARED, "-Wl,-install_name,@rpath/{name}")
+PLATFORMS: tuple[Platform, ...] = (
+    Platform("x86_64-linux", "x86_64-linux-gnu.2.17", ".so", "linux64", _LINUX),
+    Platform("aarch64-linux", "aarch64-linux-gnu.2.17", ".so", "aarch64-linux", _LINUX),
+    Platform("x86_64-windows", "x86_64-windows-gnu", ".dll", "win64", ("-shared",)),
+    Platform("x86-windows", "x86-windows-gnu", ".dll", "win32", ("-shared",)),
+    Platform("aarch64-windows", "aarch64-windows-gnu", ".dll", "aarch64-windows", ("-shared",)),
+    Platform("x86_64-darwin", "x86_64-macos", ".dylib", "darwin64", _DARWIN),
+    Platform("aarch64-darwin", "aarch64-macos", ".dylib", "aarch64-darwin", _DARWIN),
+)  # fmt: skip
+
+
+def platforms_named(names: Sequence[str] | None) -> tuple[Platform, ...]:
+    """Return platforms by name, all where None; raise `InputError` for one that is not known."""
+    if names is None:
+        return PLATFORMS
+    known = {platform.name: platform for platform in PLATFORMS}
+    for name in names:
+        if name not in known:
+            raise InputError("unknown platform", name, f"use some of: {', '.join(known)}")
+    if not names:
+        raise InputError("no platform is named", "", f"use some of: {', '.join(known)}")
+    return tuple(known[name] for name in dict.fromkeys(names))
+
+
+def binary(sources: Mapping[str, str], main: str, identifier: str, platform: Platform) -> bytes:
+    """Return the shared library of an FMU's sources for one platform, from the user's cache where it was built before.
+
+    Parameters
+    ----------
+    sources : mapping of str to str
+        File names and their text.
+    main : str
+        The file to compile; it includes the others.
+    identifier : str
+        The model identifier, which names the library.
+    """
+    name = identifier + platform.suffix
+    flags = [*FLAGS, *(flag.format(name=name) for flag in platform.flags)]
+    text = [f"{file}\0{sources[file]}" for file in sorted(sources)]
+    key = hashlib.sha256("\0".join([*text, main, platform.target, *flags, _zig_version()]).encode()).hexdigest()[:32]
+    folder = cache_folder() / "fmu"
+    folder.mkdir(exist_ok=True, mode=0o700)
+    kept = folder / f"{key}{platform.suffix}"
+    if not kept.exists():
+        with tempfile.TemporaryDirectory(prefix="build.", dir=folder) as part:
+            _compile(sources, main, name, platform, flags, Path(part)).replace(kept)
+    return kept.read_bytes()
+
+
+def _compile(
+    sources: Mapping[str, str], main: str, name: str, platform: Platform, flags: list[str], folder: Path
+) -> Path:
+    work = folder / "sources"
+    work.mkdir()
+    for file, text in sources.items():
+        (work / file).write_text(text, encoding="utf-8", newline="\n")
+    shared = [flag for flag in flags if flag != "-lm"]
+    libraries = [flag for flag in flags if flag == "-lm"]
+    command = [sys.executable, "-m", "ziglang", "cc", "-target", platform.target, *shared, "-o", name, main, *libraries]
+    # relative names and a local cache of its own: nothing of this machine's folders gets into the binary
+    environment = {**os.environ, "ZIG_LOCAL_CACHE_DIR": str(folder / "zig")}
+    try:
+        done = subprocess.run(
+            command, cwd=work, env=environment, capture_output=True, text=True, timeout=_LONGEST_BUILD, check=False
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise StribeckError("zig could not be run", str(error), "install it: pip install ziglang") from error
+    if done.returncode != 0:
+        raise StribeckError(f"zig failed to build for {platform.name}", done.stderr.strip()[:300], "report this")
+    return work / name
+
+
+@cache
+def _zig_version() -> str:
+    return version("ziglang")
