@@ -12,7 +12,7 @@ from stribeck.errors import InputError, StribeckError
 
 K = TypeVar("K", bound=Hashable)
 V = TypeVar("V")
-DEATHS = 3  # of processes in a row without a result between them: then it is the work that kills them
+DEATHS = 3  # of processes at the same key, alone: then it is the key that kills them
 AHEAD = 2  # pieces of work that wait for each worker; their inputs are held in memory
 WAIT = 30.0  # s, for a scheduler to answer and for workers to come back
 
@@ -32,7 +32,7 @@ class Processes:
     Parameters
     ----------
     jobs : int
-        How many.
+        How many; with one the work is done in this very process, and ends with it.
     """
 
     def __init__(self, jobs: int = 2) -> None:
@@ -41,26 +41,57 @@ class Processes:
     def run(self, work: Callable[[Any], V], load: Callable[[K], Any], keys: Sequence[K]) -> Iterator[tuple[K, V]]:
         """Give ``(key, work(load(key)))`` as they are done; when a process dies, its keys are done again.
 
+        Whatever ran then is suspect and comes last, one by one, so that a key that kills holds up no other.
+
         Raises
         ------
         StribeckError
-            When processes die again and again and nothing gets done.
+            When all else is done, and a key has killed its process three times.
         """
-        left, deaths = list(keys), 0
+        left, suspects = list(keys), list[K]()
         while left:
+            running: list[K] = []
             try:
-                pieces = (delayed(_keyed)(work, key, load(key)) for key in list(left))
-                parallel = Parallel(n_jobs=self.jobs, return_as="generator_unordered", pre_dispatch=AHEAD * self.jobs)
-                for key, value in parallel(pieces):
+                for key, value in self._parallel(work, _noted(load, running), left):
+                    running.remove(key)
                     left.remove(key)
-                    deaths = 0
                     yield key, value
-            except BrokenProcessPool as error:
-                deaths += 1
-                if deaths >= DEATHS:
-                    raise StribeckError(
-                        "the processes die at their work", str(error), "see whether memory runs out; use fewer --jobs"
-                    ) from error
+            except BrokenProcessPool:
+                suspects += running
+                left = [key for key in left if key not in running]
+        deadly = []
+        for key in suspects:
+            pair = self._alone(work, load, key)
+            if pair is None:
+                deadly.append(str(key))
+            else:
+                yield pair
+        if deadly:
+            what = "work kills the process that does it"
+            raise StribeckError(what, ", ".join(deadly), "see whether memory runs out; all else is done")
+
+    def _alone(self, work: Callable[[Any], V], load: Callable[[K], Any], key: K) -> tuple[K, V] | None:
+        for _ in range(DEATHS):
+            try:
+                return next(self._parallel(work, load, [key]))
+            except BrokenProcessPool:
+                continue
+        return None
+
+    def _parallel(self, work: Callable[[Any], V], load: Callable[[K], Any], keys: Sequence[K]) -> Iterator[tuple[K, V]]:
+        pieces = (delayed(_keyed)(work, key, load(key)) for key in list(keys))
+        parallel = Parallel(n_jobs=self.jobs, return_as="generator_unordered", pre_dispatch=AHEAD * self.jobs)
+        yield from parallel(pieces)
+
+
+def _noted(load: Callable[[K], Any], running: list[K]) -> Callable[[K], Any]:
+    """Return `load` that also notes for which keys it was called."""
+
+    def noted(key: K) -> Any:
+        running.append(key)
+        return load(key)
+
+    return noted
 
 
 class Cluster:
@@ -107,7 +138,7 @@ class Cluster:
 def _submitted(client: Any, work: Callable[[Any], V], load: Callable[[K], Any], keys: list[K]) -> Iterator[tuple[K, V]]:
     from distributed import KilledWorker, as_completed
 
-    waiting, futures, pending = iter(keys), as_completed(), 0
+    waiting, futures, pending = iter(keys), as_completed([], loop=client.loop), 0
 
     def submit() -> int:
         for key in waiting:
