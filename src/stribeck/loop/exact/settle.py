@@ -61,11 +61,7 @@ def settle_from(rounds: Rounds, place: Place) -> Ending:
             return Ending("rest", place)
         now = _averages(rounds, done.turns)
         enough = max(len(done.turns[done.turns["joint"] == j]) for j in range(rounds.n)) >= _LEAST[kind]
-        if (
-            before is not None
-            and enough
-            and np.allclose(now, before, rtol=_ALIKE[kind], atol=1e-3 * TINY, equal_nan=True)
-        ):
+        if before is not None and enough and _alike(now, before, _ALIKE[kind]):
             status = "ok" if kind == "continuous" else "mean over its rounds"
             return Ending("roughly", place, done.turns, span, status=status)
         before = now
@@ -94,13 +90,18 @@ def _winds_up(rounds: Rounds) -> bool:
     return any(entry.ki > 0.0 or rounds.rate(rounds.index(entry.joint)) != 0.0 for entry in rounds.loop.joints)
 
 
+def _alike(now: Floats, before: Floats, share: float) -> bool:
+    sizes = np.allclose(now[:, :2], before[:, :2], rtol=share, atol=1e-3 * TINY, equal_nan=True)
+    return sizes and np.allclose(now[:, 2], before[:, 2], rtol=0.0, atol=share, equal_nan=True)
+
+
 def _averages(rounds: Rounds, turns: np.ndarray) -> Floats:
-    """Return amplitude, period and time stuck of each joint, weighted over its turns."""
+    """Return amplitude, period and share of time stuck of each joint, weighted over its rounds."""
     out = np.full((rounds.n, 3), np.nan)
     for j in np.unique(turns["joint"]).astype(int):
         mine = whole_rounds(turns[turns["joint"] == j])
         if len(mine) < 3:
             continue
-        rows = [0.5 * (mine["high"] - mine["low"])[1:], np.diff(mine["time"]), mine["stuck"][1:]]
-        out[j] = [weighted(row) for row in rows]
+        amplitude, period = weighted(0.5 * (mine["high"] - mine["low"])[1:]), weighted(np.diff(mine["time"]))
+        out[j] = amplitude, period, weighted(mine["stuck"][1:]) / period
     return out
