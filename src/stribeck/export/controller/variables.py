@@ -1,0 +1,96 @@
+"""The variables of a controller's FMU; the order mirrors ``c/core.h`` and the head of ``sb_axis`` in ``control.h``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from stribeck.arm import Arm
+from stribeck.export.units import Unit, unit_of
+from stribeck.simulate.axis import Axis
+
+# The doubles at the head of a joint's part of the loop: name, unit, what it is.
+NUMBERS = (
+    ("kp", "N m/rad", "gain of the position error"),
+    ("kv", "N m s/rad", "gain of the velocity error"),
+    ("ki", "N m/(rad s)", "gain of the integrated position error"),
+    ("inertia", "kg m^2", "feedforward of the reference's acceleration"),
+    ("velocity_filter", "s", "time constant of the velocity's filter, 0 for none"),
+    ("actuator_lag", "s", "not used: the lag belongs to the arm's FMU"),
+    ("encoder_resolution", "rad", "resolution of the encoder, 0 for none"),
+    ("torque_limit", "N m", "largest commanded torque"),
+    ("compensation.ratio", "1", "compensation over true friction"),
+    ("compensation.dead_band", "rad/s", "velocity that counts as zero"),
+    ("compensation.slope", "1/s", "adaptive: weight of the error"),
+    ("compensation.leakage", "1", "adaptive: sigma-modification"),
+    ("compensation.inner", "rad", "error within which robust or adaptive compensation rests"),
+    ("compensation.amplitude", "N m", "dither: amplitude"),
+    ("compensation.omega", "rad/s", "dither: angular frequency"),
+    *((f"compensation.gain[{i + 1}]", "1", f"adaptive: gain of {name}") for i, name in enumerate(("C0", "C1", "C2"))),
+    *(
+        (f"{side}.{name}", unit, f"{name} of the compensated friction")
+        for side in ("friction", "friction.backward")
+        for name, unit in (("C0", "N m"), ("C1", "N m"), ("C2", "N m s/rad"), ("alpha", "rad/s"))
+    ),
+    *(
+        (f"reference.constant[{i + 1}]", "1", "ramp: start, rate; sine: centre, amplitude, rad/s, phase")
+        for i in range(4)
+    ),
+)
+LARGEST = 1e300  # in place of an infinite limit, which XML cannot carry
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One variable: see `stribeck.export.variables.Variable`."""
+
+    name: str
+    vr: int
+    causality: str
+    variability: str
+    description: str
+    unit: Unit
+    initial: str
+    start: float | None
+
+
+def numbers_of(axis: Axis) -> list[float]:
+    """Return the values of `NUMBERS` for one joint."""
+    head = [float(getattr(axis, field[0])) for field in Axis._fields_[:15]]
+    return [*head, *map(float, axis.gain), *map(float, axis.friction), *map(float, axis.reference)]
+
+
+def variables_of(arm: Arm, sample_time: float, axes: list[Axis]) -> list[Variable]:
+    """Return all variables in the order of their value references."""
+    return [
+        Variable(name, vr, causality, variability, text, unit, initial, start)
+        for vr, (name, causality, variability, text, unit, initial, start) in enumerate(_rows(arm, sample_time, axes))
+    ]
+
+
+_Row = tuple[str, str, str, str, Unit, str, float | None]
+
+
+def _rows(arm: Arm, sample_time: float, axes: list[Axis]) -> Iterator[_Row]:
+    straight = arm.joints[0].kind == "prismatic"
+    yield "time", "independent", "continuous", "time", unit_of("s"), "", None
+    yield "sample_time", "parameter", "fixed", "time between samples", unit_of("s"), "exact", sample_time
+    signals = (
+        ("q", "rad", "input", "measured position"),
+        ("dq", "rad/s", "input", "measured velocity, used where the loop says so"),
+        ("tau", "N m", "output", "commanded torque, held from sample to sample"),
+        ("q_ref", "rad", "output", "reference position"),
+        ("dq_ref", "rad/s", "output", "reference velocity"),
+    )
+    for key, unit, causality, text in signals:
+        for j, name in enumerate(arm.names, 1):
+            variability = "discrete" if key == "tau" else "continuous"
+            start = 0.0 if causality == "input" else None
+            initial = "calculated" if causality == "output" else ""
+            shown = unit_of(unit, prismatic=straight)
+            yield f"{key}[{j}]", causality, variability, f"{text} of joint {name}", shown, initial, start
+    for j, (name, axis) in enumerate(zip(arm.names, axes, strict=True), 1):
+        for (key, unit, text), value in zip(NUMBERS, numbers_of(axis), strict=True):
+            shown = unit_of(unit, prismatic=straight)
+            value = min(value, LARGEST)
+            yield f"joint[{j}].{key}", "parameter", "tunable", f"{text} (joint {name})", shown, "exact", value
