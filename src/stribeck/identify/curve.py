@@ -80,8 +80,9 @@ def read_points(path: SignalPath, p: Floats, runs: Sequence[Conditioned]) -> tup
     for run in runs:
         stages = residual.stages(run, p)
         friction = scale * (stages["actuator"] - stages["rotor"] - stages["load"])
-        # between samples the command is held: what the filter makes of it is right in the mean, not at the edge
-        held = friction + scale * (run.run.tau - run.command)
+        # right in the mean, but not before a break-away: there the command counts as it was held, and the joint is still,
+        # whatever acceleration the smoothing carries back in time
+        held = friction + scale * (run.run.tau - run.command) + inertia * run.acceleration
         for j in range(path.n):
             found = _sliding(run, j, friction[:, j])
             found += _break_aways(run, j, held[:, j], float(inertia[j]))
@@ -178,11 +179,18 @@ def _break_aways(run: Conditioned, joint: int, held: Floats, inertia: float) -> 
         way = int(np.sign(moved[k, 0]))
         clock = h * np.arange(-still, 0)
         rate, level = np.polynomial.polynomial.polyfit(clock, way * held[k : k + still], 1)[::-1]
-        lag = (6.0 * inertia * abs(float(moved[k, 0])) / rate) ** (1 / 3) if rate > 0.0 else np.inf
+        lag = (6.0 * inertia * edge / rate) ** (1 / 3) if rate > 0.0 else np.inf
+        lag += h * _after_crossing(way * (windows[k, still - 1 : still + 1] - rest[k]), edge)
         torque = level - rate * (lag + 0.5 * h)  # a held torque is half a step behind its own straight line
         if rate > 0.0 and torque > 0.0 and rate * STILL_TIME < SLOW * torque and lag < STILL_TIME:
             found.append(Point(joint, way, 0.0, float(torque), still, run.name))
     return found
+
+
+def _after_crossing(moved: Floats, edge: float) -> float:
+    """Return how far, in samples, the second of two displacements lies after the edge that they pass, as t^3 grows."""
+    before, after = np.cbrt(np.maximum(moved, 0.0))
+    return float((after - np.cbrt(edge)) / (after - before))
 
 
 def _command_scale(path: SignalPath, p: Floats) -> Floats:

@@ -29,6 +29,7 @@ LEAST_SAMPLES = 50  # of a recording: fewer do not fill the filters
 SURE = 3.0  # deviations of velocity beyond which a joint moves
 FAR = 200.0  # deviations of position that it must cover in one go, for friction in that direction to be asked for
 CLEAR = 0.01  # probability under which directions that differ so much by chance are taken to differ
+UNEXPLAINED = 0.1  # share of the break-away torque that the fit to whole runs may leave unremarked
 WAYS = {1: "forward", -1: "backward"}
 
 
@@ -191,7 +192,8 @@ def _of_runs(name: str, way: int, both: bool, whole: RunFit) -> tuple[Floats, ND
     side = "backward" if both and way < 0 else "friction"
     keys = [entry.key for entry in whole.fit.entries]
     index = [keys.index(f"{name}.{side}.{key}") for key in NAMES]
-    values = np.stack([whole.fit.p[index], whole.intervals.low[index], whole.intervals.high[index]])
+    low = np.maximum(whole.intervals.low[index], 0.0)  # no constant lies below
+    values = np.stack([whole.fit.p[index], low, whole.intervals.high[index]])
     return values, whole.intervals.identified[index]
 
 
@@ -245,5 +247,10 @@ def _warnings(joints: Sequence[JointFriction], whole: RunFit) -> list[str]:
             elif not one.curve.identified.all():
                 open_ended = [name for name, sure in zip(NAMES, one.curve.identified, strict=True) if not sure]
                 said.append(f"{joint.name}, {way}: the readings do not determine {', '.join(open_ended)}")
+    for joint, own, rms in zip(joints, whole.arm.joints, whole.rms, strict=True):
+        share = float(rms) / max(own.friction.C0 + own.friction.C1, 1e-12)
+        if joint.directions and share > UNEXPLAINED:
+            what = f"{joint.name}: friction and rigid body leave {rms:.3g} rms, {share:.0%} of its break-away torque"
+            said.append(f"{what}, unexplained; try stribeck diagnose")
     said += [f"{key}: the recordings want more than three tolerances" for key in whole.fit.at_limit]
     return said

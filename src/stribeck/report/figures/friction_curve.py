@@ -39,7 +39,8 @@ def friction_curve_figure(found: Identification) -> Figure | None:
     for ax, joint in zip(axes, joints, strict=True):
         draw_friction_curve(ax, joint)
         ax.set_ylabel(f"friction, {torque}")
-    axes[-1].set_xlabel(f"velocity, {velocity} (logarithmic, but about zero; left: backward)")
+    left = "; left: backward" if any("backward" in joint.directions for joint in joints) else ""
+    axes[-1].set_xlabel(f"velocity, {velocity} (logarithmic, but about zero{left})")
     axes[0].legend(handles=_legend(), ncols=4, loc="lower center", frameon=False, fontsize=9.0)
     heading(figure, _finding(joints))
     return figure
@@ -54,10 +55,10 @@ def draw_friction_curve(ax: Axes, joint: JointFriction) -> Axes:
             draw_direction(ax, joint.directions[name], way, slowest, fastest)
     ends = [way for way, name in WAYS.items() if name in joint.directions]
     ax.set_xlim(-1.15 * fastest if -1 in ends else -0.25 * slowest, 1.15 * fastest if 1 in ends else 0.25 * slowest)
-    ax.xaxis.set_major_locator(FixedLocator(_ticks(slowest, fastest, ends)))
+    ax.xaxis.set_major_locator(FixedLocator(_ticks(slowest, 1.15 * fastest, ends)))
     ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}".replace("-", MINUS)))
     ax.xaxis.set_minor_locator(NullLocator())
-    ax.set_ylim(bottom=0.0, top=_top(joint, fastest))
+    ax.set_ylim(*_heights(joint, fastest))
     grid(ax)
     title(ax, f"{words.short(joint.name)}: {_panel(joint)}", width=4.5)
     return ax
@@ -99,14 +100,14 @@ def _range(joint: JointFriction) -> tuple[float, float]:
     return min(speeds), max(speeds) if max(speeds) > 1.5 * min(speeds) else 10.0 * min(speeds)
 
 
-def _top(joint: JointFriction, fastest: float) -> float:
-    tops = [point.torque for one in joint.directions.values() for point in one.points]
-    tops += [
-        float(tustin(one.runs[0], np.array([0.0, fastest])).max())
-        for one in joint.directions.values()
-        if one.source == "runs"
-    ]
-    return 1.15 * max(tops, default=1.0)
+def _heights(joint: JointFriction, fastest: float) -> tuple[float, float]:
+    """Return the lowest and highest torque to show, so that the bend fills the panel and the legend has its room."""
+    levels = [point.torque for one in joint.directions.values() for point in one.points]
+    for one in joint.directions.values():
+        if one.source == "runs" or not levels:
+            levels += tustin(one.runs[0], np.array([0.0, 0.1 * fastest, fastest])).tolist()
+    low, high = min(levels), max(levels)
+    return max(0.0, low - 0.5 * (high - low)), high + 0.1 * (high - low) + 1e-12
 
 
 def _panel(joint: JointFriction) -> str:
