@@ -45,7 +45,7 @@ OutDir = Annotated[Path, typer.Option("--out", metavar="DIR", help="New folder; 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the program; return its exit status: 0 done, 2 wrong input or arguments, 130 interrupted, 1 anything else."""
     arguments = list(sys.argv[1:] if arguments is None else arguments)
-    for option in ("--held-out", *cli_withheld.SPREAD):
+    for option in ("--held-out", "--platforms", *cli_withheld.SPREAD):
         arguments = spread(arguments, option)
     return guarded(typer.main.get_command(app), arguments)
 
@@ -218,6 +218,38 @@ def simulate(
         write_figures(result, controlled, folder)
     if not result.motion.ok:
         print(f"warning: {result.motion.status} after {result.ended:.6g} s", file=sys.stderr)
+
+
+@app.command(
+    "export-fmu",
+    epilog=(
+        "Examples:\n\n"
+        "[bold]stribeck export-fmu arm.toml --out arm.fmu[/bold] - FMI 2.0, every platform\n\n"
+        "[bold]stribeck export-fmu corrected.toml --fmi 3 --platforms x86_64-linux x86_64-windows --out arm.fmu[/bold]"
+    ),
+)
+def export(
+    model: Annotated[Path, typer.Argument(metavar="MODEL", help="An arm file, nominal or corrected.")],
+    out: Annotated[Path, typer.Option("--out", metavar="FILE.fmu", help="The FMU to write.")],
+    fmi: Annotated[
+        int, typer.Option("--fmi", metavar="2|3", help="Version of the standard: 2 is taken by every tool.")
+    ] = 2,
+    platforms: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--platforms", metavar="NAME...", help="Such as x86_64-linux; all seven without.", show_default=False
+        ),
+    ] = None,
+) -> None:
+    """Write an arm as an FMU, for Model Exchange and Co-Simulation, with binaries for every platform and its sources."""
+    arm = load_arm(model)
+
+    from stribeck.export import export_fmu
+
+    with _progress("exporting") as told:
+        only_steps = export_fmu(arm, out, fmi=fmi, platforms=platforms or None, progress=told)
+    if only_steps:
+        print(f"note: {only_steps}", file=sys.stderr)
 
 
 @app.command("validate-fmu", epilog="Example: [bold]stribeck validate-fmu arm.fmu[/bold]")

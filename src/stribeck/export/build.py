@@ -35,7 +35,8 @@ class Platform:
         As zig names it. The C library of Linux is one that any system of the last ten years has.
     suffix : str
     fmi2 : str
-        Folder in an FMI 2 archive, where the standard has one; else FMI 3's name, as FMPy and the Reference FMUs do.
+        Folder in an FMI 2 archive, where the standard has one, which macOS's processors share; else FMI 3's name, as
+        FMPy and the Reference FMUs do.
     flags : tuple of str
     """
 
@@ -56,7 +57,7 @@ PLATFORMS: tuple[Platform, ...] = (
     Platform("x86-windows", "x86-windows-gnu", ".dll", "win32", ("-shared",)),
     Platform("aarch64-windows", "aarch64-windows-gnu", ".dll", "aarch64-windows", ("-shared",)),
     Platform("x86_64-darwin", "x86_64-macos", ".dylib", "darwin64", _DARWIN),
-    Platform("aarch64-darwin", "aarch64-macos", ".dylib", "aarch64-darwin", _DARWIN),
+    Platform("aarch64-darwin", "aarch64-macos", ".dylib", "darwin64", _DARWIN),
 )  # fmt: skip
 
 

@@ -8,6 +8,8 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
+from latex2mathml.converter import convert
+from markupsafe import Markup
 
 from stribeck.arm import Arm
 from stribeck.export.structure import Structure
@@ -56,8 +58,8 @@ def identifier_of(name: str) -> str:
     return text if re.match(r"[A-Za-z]", text) else f"arm_{text}".rstrip("_")
 
 
-def render(name: str, description: Description) -> str:
-    """Return the text of one template."""
+def render(name: str, description: Description, fmi: int) -> str:
+    """Return the text of one template for a version of the standard."""
     arm, table = description.arm, description.table
     text: str = (
         _environment()
@@ -77,6 +79,9 @@ def render(name: str, description: Description) -> str:
             stop_time=STOP_TIME,
             step_size=arm.sample_time or STEP_SIZE,
             effects=table.forward.path.placed,
+            bristles=[name for name, bristle in zip(arm.names, table.forward.bristles, strict=True) if bristle],
+            fmi=fmi,
+            math=_math,
         )
     )
     return text.rstrip() + "\n"
@@ -88,6 +93,14 @@ def _environment() -> Environment:
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
     environment.filters["number"] = lambda value: repr(float(value))
     return environment
+
+
+def _math(latex: str) -> Markup:
+    """Return an equation as MathML, which browsers set without a script; as it is where it is beyond the converter."""
+    try:
+        return Markup(convert(latex, display="block"))  # elements of the converter's own, its text escaped
+    except Exception:  # the converter's errors have no base of their own; the law may be a third party's
+        return Markup("<code>") + latex + Markup("</code>")
 
 
 def _version() -> str:

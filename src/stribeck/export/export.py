@@ -6,13 +6,14 @@ from collections.abc import Callable, Sequence
 from importlib.resources import files
 from pathlib import Path
 
-from stribeck.arm import Arm
+from stribeck.arm import Arm, arm_to_toml
 from stribeck.errors import InputError
 from stribeck.export.archive import write_archive
 from stribeck.export.build import binary, platforms_named
 from stribeck.export.code import sources
 from stribeck.export.documents import Description, render
 from stribeck.export.structure import structure_of
+from stribeck.export.universal import universal
 from stribeck.export.variables import Table, table_of
 from stribeck.model.forward import Forward
 from stribeck.simulate.engine import path_of
@@ -62,11 +63,13 @@ def export_fmu(
     description, texts = describe(arm, fmi)
     content: dict[str, bytes | str] = {**documents(description, fmi)}
     content |= {f"sources/{name}": text for name, text in texts.items()}
+    built: dict[str, list[bytes]] = {}
     for platform in targets:
         progress(f"building for {platform.name}")
         folder = platform.fmi2 if fmi == 2 else platform.name
-        name = f"binaries/{folder}/{description.identifier}{platform.suffix}"
-        content[name] = binary(texts, f"fmi{fmi}.c", description.identifier, platform)
+        library = binary(texts, f"fmi{fmi}.c", description.identifier, platform)
+        built.setdefault(f"binaries/{folder}/{description.identifier}{platform.suffix}", []).append(library)
+    content |= {name: universal(libraries) for name, libraries in built.items()}
     write_archive(content, Path(out))
     return description.only_steps
 
@@ -84,14 +87,20 @@ def describe(arm: Arm, fmi: int) -> tuple[Description, dict[str, str]]:
 
 def documents(description: Description, fmi: int) -> dict[str, bytes | str]:
     """Return the files of an FMU apart from sources and binaries."""
-    icon = (files("stribeck.export") / "icon.png").read_bytes()
-    found: dict[str, bytes | str] = {"modelDescription.xml": render(f"fmi{fmi}.xml", description)}
-    found["documentation/index.html"] = render("index.html", description)
+    folder = files("stribeck.export")
+    icon = (folder / "icon.png").read_bytes()
+    found: dict[str, bytes | str] = {
+        "modelDescription.xml": render(f"fmi{fmi}.xml", description, fmi),
+        "documentation/index.html": render("index.html", description, fmi),
+        "resources/arm.toml": arm_to_toml(description.arm),
+    }
+    for name in ("license.txt", "fmi-headers.txt"):
+        found[f"documentation/licenses/{name}"] = (folder / "licenses" / name).read_text(encoding="utf-8")
     if fmi == 2:
         return found | {"model.png": icon}
     return found | {
-        "sources/buildDescription.xml": render("buildDescription.xml", description),
-        "terminalsAndIcons/terminalsAndIcons.xml": render("terminalsAndIcons.xml", description),
+        "sources/buildDescription.xml": render("buildDescription.xml", description, fmi),
+        "terminalsAndIcons/terminalsAndIcons.xml": render("terminalsAndIcons.xml", description, fmi),
         "terminalsAndIcons/icon.png": icon,
     }
 
@@ -99,11 +108,16 @@ def documents(description: Description, fmi: int) -> dict[str, bytes | str]:
 def _only_steps(table: Table) -> str:
     """Say why the model cannot be exchanged: past inputs, which the importer does not keep."""
     forward = table.forward
-    names = [forward.path.arm.names[joint] for joint, _ in forward.delays]
+    names = [_plain(forward.path.arm.names[joint]) for joint, _ in forward.delays]
     if not names:
         return ""
-    joints = " and ".join(dict.fromkeys(name.replace("\\", "/").replace('"', "'") for name in names))
+    joints = " and ".join(dict.fromkeys(names))
     return f"the pure delay at joint {joints} needs past inputs, which Model Exchange cannot carry: use Co-Simulation"
+
+
+def _plain(name: str) -> str:
+    """Return a name as it may stand in a string of C."""
+    return "".join(c if c.isprintable() and c not in '"\\\\?%' else "_" for c in name)
 
 
 def _check_delays(forward: Forward) -> None:
