@@ -164,8 +164,9 @@ def cluster(folder: Path, workers: int) -> Iterator[tuple[str, list[subprocess.P
                 break
             assert scheduler.poll() is None
             time.sleep(0.05)
-        processes = [subprocess.Popen([sys.executable, "-m", "dask", "worker", *file, *own, str(folder / f"w{k}")],
-                                      stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) for k in range(workers)]  # fmt: skip
+        quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+        worker = [sys.executable, "-m", "dask", "worker", *file, *own]
+        processes = [subprocess.Popen([*worker, str(folder / f"w{k}")], **quiet) for k in range(workers)]
         try:
             yield json.loads(note.read_text())["address"], processes
         finally:
@@ -208,7 +209,7 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_score(tmp_path, sealed, st
 def test_no_scheduler_is_told(monkeypatch, tmp_path, sealed, straw):
     pytest.importorskip("distributed", reason="dask.distributed is not installed (the extra `cluster`)")
     monkeypatch.setattr("stribeck.blind.farm.WAIT", 0.3)
-    with pytest.raises(InputError, match="no scheduler answers: found tcp://127.0.0.1:9"):
+    with pytest.raises(InputError, match=r"no scheduler answers: found tcp://127\.0\.0\.1:9"):
         diagnose_cases(sealed[0], tmp_path / "answers", farm=Cluster("tcp://127.0.0.1:9"), diagnoser=straw)
 
 

@@ -1,0 +1,253 @@
+"""The score of answers made by hand, whose worth is known."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from stribeck.blind.comparable import CONVERT, true_values
+from stribeck.blind.key import Opened
+from stribeck.blind.outcome import CHANNELS, outcome, strength_bin
+from stribeck.blind.rates import calibration, detection_limit, rate
+from stribeck.blind.score import score
+from stribeck.effects.registry import registry
+from stribeck.withheld.injections import KNOWN
+
+LIBRARY = ["delay", "actuator_lag", "payload", "input_disturbance", "gravity_tilt", "torque_offset"]
+
+
+def effect(name="delay", joint="A", strength=4.0, **parameters):
+    return {"effect": name, "joint": joint, "strength": strength, "parameters": parameters}
+
+
+def truth(*effects, disturbances=(), known=True):
+    return {
+        "effects": list(effects), "disturbances": list(disturbances), "level": "clear" if effects else None,
+        "known": known,
+    }  # fmt: skip
+
+
+def cause(name, presence=0.9, joints=("A",), equivalent=(), probability=None, **parameters):
+    return {
+        "effect": name, "joints": list(joints), "presence": presence, "equivalent": [name, *equivalent],
+        "probability": presence if probability is None else probability,
+        "parameters": {joints[0]: {k: {"value": v[0], "unit": "1", "ci95": v[1]} for k, v in parameters.items()}},
+    }  # fmt: skip
+
+
+def answer(*causes, named=None, verdict=None, where=(), closed=0.9, leave_out=(), none=None):
+    names = [c["effect"] for c in causes] if named is None else named
+    rest = [{"effect": "none", "probability": none}] if none is not None else []
+    left = 1.0 - sum(c["probability"] for c in (*causes, *rest))
+    found = {
+        "causes": [*causes, *rest, {"effect": "unknown", "probability": left}], "named": names,
+        "verdict": verdict or ("explained" if names else "unexplained"),
+        "where": [{"joint": j, "channel": c, "share": 0.5} for j, c in where],
+        "gap": {"closed": {"value": closed} if names else None},
+    }  # fmt: skip
+    return {"diagnosis": found, "leave_out": list(leave_out), "seconds": 10.0}
+
+
+def judged(true, said):
+    return outcome(true, said, LIBRARY)
+
+
+def opened(*pairs):
+    names = [f"case_{i:04d}" for i in range(len(pairs))]
+    truths = {name: true for name, (true, _) in zip(names, pairs, strict=True)}
+    answers = {name: said for name, (_, said) in zip(names, pairs, strict=True)}
+    return Opened("0" * 64, {"library": LIBRARY, "code": "1"}, truths, answers)
+
+
+@pytest.mark.parametrize(
+    ("said", "first", "in_class", "found", "extra", "column"),
+    [
+        (answer(cause("delay")), True, True, ["delay"], [], "delay"),
+        (answer(cause("actuator_lag", equivalent=("delay",))), False, True, ["delay"], [], "delay"),
+        (answer(cause("delay"), cause("payload")), True, True, ["delay"], ["payload"], "delay"),
+        (answer(cause("payload"), cause("delay")), False, False, ["delay"], ["payload"], "delay"),
+        (answer(cause("payload")), False, False, [], ["payload"], "payload"),
+        (answer(cause("delay"), named=[]), False, False, [], [], "unknown"),
+        (answer(named=[], verdict="no_gap", none=0.9), False, False, [], [], "none"),
+    ],
+)
+def test_one_effect(said, first, in_class, found, extra, column):
+    row = judged(truth(effect()), said)
+    assert row["kind"] == "single"
+    got = (row["first"], row["class"], row["found"], row["extra"], row["answer"])
+    assert got == (first, in_class, found, extra, column)
+
+
+def test_two_effects():
+    pair = truth(effect(strength=4.0), effect("payload", "B", 2.0))
+    row = judged(pair, answer(cause("delay"), cause("payload", joints=("B",))))
+    assert (row["kind"], row["found"], row["extra"], row["bin"]) == ("pair", ["delay", "payload"], [], "fair")
+    row = judged(pair, answer(cause("delay"), cause("actuator_lag")))
+    assert (row["found"], row["extra"]) == (["delay"], ["actuator_lag"])
+
+
+@pytest.mark.parametrize(
+    ("true", "leave_out", "why"),
+    [
+        (truth(effect("friction_jumps"), known=False), (), "unknown"),
+        (truth(effect()), ("delay", "payload"), "left_out"),
+        (truth(effect("velocity_filter")), (), "not_held"),
+        (truth(effect("input_disturbance", amplitude=0.0, noise=0.1)), (), "not_held"),
+    ],
+)
+def test_outside_the_library_any_name_is_wrong(true, leave_out, why):
+    row = judged(true, answer(cause("torque_offset"), leave_out=leave_out))
+    assert (row["kind"], row["why"], row["extra"]) == ("outside", why, ["torque_offset"])
+    assert judged(true, answer(leave_out=leave_out))["extra"] == []
+
+
+def test_coloured_noise_may_be_called_a_disturbance():
+    noise = effect("input_disturbance", amplitude=0.0, noise=0.1)
+    for true in (truth(noise), truth(disturbances=[noise])):
+        assert judged(true, answer(cause("input_disturbance")))["extra"] == []
+    assert judged(truth(), answer(cause("input_disturbance")))["extra"] == ["input_disturbance"]
+    assert judged(truth(effect("input_disturbance", amplitude=0.2)), answer())["kind"] == "single"
+
+
+def test_place():
+    at_a = truth(effect())
+    assert judged(at_a, answer(cause("delay")))["joint"] is True
+    assert judged(at_a, answer(cause("delay", joints=("B",))))["joint"] is False
+    assert judged(at_a, answer(cause("delay", joints=("A", "B"))))["joint"] is False  # blames more than it should
+    assert judged(at_a, answer(where=[("A", "unknown")]))["joint"] is True
+    assert judged(at_a, answer(where=[("A", "unknown")]))["channel"] is None
+    assert judged(at_a, answer(where=[("A", "actuator"), ("B", "friction")]))["channel"] is True
+    assert judged(at_a, answer(where=[("A", "friction")]))["channel"] is False
+    tilt = truth(effect("gravity_tilt", x=1.0))
+    assert judged(tilt, answer(cause("gravity_tilt")))["joint"] is None  # sits in no joint
+
+
+def test_intervals_are_judged_in_the_right_joint_only():
+    true = truth(effect(time=0.011))
+    inside = judged(true, answer(cause("delay", time=(0.0105, [0.010, 0.012]))))["intervals"]
+    assert [(row["name"], row["inside"]) for row in inside] == [("time", True)]
+    outside = judged(true, answer(cause("delay", time=(0.0145, [0.014, 0.015]))))["intervals"]
+    assert [row["inside"] for row in outside] == [False]
+    open_end = judged(true, answer(cause("delay", time=(0.0145, [0.010, None]))))["intervals"]
+    assert [row["inside"] for row in open_end] == [True]
+    assert judged(true, answer(cause("delay", joints=("B",), time=(0.01, [0.0, 1.0]))))["intervals"] == []
+
+
+def test_statements():
+    rows = judged(truth(effect()), answer(cause("delay", 0.8), cause("payload", 0.3, probability=0.1)))["statements"]
+    assert rows == [[0.8, True, "delay"], [0.3, False, "payload"], [pytest.approx(0.1), False, "unknown"]]
+    assert judged(truth(), answer(none=0.7))["statements"][0] == [0.7, True, "none"]
+    left = judged(truth(effect()), answer(leave_out=("delay",)))["statements"]
+    assert left == [[1.0, True, "unknown"]]
+
+
+def test_rates_are_wilson_intervals():
+    got = rate([True] * 9 + [False])
+    z, n, p = 1.959964, 10, 0.9
+    middle, half = p + z**2 / (2 * n), z * math.sqrt(p * (1 - p) / n + z**2 / (4 * n**2))
+    expected = [(middle - half) / (1 + z**2 / n), (middle + half) / (1 + z**2 / n)]
+    assert (got["k"], got["n"], got["value"]) == (9, 10, 0.9)
+    assert got["ci95"] == pytest.approx(expected, abs=1e-4)
+    assert rate([]) == {"k": 0, "n": 0, "value": None, "ci95": None}
+
+
+def test_calibration_error_of_known_size():
+    stated = [(0.95, True)] * 15 + [(0.95, False)] * 5 + [(0.25, True)] * 5 + [(0.25, False)] * 15
+    got = calibration(stated)
+    assert got["ece"] == pytest.approx(0.5 * (0.95 - 0.75))
+    assert [(b["stated"], b["held"]["value"]) for b in got["bins"]] == [(0.25, 0.25), (0.95, 0.75)]
+    assert got["ci95"][0] < got["ece"] < got["ci95"][1]
+    assert calibration([(1.0, True)])["ece"] == 0.0
+
+
+def test_calibration_error_by_chance_is_what_true_probabilities_show():
+    rng = np.random.default_rng(0)
+    p = rng.random(200)
+    errors = [calibration([(x, rng.random() < x) for x in p], seed=k)["ece"] for k in range(20)]
+    assert calibration([(x, True) for x in p])["ece_by_chance"] == pytest.approx(np.mean(errors), rel=0.2)
+
+
+def test_detection_limit_of_a_known_curve():
+    rng = np.random.default_rng(1)
+    strengths = np.geomspace(0.2, 20.0, 120)
+    found = rng.random(120) < 1.0 / (1.0 + (2.0 / strengths) ** 4)
+    got = detection_limit(strengths, found)
+    assert got is not None
+    assert got["ci95"][0] < 2.0 < got["ci95"][1]
+    assert got["strength"] == pytest.approx(2.0, rel=0.35)
+    assert got["outside"] is None
+
+
+@pytest.mark.parametrize(("found", "outside", "at"), [(True, "below", 0.5), (False, "above", 8.0)])
+def test_a_limit_beyond_what_was_tried_is_said(found, outside, at):
+    got = detection_limit([0.5, 1.0, 2.0, 4.0, 8.0], [found] * 5)
+    assert got is not None
+    assert (got["outside"], got["strength"]) == (outside, at)
+    assert detection_limit([1.0], [True]) is None
+
+
+def test_strength_bins():
+    assert [strength_bin(s) for s in (3.0, 2.99, 1.0, 0.99, 0.0)] == ["strong", "fair", "fair", "faint", "faint"]
+
+
+def test_the_whole_score():
+    result = score(
+        opened(
+            (truth(effect(time=0.01)), answer(cause("delay", time=(0.01, [0.009, 0.011])), where=[("A", "actuator")])),
+            (truth(effect(time=0.01)), answer(cause("payload"), where=[("B", "rigid_body")])),
+            (truth(effect("payload", "B", 2.0)), answer()),
+            (truth(effect("payload", "B", 0.5)), {"error": "ValueError: x", "leave_out": [], "seconds": 30.0}),
+            (truth(), answer(none=0.9, verdict="no_gap")),
+            (truth(), answer(cause("delay"))),
+            (truth(effect("friction_jumps"), known=False), answer()),
+            (truth(effect()), answer(cause("actuator_lag"), leave_out=("delay",))),
+            (truth(effect(), effect("payload", "B")), answer(cause("delay"), cause("payload", joints=("B",)))),
+        ),
+        {"case_0000": {"claimed": 0.9, "true": 0.86}, "case_0001": {"claimed": 0.9, "true": 0.5}},
+    )
+    json.dumps(result, allow_nan=False)
+    single = result["single"]
+    assert (single["all"]["named"]["k"], single["all"]["named"]["n"]) == (1, 4)
+    assert (single["strong"]["named"]["k"], single["strong"]["named"]["n"]) == (1, 2)
+    assert single["all"]["wrong_name"]["k"] == 1
+    assert (single["fair"]["abstained"]["value"], single["faint"]["abstained"]["value"]) == (1.0, 1.0)
+    assert (result["failed"]["k"], result["cases"]) == (1, 9)
+    assert (result["none"]["false_alarms"]["k"], result["none"]["no_gap"]["k"]) == (1, 1)
+    assert (result["outside"]["abstained"]["k"], result["outside"]["left_out"]["k"]) == (1, 0)
+    assert result["outside"]["effects"]["friction_jumps"]["value"] == 1.0
+    assert result["pairs"]["all"]["both"]["value"] == 1.0
+    assert result["intervals"]["coverage"]["value"] == 1.0
+    assert result["shrinkage"]["within_5_points"]["value"] == 0.5
+    assert result["shrinkage"]["median_true"] == pytest.approx(0.68)
+    assert single["all"]["channel"] == {**single["all"]["channel"], "k": 1, "n": 2}
+    table = result["confusion"]
+    assert table["hidden"] == ["delay", "delay (withheld)", "friction_jumps", "payload", "none"]
+    assert table["said"] == ["actuator_lag", "delay", "payload", "none", "unknown", "failed"]
+    assert table["counts"] == [
+        [0, 1, 1, 0, 0, 0], [1, 0, 0, 0, 0, 0], [0, 0, 0, 0, 1, 0], [0, 0, 0, 0, 1, 1], [0, 1, 0, 1, 0, 0],
+    ]  # fmt: skip
+    held = {line["what"]: line["holds"] for line in result["targets"]}
+    assert held["named, strength 3 and more"] is False
+    assert held["both of a pair named"] is True
+
+
+def test_every_effect_of_the_plant_has_a_channel_that_the_library_agrees_with():
+    assert set(CHANNELS) == set(KNOWN)
+    assert all(CHANNELS[name] == known.channel for name, known in registry().items() if name in CHANNELS)
+
+
+@pytest.mark.parametrize("name", sorted(CONVERT))
+def test_comparable_parameters_are_the_library_s(name):
+    given = dict.fromkeys(KNOWN[name].parameters, 0.5) | {"C1": 0.0}
+    values = true_values(name, given)
+    assert values
+    assert set(values) <= {parameter.name for parameter in registry()[name].parameters}
+
+
+def test_a_wave_by_size_and_phase_is_one_by_sine_and_cosine():
+    q = np.linspace(0.0, 6.0, 50)
+    got = true_values("cogging", {"amplitude": 0.7, "harmonic": 4.0, "phase": 0.9})
+    wave = got["sine"] * np.sin(4.0 * q) + got["cosine"] * np.cos(4.0 * q)
+    assert wave == pytest.approx(0.7 * np.sin(4.0 * q + 0.9))
+    assert true_values("history", {"change": 0.1}) == {}
