@@ -34,6 +34,6 @@ def error_figure(runs: Mapping[tuple[float, str], Closed], joint: int, what: str
         ax.set_xlabel("time, s")
         grid(ax)
     axes[0].set_ylabel("position error, mrad")
-    axes[0].legend(frameon=False, fontsize=9, loc="center right", bbox_to_anchor=(1.0, 0.4))
+    axes[0].legend(frameon=False, fontsize=9, loc="upper left")
     heading(figure, f"{what}: a model 10 % low leaves 10 % of the error, at either gain")
     return figure

@@ -23,8 +23,8 @@ def tustin_figure(constants: Mapping[str, np.ndarray]) -> Figure:
         ax.plot(speed, tustin(values, speed), color=COLOUR["corrected"], linewidth=1.6)
         ax.plot([0.0, saddle], tustin(values, np.array([0.0, saddle])), "o", color=COLOUR["as_given"], markersize=4)
         level = float(tustin(values, np.array([saddle]))[0])
-        ax.annotate(f"saddle, {level:.3g} N m at {saddle:.3g} rad/s", (saddle, level), (8, -14), textcoords="offset points",
-                    fontsize=9)  # fmt: skip
+        where = f"saddle, {level:.3g} N m at {saddle:.3g} rad/s"
+        ax.annotate(where, (saddle, level), (8, -14), textcoords="offset points", fontsize=9)
         ax.annotate("break-away, C0 + C1", (0.0, C0 + C1), (8, 2), textcoords="offset points", fontsize=9)
         ax.annotate("C0 + C2 v", (0.6, C0 + C2 * 0.6), (-2, -34), textcoords="offset points", ha="right", color=MUTED)
         ax.set(xlabel="velocity, rad/s", ylabel="friction, N m", ylim=(C0 - 0.2 * C1, C0 + 1.15 * C1))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from stribeck.report.style import COLOUR, MUTED, drawn, grid, heading, new_figure, title
+from stribeck.report.style import MUTED, drawn, grid, heading, new_figure, title
 from stribeck.run import Run
 
 SHADES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7")

@@ -1,11 +1,12 @@
-"""Question: what does the paper's ramp of torque (section 4.1) read as break-away, and how far off is it?
+"""Question: what does the paper's ramp of torque (4.1) read as break-away? Some 2 % too much, until it is read back.
 
-Method: 80 Hz; the torque of joint A rises by 0.02 N m a sample, of B by 0.005, the other joint under PID; ten trials each,
-friction 5 % different from trial to trial, encoder noise 20 urad. Read as the paper does, at the first sample whose velocity
-stands out of the noise, and read back to where the motion began. Then trials without scatter, at the paper's rate and two
-and three times as fast, for the bias of either reading.
-Expected: mean 6.25 N m for A and 2.8 N m for B within three standard errors, 5 %/sqrt(10) each; the velocity is seen late, so
-that the paper's reading is 2 % high at the paper's rate and more at higher ones; read back, it is right to 0.5 %.
+Method: 80 Hz; the torque of joint A rises by 0.02 N m a sample, of B by 0.005, the other joint under PID; ten trials
+each, friction 5 % different from trial to trial, encoder noise 20 urad. Read as the paper does, at the first sample
+whose velocity stands out of the noise, and read back to where the motion began. Then trials without scatter, at the
+paper's rate and two and three times as fast, for the bias of either reading.
+Expected: mean 6.25 N m for A and 2.8 N m for B within three standard errors, 5 %/sqrt(10) each; the velocity is seen
+late, so that the paper's reading is 2 % high at the paper's rate and more at higher ones; read back, it is right to
+0.5 %.
 Source: paper, 4.1 and Figure 4.
 """
 

@@ -1,12 +1,13 @@
-"""Question: what does feedforward compensation change at 0.5 and 0.05 rad/s with Kp 60 and 30 (section 4.3, Figures 8 to 10)?
+"""Question: what does feedforward compensation change (4.3, Figures 8 to 10)? The error by one factor, at any gain.
 
-Method: the two-link bench at 80 Hz, Kv = 2 sqrt(Kp) as in the paper, velocity by finite difference, encoder noise 20 urad,
-the other joint under PID; joint A at both velocities, B at the lower one; without compensation, with a model 10 % low
-("an utmost precision of about 90 %") and with the exact one.
-Expected: without compensation the steady error is F(v)/Kp, 191.7 mrad at most (A, Kp 30, 0.5 rad/s); with k of friction
-compensated it is (1 - k) F(v)/Kp at either velocity and gain: the share that is left depends on neither, so that the paper's
-"more pronounced at low velocity" is not in the steady error. At the start from rest a lower velocity takes longer to break
-away without compensation: there it is. Source: paper, 4.3, equations (13) and (14).
+Method: the two-link bench at 80 Hz, Kv = 2 sqrt(Kp) as in the paper, velocity by finite difference, encoder noise 20
+urad, the other joint under PID; joint A at both velocities, B at the lower one; without compensation, with a model 10
+% low ("an utmost precision of about 90 %") and with the exact one.
+Expected: without compensation the steady error is F(v)/Kp, 191.7 mrad at most (A, Kp 30, 0.5 rad/s); with k of
+friction compensated it is (1 - k) F(v)/Kp at either velocity and gain: the share that is left depends on neither, so
+that the paper's "more pronounced at low velocity" is not in the steady error. At the start from rest a lower velocity
+takes longer to break away without compensation: there it is.
+Source: paper, 4.3, equations (13) and (14).
 """
 
 from __future__ import annotations

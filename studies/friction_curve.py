@@ -1,12 +1,13 @@
-"""Question: what do constant velocities (section 4.2) say of friction, and can 6.25 and 6.5 N m both hold? Not by (1).
+"""Question: what do constant velocities (4.2) say of friction, and can 6.25 and 6.5 N m both hold? Not with (1).
 
-Method: 80 Hz, PID of 400 N m/rad; 14 velocities from 0.0075 to 1.0 rad/s, four trials each, friction 5 % different from
-trial to trial; ten break-away ramps; the other joint under PID. `identify` reads and fits. 0.03 rad/s in detail at the gain
-of section 4.3 too. And what equation (1) can do: the least C2 of a curve that bends down from 6.25 N m and yet is at 6.5 N m
-at 0.03 rad/s.
-Expected: fitted curves within 2 % rms of the true ones; 5.73 N m at 0.03 rad/s. The paper's 6.5 wants C2 over (6.5 - 6.25) /
-0.03 = 8.3 N m s/rad for any bend at all, and over 24 for one whose saddle is not below the slowest velocity: 15 to 30 N m at
-1 rad/s. Scatter of 5 %, and velocity seen late, are likelier. Source: paper, 4.2, Figures 3 and 5 to 7.
+Method: 80 Hz, PID of 400 N m/rad; 14 velocities from 0.0075 to 1.0 rad/s, four trials each, friction 5 % different
+from trial to trial; ten break-away ramps; the other joint under PID. `identify` reads and fits. 0.03 rad/s in detail
+at the gain of section 4.3 too. And what equation (1) can do: the least C2 of a curve that bends down from 6.25 N m and
+yet is at 6.5 N m at 0.03 rad/s.
+Expected: fitted curves within 2 % rms of the true ones; 5.73 N m at 0.03 rad/s. The paper's 6.5 wants C2 over (6.5 -
+6.25) / 0.03 = 8.3 N m s/rad for any bend at all, and over 24 for one whose saddle is not below the slowest velocity:
+15 to 30 N m at 1 rad/s. Scatter of 5 %, and velocity seen late, are likelier.
+Source: paper, 4.2, Figures 3 and 5 to 7.
 """
 
 from __future__ import annotations

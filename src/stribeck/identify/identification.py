@@ -198,14 +198,30 @@ def _of_runs(name: str, way: int, both: bool, whole: RunFit) -> tuple[Floats, ND
 
 
 def _compare(directions: Sequence[Direction]) -> tuple[CurveFit, float]:
-    """Fit both directions as one, and return the probability (F test) of a loss as large by chance."""
-    points = [point for one in directions for point in one.points]
-    common = fit_curve(np.array([point.speed for point in points]), np.array([point.torque for point in points]))
-    apart = sum(one.curve.chi2 for one in directions)
-    spare = len(points) - 8
-    if spare < 1 or apart <= 0.0:
-        return common, math.nan
-    return common, float(stats.f.sf(max(common.chi2 - apart, 0.0) / 4.0 / (apart / spare), 4, spare))
+    """Fit both directions as one; return that, and the probability of a loss as large by chance."""
+    apart = [
+        (np.array([point.speed for point in one.points]), np.array([point.torque for point in one.points]))
+        for one in directions
+    ]
+    speed, torque = (np.concatenate(parts) for parts in zip(*apart, strict=True))
+    return fit_curve(speed, torque), compare_curves(apart)
+
+
+def compare_curves(readings: Sequence[tuple[Floats, Floats]]) -> float:
+    """Return the probability that equal curves differ as much as those of two sets of readings (F test).
+
+    Parameters
+    ----------
+    readings : sequence of two (speed, torque)
+        Absolute velocity (P,), rad/s, and friction (P,), N m, of each set.
+    """
+    speed, torque = (np.concatenate(parts) for parts in zip(*readings, strict=True))
+    together = fit_curve(speed, torque).chi2
+    apart = sum(fit_curve(*one).chi2 for one in readings)
+    spare = len(speed) - 8
+    if spare < 1 or not apart > 0.0:
+        return math.nan
+    return float(stats.f.sf(max(together - apart, 0.0) / 4.0 / (apart / spare), 4, spare))
 
 
 def _taken(arm: Arm, joints: Sequence[JointFriction], whole: RunFit) -> Arm:
