@@ -296,8 +296,16 @@ SB_EXPORT void sb_place_slopes(const double *p, const sb_axis *axis, const doubl
     s.control = sb_continuous, s.ny = SB_NS + SB_NZ;
     sb_rhs(&s, s.t, s.y, rate, s.margin);
     for (int c = 0; c < SB_NY; c++) {
-        const double step = 1e-6 * fmax(1.0, fabs(s.y[c]));
+        const int own = c >= SB_NS && (c - SB_NS) % SB_OWN == SB_FILTER;
+        double step = 1e-6 * fmax(1.0, fabs(s.y[c]));
         memcpy(moved, s.y, sizeof moved);
+        if (own && fabs(s.y[c]) < step) { /* a law sees its sign: away from zero, on one side */
+            if (s.y[c] < 0.0) step = -step;
+            moved[c] = s.y[c] + step, sb_rhs(&s, s.t, moved, up, s.margin);
+            moved[c] = s.y[c] + 2 * step, sb_rhs(&s, s.t, moved, down, s.margin);
+            for (int r = 0; r < SB_NY; r++) matrix[r * SB_NY + c] = (4 * up[r] - down[r] - 3 * rate[r]) / (2 * step);
+            continue;
+        }
         moved[c] = s.y[c] + step, sb_rhs(&s, s.t, moved, up, s.margin);
         moved[c] = s.y[c] - step, sb_rhs(&s, s.t, moved, down, s.margin);
         for (int r = 0; r < SB_NY; r++) matrix[r * SB_NY + c] = (up[r] - down[r]) / (2 * step);
