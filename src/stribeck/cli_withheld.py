@@ -104,16 +104,19 @@ def score(
     from stribeck.blind.key import open_sealed
     from stribeck.blind.score import score as scored
     from stribeck.blind.shrinkage import true_shrinkage
+    from stribeck.report.withheld import write_score_report
 
     opened = open_sealed(results, key, partial=partial)
     truly = true_shrinkage(opened, jobs, _told("scoring")) if shrinkage else None
     result = scored(opened, truly)
     with whole_folder(out) as folder:
         write_json(folder / "score.json", result)
+        write_score_report(result, folder)
     for line in result["targets"]:
         if line["have"] is not None:
             sign = "at least" if line["at_least"] else "at most"
             print(f"{line['what']}: {line['have']:.3g} ({sign} {line['want']:g} asked)")
+    print(f"report: {out / 'report.html'}")
 
 
 def _farm(jobs: int, cluster: str | None) -> Farm:

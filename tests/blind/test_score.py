@@ -222,10 +222,10 @@ def test_the_whole_score():
     assert result["shrinkage"]["median_true"] == pytest.approx(0.68)
     assert single["all"]["channel"] == {**single["all"]["channel"], "k": 1, "n": 2}
     table = result["confusion"]
-    assert table["hidden"] == ["delay", "delay (withheld)", "friction_jumps", "payload", "none"]
+    assert table["hidden"] == ["delay", "friction_jumps", "payload", "left_out", "none"]
     assert table["said"] == ["actuator_lag", "delay", "payload", "none", "unknown", "failed"]
     assert table["counts"] == [
-        [0, 1, 1, 0, 0, 0], [1, 0, 0, 0, 0, 0], [0, 0, 0, 0, 1, 0], [0, 0, 0, 0, 1, 1], [0, 1, 0, 1, 0, 0],
+        [0, 1, 1, 0, 0, 0], [0, 0, 0, 0, 1, 0], [0, 0, 0, 0, 1, 1], [1, 0, 0, 0, 0, 0], [0, 1, 0, 1, 0, 0],
     ]  # fmt: skip
     held = {line["what"]: line["holds"] for line in result["targets"]}
     assert held["named, strength 3 and more"] is False

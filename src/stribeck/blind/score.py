@@ -151,16 +151,19 @@ def _effects(rows: Sequence[Row]) -> dict[str, Any]:
 def _confusion(rows: Sequence[Row]) -> dict[str, Any]:
     """Count what was said (columns) by what was hidden (rows); a name in the right class counts as right."""
     counts = Counter((_hidden(row), row["answer"]) for row in rows)
-    down = sorted({true for true, _ in counts} - {"none"}) + ["none"] * any(true == "none" for true, _ in counts)
-    last = [name for name in ("none", "unknown", "failed") if any(said == name for _, said in counts)]
-    across = [*sorted({said for _, said in counts} - set(last)), *last]
+    down = _ordered({true for true, _ in counts}, ("left_out", "none"))
+    across = _ordered({said for _, said in counts}, ("none", "unknown", "failed"))
     return {"hidden": down, "said": across, "counts": [[counts[true, said] for said in across] for true in down]}
+
+
+def _ordered(names: set[str], last: Sequence[str]) -> list[str]:
+    return [*sorted(names - set(last)), *(name for name in last if name in names)]
 
 
 def _hidden(row: Row) -> str:
     if not row["effects"]:
         return "none"
-    return f"{row['effects'][0]}{' (withheld)' if row['why'] == 'left_out' else ''}"
+    return "left_out" if row["why"] == "left_out" else str(row["effects"][0])
 
 
 def _median(values: Any) -> float | None:
