@@ -7,8 +7,8 @@ from pathlib import Path
 
 import fmpy
 
-from stribeck.export.validate.binaries import header_functions
 from stribeck.compiler import build
+from stribeck.export.validate.binaries import header_functions
 
 DESCRIPTION = """\
 <?xml version="1.0" encoding="UTF-8"?>

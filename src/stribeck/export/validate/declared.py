@@ -18,7 +18,6 @@ _DIMENSIONS: dict[str, tuple[Dimension, Dimension]] = {
     "torque": ({"kg": 1, "m": 2, "s": -2}, {"kg": 1, "m": 1, "s": -2}),
     "inertia": ({"kg": 1, "m": 2}, {"kg": 1}),
     "damping": ({"kg": 1, "m": 2, "s": -1}, {"kg": 1, "s": -1}),
-    "length": ({"m": 1}, {"m": 1}),
     "mass": ({"kg": 1}, {"kg": 1}),
     "number": ({}, {}),
 }
@@ -32,7 +31,7 @@ _SIGNALS = {
     "q_start": ("parameter", "position"),
     "dq_start": ("parameter", "velocity"),
 }
-_JOINT = {"mass": "mass", "length": "length", "inertia": "inertia", "rotor_inertia": "inertia"}
+_JOINT = {"mass": "mass", "inertia": "inertia", "rotor_inertia": "inertia"}
 _FRICTION = {"C0": "torque", "C1": "torque", "C2": "damping", "alpha": "velocity"}
 
 
@@ -58,9 +57,11 @@ def declaration_problems(fmu: Opened, arm: Arm) -> list[str]:
 
 
 def unitless(fmu: Opened) -> list[str]:
-    """Return the real variables without a unit."""
+    """Return the real variables without a unit, local ones apart: an event indicator is no one quantity."""
     real = ("Real", "Float32", "Float64")
-    return [v.name for v in fmu.description.modelVariables if v.type in real and _unit(v) is None]
+    return [
+        v.name for v in fmu.description.modelVariables if v.type in real and v.causality != "local" and _unit(v) is None
+    ]
 
 
 def _expected(arm: Arm) -> Iterator[tuple[str, str, Dimension | None, float | None]]:

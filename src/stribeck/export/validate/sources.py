@@ -12,7 +12,6 @@ from typing import Any
 
 import fmpy
 
-from stribeck.compiler import cache_folder
 from stribeck.export.validate.binaries import header_functions
 from stribeck.export.validate.opened import Opened
 
@@ -82,8 +81,7 @@ def _build(fmu: Opened, arguments: list[str], target: Path) -> tuple[list[str], 
         *(f"-I{fmu.folder / 'sources'}", *arguments, f"-I{headers}", "-o", str(target)),
         *(() if platform.system() == "Windows" else ("-lm",)),
     ]
-    cache = cache_folder()
-    surroundings = {**os.environ, "ZIG_GLOBAL_CACHE_DIR": str(cache / "zig"), "ZIG_LOCAL_CACHE_DIR": str(cache / "zig")}
+    surroundings = {**os.environ, "ZIG_LOCAL_CACHE_DIR": str(target.parent / "zig")}
     try:
         done = subprocess.run(
             command, capture_output=True, timeout=_LONGEST_BUILD, check=False, cwd=target.parent, env=surroundings

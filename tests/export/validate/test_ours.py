@@ -1,0 +1,111 @@
+"""An arm's own FMU: no problems as it is exported, and every change to it is noticed."""
+
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from stribeck.arm import Arm, EffectEntry, Friction, Joint, arm_to_toml
+from stribeck.export import export_fmu
+from stribeck.export.validate import check_fmu, validate_fmu
+
+FRICTION = Friction(5.0, 1.25, 1.5, 0.05)
+
+
+def one_joint(*effects: EffectEntry, mass: float = 1.0, kind: str = "revolute") -> Arm:
+    joint = Joint("A", kind, 0.3, mass, (0.1, 0.0), 0.5, 0.5, FRICTION, FRICTION)  # type: ignore[arg-type]
+    return Arm("one joint", (0.0, 0.0), (joint,), effects=tuple(effects))
+
+
+@pytest.fixture(scope="module")
+def exported(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("fmu") / "one.fmu"
+    export_fmu(one_joint(), path, fmi=2, platforms=["x86_64-linux"])
+    return path
+
+
+def changed(fmu: Path, out: Path, changes: dict[str, Callable[[bytes], bytes]]) -> Path:
+    """A copy with some files changed."""
+    with zipfile.ZipFile(fmu) as source, zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as target:
+        for name in source.namelist():
+            data = source.read(name)
+            target.writestr(name, changes[name](data) if name in changes else data)
+    return out
+
+
+def swap(old: str, new: str) -> Callable[[bytes], bytes]:
+    def change(data: bytes) -> bytes:
+        assert old.encode() in data, old
+        return data.replace(old.encode(), new.encode())
+
+    return change
+
+
+def test_no_problems_and_a_deviation_in_numbers(exported: Path) -> None:
+    found = check_fmu(exported)
+    assert found.problems == ()
+    assert {one.kind for one in found.deviations} == {"CoSimulation", "ModelExchange"}
+    for one in found.deviations:
+        assert 0.0 < one.position < {"CoSimulation": 1e-8, "ModelExchange": 1e-6}[one.kind]
+        assert one.events >= 4
+
+
+CHANGES: dict[str, tuple[str, Callable[[bytes], bytes], str]] = {
+    "mass": (
+        "resources/arm.toml",
+        swap("mass = 1.0", "mass = 1.5"),
+        "variable joint[1].mass starts at 1.0; 1.5 stands",
+    ),
+    "friction": ("resources/arm.toml", swap("C0 = 5.0", "C0 = 6.0"), "departs from the arm's own simulator by"),
+    "name": ("modelDescription.xml", swap('name="q[1]"', 'name="angle[1]"'), "variable q[1] is missing"),
+    "causality": ("modelDescription.xml", swap('name="tau_friction[1]"', 'name="x[1]"'), "tau_friction[1] is missing"),
+    "unit": (
+        "modelDescription.xml",
+        swap('<BaseUnit kg="1" m="2" s="-2"/>', '<BaseUnit kg="1" m="2" s="-1"/>'),
+        "unit",
+    ),
+    "start": (
+        "modelDescription.xml",
+        swap('start="0.05"', 'start="0.06"'),
+        "friction.alpha starts at 0.06; 0.05 stands",
+    ),
+    "token": ("modelDescription.xml", swap('guid="{', 'guid="{0'), "Failed to instantiate"),
+    "source": ("sources/step.h", swap("static", "statik"), "the sources do not build: sources/"),
+    "arm file": ("resources/arm.toml", swap("mass = 1.0", "mass = -1.0"), "joints[0].mass must be greater than 0"),
+}
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_change_is_noticed(exported: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    file, change, says = CHANGES[name]
+    runs = name in ("friction", "token")
+    if name != "source":  # a build takes seconds
+        monkeypatch.setattr("stribeck.export.validate.check.build_sources", lambda fmu, target: ([], []))
+    problems = validate_fmu(changed(exported, tmp_path / "changed.fmu", {file: change}), run=runs)
+    assert any(says in problem for problem in problems), problems
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fmi", [2, 3])
+@pytest.mark.parametrize("name", ["presliding", "joint_flexibility", "delay", "prismatic"])
+def test_effects_and_kinds(tmp_path: Path, name: str, fmi: int) -> None:
+    values = {
+        "presliding": {"stiffness": 1500.0, "damping": 5.0},
+        "joint_flexibility": {"stiffness": 5000.0, "damping": 2.0},
+        "delay": {"time": 0.007},
+    }
+    arm = (
+        one_joint(kind="prismatic")
+        if name == "prismatic"
+        else one_joint(EffectEntry(name, ("A",), {"A": values[name]}))
+    )
+    export_fmu(arm, tmp_path / "one.fmu", fmi=fmi, platforms=["x86_64-linux"])
+    found = check_fmu(tmp_path / "one.fmu")
+    assert found.problems == ()
+    assert len(found.deviations) == (1 if name == "delay" else 2)
+
+
+def test_carries_the_arm_exactly(exported: Path) -> None:
+    with zipfile.ZipFile(exported) as archive:
+        assert archive.read("resources/arm.toml").decode() == arm_to_toml(one_joint())
