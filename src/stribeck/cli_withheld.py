@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -11,11 +12,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
+from stribeck.errors import InputError
 from stribeck.exits import INTERRUPTED
 from stribeck.outputs import check_free, whole_folder
 
 if TYPE_CHECKING:
+    from stribeck.arm import Arm
     from stribeck.blind.farm import Farm
+    from stribeck.run import Run
 
 app = typer.Typer(no_args_is_help=True)
 
@@ -28,7 +32,7 @@ Address = Annotated[
     typer.Option("--cluster", metavar="ADDRESS", help="Of a dask scheduler, whose workers then do the work."),
 ]
 Names = list[str] | None
-SPREAD = ("--effects", "--levels", "--leave-out")  # options that take several values
+SPREAD = ("--effects", "--levels", "--leave-out", "--runs")  # options that take several values
 
 
 @app.callback()
@@ -53,19 +57,33 @@ def record(
     effects: Annotated[Names, typer.Option("--effects", metavar="NAME...", help="To draw from; default: all.")] = None,
     levels: Annotated[Names, typer.Option("--levels", metavar="NAME...", help="clear, medium, weak; all.")] = None,
     joints: Annotated[int, typer.Option(min=0, max=4, help="Of every arm; 0: one or two, drawn.")] = 0,
+    arm: Annotated[
+        Path | None, typer.Option("--arm", metavar="ARM", help="Record your own arm, not drawn ones.")
+    ] = None,
+    runs: Annotated[
+        list[Path] | None, typer.Option("--runs", metavar="RUN...", help="And your own motions, with --arm.")
+    ] = None,
     seed: Annotated[int | None, typer.Option(min=0, help="Of everything drawn; drawn itself by default.")] = None,
     jobs: Jobs = 2,
 ) -> None:
     """Record cases with an independent plant; print the digest of the sealed answers."""
-    from stribeck.withheld.injections import KNOWN
-    from stribeck.withheld.plan import JOINTS, LEVELS, Order
-    from stribeck.withheld.seal import record_sealed
+    check_free(out)
+    if bool(arm) != bool(runs):
+        raise InputError("--arm and --runs belong together", "--arm" if arm else "--runs", "give both or none")
+    own = _experiment(arm, runs) if arm and runs else None
 
+    from stribeck.withheld.injections import KNOWN
+    from stribeck.withheld.own import own_maker, possible
+    from stribeck.withheld.plan import JOINTS, LEVELS, Order
+    from stribeck.withheld.seal import drawn_case, record_sealed
+
+    known = possible(own[0]) if own else tuple(KNOWN)
     order = Order(
-        cases, pairs, none, unknown, left_out, tuple(effects or KNOWN), tuple(levels or LEVELS),
+        cases, pairs, none, unknown, left_out, tuple(effects or known), tuple(levels or LEVELS),
         (joints,) if joints else JOINTS,
     )  # fmt: skip
-    digest = record_sealed(order, out, key, seed=seed, jobs=jobs, progress=_told("recording"))
+    make = own_maker(*own) if own else drawn_case
+    digest = record_sealed(order, out, key, seed=seed, jobs=jobs, make=make, progress=_told("recording"))
     print(f"{digest}  SHA-256 of the sealed answers, {key}")
 
 
@@ -117,6 +135,52 @@ def score(
             sign = "at least" if line["at_least"] else "at most"
             print(f"{line['what']}: {line['have']:.3g} ({sign} {line['want']:g} asked)")
     print(f"report: {out / 'report.html'}")
+
+
+@app.command(epilog="Example: [bold]stribeck withheld power arm.toml run_0*.csv --out power[/bold]")
+def power(
+    arm: Annotated[Path, typer.Argument(metavar="ARM", help="Your nominal arm.")],
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Your recordings; their motions are used.")],
+    out: Out,
+    effects: Annotated[Names, typer.Option("--effects", metavar="NAME...", help="To try; default: all.")] = None,
+    levels: Annotated[Names, typer.Option("--levels", metavar="NAME...", help="clear, medium, weak; all.")] = None,
+    each: Annotated[int, typer.Option(min=1, help="Cases of each effect and level.")] = 1,
+    none: Annotated[int, typer.Option(min=0, help="Cases without an effect.")] = 4,
+    seed: Annotated[int, typer.Option(min=0, help="Of everything drawn.")] = 0,
+    jobs: Jobs = 2,
+    cluster: Address = None,
+) -> None:
+    """Say which effects, and how strong, your own arm and motions would reveal; one diagnosis a case takes its time."""
+    check_free(out)
+    own_arm, recordings = _experiment(arm, runs)
+
+    from stribeck.blind.batch import write_json
+    from stribeck.blind.power import power_analysis
+    from stribeck.report.power import write_power_report
+    from stribeck.withheld.plan import LEVELS
+
+    work = out.absolute().parent / f".{out.name}.work"
+    with _resumable(work / "answers"):
+        found, scored = power_analysis(
+            own_arm, recordings, work, effects=effects or (), levels=levels or LEVELS, each=each, none=none, seed=seed,
+            jobs=jobs, farm=_farm(jobs, cluster), progress=_told("power"),
+        )  # fmt: skip
+    with whole_folder(out) as folder:
+        write_json(folder / "power.json", found)
+        write_json(folder / "score.json", scored)
+        write_power_report(found, scored, folder)
+    shutil.rmtree(work, ignore_errors=True)
+    for name, row in found["effects"].items():
+        print(f"{name}: {'revealed where ' + row['revealed_from'] if row['revealed_from'] else 'not revealed'}")
+    print(f"report: {out / 'report.html'}")
+
+
+def _experiment(arm: Path, runs: Sequence[Path]) -> tuple[Arm, list[Run]]:
+    from stribeck.arm import load_arm
+    from stribeck.run import load_run
+
+    nominal = load_arm(arm)
+    return nominal, [load_run(path, nominal.n) for path in runs]
 
 
 def _farm(jobs: int, cluster: str | None) -> Farm:

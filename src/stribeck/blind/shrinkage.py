@@ -41,16 +41,22 @@ def true_shrinkage(opened: Opened, jobs: int = 2, progress: Progress = lambda te
     progress : callable
         Told in words what is being done.
     """
-    cases = [
-        name for name, answer in opened.answers.items()
-        if "error" not in answer and answer["diagnosis"]["gap"]["closed"] and "laboratory" in opened.truths[name]
-    ]  # fmt: skip
+    cases = [name for name, answer in opened.answers.items() if _claims(answer) and _drawn(opened.truths[name])]
     work = (delayed(_shrunk)(opened.truths[name], opened.answers[name]) for name in cases)
     found: dict[str, dict[str, Any]] = {}
     for name, row in zip(cases, Parallel(n_jobs=jobs, return_as="generator")(work), strict=True):
         found[name] = row
         progress(f"{len(found)} of {len(cases)} corrected models judged on new motions")
     return found
+
+
+def _claims(answer: Mapping[str, Any]) -> bool:
+    return "error" not in answer and answer["diagnosis"]["gap"]["closed"] is not None
+
+
+def _drawn(truth: Mapping[str, Any]) -> bool:
+    """Whether the case's motions are of a kind of which others can be drawn."""
+    return bool(truth.get("laboratory", {}).get("kinds"))
 
 
 def _shrunk(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from matplotlib.figure import Figure
 
+from stribeck.gap.result import Estimate
 from stribeck.report import words
 from stribeck.report.figures.withheld import (
     BINS,
@@ -17,7 +18,7 @@ from stribeck.report.figures.withheld import (
     shrinkage_figure,
     strength_figure,
 )
-from stribeck.report.numbers import number, percent
+from stribeck.report.numbers import number, percent, percent_interval
 from stribeck.report.page import Answer, Facts, Files, Picture, Row, Section, Table, render
 from stribeck.report.style import data_uri, finding_of, png_and_svg
 
@@ -105,8 +106,7 @@ def share(found: Score) -> str:
     """Return "92 % (85 to 96 %), 46 of 50"; a dash without cases."""
     if not found["n"]:
         return "–"
-    low, high = (percent(x) for x in found["ci95"])
-    return f"{percent(found['value'])} ({low} to {high}), {found['k']} of {found['n']}"
+    return f"{percent_interval(Estimate(found['value'], *found['ci95']))}, {found['k']} of {found['n']}"
 
 
 def _answer(score: Score) -> Answer:

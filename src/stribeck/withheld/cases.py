@@ -63,7 +63,7 @@ def make_case(
         sample_time=1.0 / bench.rate,
         joints=tuple(replace(j, encoder_resolution=count) for j in true.joints),
     )
-    places = [joint or _place(rng, name, true) for name in names]
+    places = [joint or place_of(rng, name, true) for name in names]
     for name, place in zip(names, places, strict=True):
         if name == "negative_damping":
             true = _without_stribeck(true, place)
@@ -75,7 +75,8 @@ def make_case(
     return hide(true, nominal, motions, _telling(motions), bench, plot, seed)
 
 
-def _place(rng: np.random.Generator, name: str, arm: Arm) -> str:
+def place_of(rng: np.random.Generator, name: str, arm: Arm) -> str:
+    """Return the joint in which an effect is hidden: drawn, but for those that have one place."""
     drawn = str(rng.choice(arm.names))
     return {"payload": arm.names[-1], "gravity_tilt": arm.names[0], "base_flexibility": arm.names[0]}.get(name, drawn)
 

@@ -81,30 +81,30 @@ def record_sealed(
     seeds = np.random.default_rng([seed, 2]).integers(2**53, size=(len(wanted), TRIES))
     width = max(4, len(str(len(wanted))))
     with whole_folder(out) as folder:
-        work = (
-            delayed(_record)(make, plan, [int(s) for s in own], folder / f"case_{i:0{width}d}")
-            for i, (plan, own) in enumerate(zip(wanted, seeds, strict=True), 1)
-        )
-        truths: list[dict[str, Any]] = []
-        for truth in Parallel(n_jobs=jobs, return_as="generator")(work):
-            truths.append(truth)
-            progress(f"{len(truths)} of {len(wanted)} cases recorded")
         names = [f"case_{i:0{width}d}" for i in range(1, len(wanted) + 1)]
-        digest = _seal(dict(zip(names, truths, strict=True)), seed, order, folder, key)
+        work = (
+            delayed(_record)(make, plan, [int(s) for s in own], folder / name)
+            for name, plan, own in zip(names, wanted, seeds, strict=True)
+        )
+        truths: dict[str, dict[str, Any]] = {}
+        skipped: list[str] = []
+        for name, truth in zip(names, Parallel(n_jobs=jobs, return_as="generator")(work), strict=True):
+            if isinstance(truth, str):
+                skipped.append(truth)
+                progress(f"{name} cannot be recorded and is left out: {truth}")
+            else:
+                truths[name] = truth
+                progress(f"{len(truths)} of {len(wanted)} cases recorded")
+        if not truths:
+            raise StribeckError("none of the cases can be recorded", skipped[0], "see which --effects the arm can hold")
+        digest = _seal({"order": asdict(order), "skipped": skipped, "cases": truths}, seed, folder, key)
     return digest
 
 
-def _seal(truths: dict[str, dict[str, Any]], seed: int, order: Order, folder: Path, key: Path) -> str:
+def _seal(answers: dict[str, Any], seed: int, folder: Path, key: Path) -> str:
     """Write digest and key; the salt keeps the digest from being found by guessing."""
-    content = {
-        "schema": KEY_SCHEMA,
-        "version": version("stribeck"),
-        "units": "SI",
-        "salt": secrets.token_hex(32),
-        "seed": seed,
-        "order": asdict(order),
-        "cases": truths,
-    }
+    head = {"schema": KEY_SCHEMA, "version": version("stribeck"), "units": "SI", "salt": secrets.token_hex(32)}
+    content = {**head, "seed": seed, **answers}
     text = (json.dumps(content, indent=1, allow_nan=False) + "\n").encode("utf-8")
     digest = hashlib.sha256(text).hexdigest()
     (folder / DIGEST).write_text(f"{digest}  {ANSWERS_LATER}\n", encoding="utf-8")
@@ -140,20 +140,18 @@ def _check_key(key: Path, out: Path) -> None:
         raise InputError(f"{key}: the key would lie among the cases", str(out), "give a file elsewhere")
 
 
-def _record(make: Maker, plan: Plan, seeds: Sequence[int], folder: Path) -> dict[str, Any]:
-    """Record one case, write its folder, return its answer."""
+def _record(make: Maker, plan: Plan, seeds: Sequence[int], folder: Path) -> dict[str, Any] | str:
+    """Record one case, write its folder, return its answer; in words where no arm can be held with its effects."""
     for seed in seeds:
         try:
             case = make(seed, plan)
         except StribeckError as error:
             if isinstance(error, InputError):
                 raise
-            last = error
+            last = f"{' and '.join(plan.effects)} ({plan.level}): {error}"
             continue
         return _write(case, plan, folder)
-    raise StribeckError(
-        f"no arm can be held with {' and '.join(plan.effects)} ({plan.level})", str(last), "leave it out"
-    )
+    return last
 
 
 def _write(case: Case, plan: Plan, folder: Path) -> dict[str, Any]:

@@ -1,0 +1,173 @@
+"""Power analysis: which effects, and how strong, an experiment of the user's own would have revealed."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from stribeck.arm import Arm, arm_to_toml
+from stribeck.blind.answer import Diagnoser, diagnosed
+from stribeck.blind.batch import diagnose_cases, write_json
+from stribeck.blind.comparable import true_values
+from stribeck.blind.farm import Farm, Processes
+from stribeck.blind.key import Opened, open_sealed
+from stribeck.blind.rates import rate
+from stribeck.blind.score import score
+from stribeck.effects.registry import registry
+from stribeck.errors import InputError
+from stribeck.run import Run
+from stribeck.withheld.own import own_maker, possible
+from stribeck.withheld.plan import LEVELS, Order
+from stribeck.withheld.seal import record_sealed
+
+SCHEMA = "stribeck.power/1"
+ENOUGH = 0.5  # of the cases at a level, named: then the experiment reveals effects of that level
+
+
+def power_analysis(
+    arm: Arm,
+    runs: Sequence[Run],
+    work: Path,
+    *,
+    effects: Sequence[str] = (),
+    levels: Sequence[str] = LEVELS,
+    each: int = 1,
+    none: int = 4,
+    seed: int = 0,
+    jobs: int = 2,
+    farm: Farm | None = None,
+    diagnoser: Diagnoser = diagnosed,
+    progress: Callable[[str], None] = lambda text: None,
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Hide effects in an arm, record its own motions, diagnose them, and say which were found.
+
+    Parameters
+    ----------
+    arm : Arm
+        The nominal arm; those that record are drawn from it within its tolerance.
+    runs : sequence of Run
+        The experiment: its references, or else its recorded motions, are tracked anew.
+    work : path
+        Folder of cases and answers; a call with the same arguments goes on where the last one stopped.
+    effects : sequence of str
+        To hide; all that the arm can have where empty.
+    levels : sequence of str
+        How strong, see `stribeck.withheld.severity`.
+    each, none : int
+        Cases of each effect and level, and without an effect.
+    seed, jobs : int
+        Of everything drawn; processes that record.
+    farm, diagnoser, progress
+        See :func:`stribeck.blind.batch.diagnose_cases`.
+
+    Returns
+    -------
+    power, score : dict
+        The contents of ``power.json`` and ``score.json``.
+
+    Raises
+    ------
+    InputError
+        For an arm or effects that cannot be recorded, or a `work` folder of another analysis.
+    """
+    names = tuple(effects) or possible(arm)
+    order = Order(single=each * len(names) * len(levels), none=none, effects=names, levels=tuple(levels)).checked()
+    _begin(work, _fingerprint(arm, runs, order, seed))
+    key = work / "key.json"
+    if not key.exists():
+        maker = own_maker(arm, runs)
+        record_sealed(order, work / "cases", key, seed=seed, jobs=jobs, make=maker, progress=progress)
+    answers = work / "answers"
+    diagnose_cases(work / "cases", answers, farm=farm or Processes(jobs), diagnoser=diagnoser, progress=progress)
+    opened = open_sealed(answers, key)
+    scored = score(opened)
+    return power(scored, opened, arm.name, [run.name for run in runs], levels), scored
+
+
+def power(
+    scored: Mapping[str, Any], opened: Opened, arm: str, runs: Sequence[str], levels: Sequence[str] = LEVELS
+) -> dict[str, Any]:
+    """Return the content of ``power.json`` from a score and its truths.
+
+    ``effects`` holds for each effect ``revealed_from`` (the weakest level from which on at least half of the cases are
+    named; null: none), ``levels`` (named rate, mean strength), ``found`` and ``missed`` (the weakest case that was
+    named and the strongest that was not: strength, joint, parameters with units) and ``detection_limit`` (strength).
+    """
+    rows = [row for row in scored["rows"] if len(row["effects"]) == 1]
+    effects = {}
+    for name in sorted({row["effects"][0] for row in rows}):
+        own = sorted((row for row in rows if row["effects"] == [name]), key=lambda row: float(row["strength"]))
+        found, missed = [r for r in own if r["found"]], [r for r in own if not r["found"]]
+        effects[name] = {
+            "revealed_from": _revealed_from(own, levels),
+            "levels": {level: _level([r for r in own if r["level"] == level]) for level in levels},
+            "found": _example(found[0], opened) if found else None,
+            "missed": _example(missed[-1], opened) if missed else None,
+            "detection_limit": scored["effects"].get(name, {}).get("detection_limit"),
+        }
+    return {
+        "schema": SCHEMA,
+        "version": scored["version"],
+        "units": {"strength": "effect torque over noise floor"},
+        "arm": arm,
+        "runs": list(runs),
+        "cases": len(scored["rows"]),
+        "false_alarms": scored["none"]["false_alarms"],
+        "wrong_names": scored["single"]["all"]["wrong_name"],
+        "effects": effects,
+    }
+
+
+def _level(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    strengths = [float(row["strength"]) for row in rows]
+    mean = float(f"{sum(strengths) / len(strengths):.3g}") if strengths else None
+    return {"named": rate(bool(row["found"]) for row in rows), "strength": mean}
+
+
+def _revealed_from(rows: Sequence[Mapping[str, Any]], levels: Sequence[str]) -> str | None:
+    """Return the weakest level such that it and all clearer ones are named often enough."""
+    weakest = None
+    for level in (known for known in LEVELS if known in levels):  # the clearest first
+        named = [bool(row["found"]) for row in rows if row["level"] == level]
+        if not named or sum(named) < ENOUGH * len(named):
+            break
+        weakest = level
+    return weakest
+
+
+def _example(row: Mapping[str, Any], opened: Opened) -> dict[str, Any]:
+    effect = opened.truths[row["case"]]["effects"][0]
+    values = true_values(effect["effect"], effect["parameters"])
+    known = registry().get(effect["effect"])
+    units = {p.name: p.unit for p in known.parameters} if known else {}
+    parameters = {name: {"value": float(f"{v:.4g}"), "unit": units[name]} for name, v in values.items()}
+    return {"strength": row["strength"], "level": row["level"], "joint": effect["joint"], "parameters": parameters}
+
+
+def _fingerprint(arm: Arm, runs: Sequence[Run], order: Order, seed: int) -> dict[str, Any]:
+    total = hashlib.sha256(arm_to_toml(arm).encode())
+    for run in runs:
+        for values in (run.t, run.q, run.tau, run.q_ref):
+            total.update(b"-" if values is None else values.tobytes())
+    # through JSON, as it will be read: tuples are lists there
+    wanted = {"schema": SCHEMA, "experiment": total.hexdigest(), "order": asdict(order), "seed": seed}
+    return dict(json.loads(json.dumps(wanted)))
+
+
+def _begin(work: Path, wanted: Mapping[str, Any]) -> None:
+    path = work / "power.json"
+    if not path.exists():
+        if work.exists() and any(work.iterdir()):
+            raise InputError(f"{work}: not a folder of a power analysis", "no power.json", "give a new folder")
+        write_json(path, wanted)
+        return
+    try:
+        before = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot be read", str(error), "remove the folder") from None
+    if before != wanted:
+        raise InputError(f"{work}: holds another analysis", "", "use the same arm, runs and options, or remove it")
