@@ -5,11 +5,8 @@ import math
 import subprocess
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
-
-from stribeck.gap.result import Cause, Estimate
 
 STUDIES = Path(__file__).parents[2] / "studies"
 NAMES = sorted(path.stem for path in STUDIES.glob("[!_]*.py"))
@@ -69,63 +66,6 @@ def test_results_are_json_whatever_the_numbers(tmp_path):
     assert [path.name for path in folder.iterdir()] == ["result.json"]
 
 
-def found(*causes, named=None):
-    names = tuple(cause.effect for cause in causes) if named is None else named
-    return SimpleNamespace(causes=causes, named=names, verdict="explained", closed=Estimate(0.9, 0.8, 1.0))
-
-
-DELAY = Cause("delay", 0.9, ("A",), ("delay",), {"A": {"time": Estimate(0.011, 0.010, 0.012, "s")}}, presence=0.9)
-LAG = Cause("actuator_lag", 0.9, ("A",), ("actuator_lag", "delay"), presence=0.9)
-GAIN = Cause("torque_gain", 0.6, ("B",), ("torque_gain",), presence=0.6)
-TRUTH = ({"effect": "delay", "joint": "A", "parameters": {"time": 0.0115}},)
-
-
-@pytest.mark.parametrize(
-    ("diagnosis", "outcome", "extra"),
-    [
-        (found(DELAY), "right", []),
-        (found(LAG), "right in a class", []),
-        (found(DELAY, GAIN), "right, and more", ["torque_gain"]),
-        (found(GAIN), "wrong", ["torque_gain"]),
-        (found(DELAY, named=()), "missed", []),
-        (found(), "missed", []),
-    ],
-)
-def test_a_name_counts_when_it_or_its_equivalent_is_true(diagnosis, outcome, extra):
-    from _scoring import score
-
-    row = score(diagnosis, TRUTH)
-    assert (row["outcome"], row["extra"]) == (outcome, extra)
-
-
-def test_joint_and_interval_are_scored():
-    from _scoring import score
-
-    row = score(found(DELAY), TRUTH)
-    assert row["joint_right"] is True
-    assert [(p["name"], p["inside"]) for p in row["parameters"]] == [("time", True)]
-    elsewhere = ({**TRUTH[0], "joint": "B"},)
-    assert score(found(DELAY), elsewhere)["joint_right"] is False
-    outside = ({**TRUTH[0], "parameters": {"time": 0.02}},)
-    assert [p["inside"] for p in score(found(DELAY), outside)["parameters"]] == [False]
-
-
-@pytest.mark.parametrize(("truth", "known"), [((), True), (TRUTH, False)])
-def test_where_nothing_known_is_hidden_a_name_is_wrong(truth, known):
-    from _scoring import score
-
-    assert score(found(GAIN), truth, known)["outcome"] == "wrong"
-    assert score(found(), truth, known)["outcome"] == "right"
-
-
-def test_the_matrix_has_a_line_for_every_label():
-    from _scoring import matrix
-
-    rows = [{"label": label, "seed": 1, "outcome": "right", "extra": []} for label in ("delay", "payload", "payload")]
-    figure = matrix(rows)
-    assert [text.get_text() for text in figure.axes[0].get_yticklabels()] == ["delay", "payload"]
-
-
 def run(name, *options):
     """Run a study as a user does; warnings of a busy machine are none of its business."""
     done = subprocess.run(
@@ -137,8 +77,11 @@ def run(name, *options):
 
 @pytest.mark.slow
 def test_blind_effects():
-    result = run("blind_effects", "--arms", "1", "--cases", "2")
-    assert result["cases"] == result["right"] == 2
+    few = ("--cases", "2", "--none", "1", "--unknown", "0", "--pairs", "0", "--left-out", "0", "--fresh")
+    result = run("blind_effects", *few, "--effects", "delay,gravity_tilt", "--levels", "clear", "--seed", "3")
+    assert result["cases"] == 3
+    assert result["single"]["all"]["named"]["k"] == 2
+    assert result["none"]["false_alarms"]["k"] == 0
 
 
 @pytest.mark.slow

@@ -56,6 +56,8 @@ CONVERT: Mapping[str, Callable[[Values], Converted]] = {
     "backlash": _named(gap="gap"),
     "encoder_eccentricity": _wave("amplitude"),
     "encoder_offset": _named(offset="offset"),
+    "encoder_quantisation": _named(resolution="resolution"),
+    "velocity_filter": _named(time="time"),
     "time_shift": _named(time="time"),
     "payload": _named(mass="mass"),
     "gravity_tilt": _named(x="x", y="y"),

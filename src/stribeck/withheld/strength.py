@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
@@ -28,7 +30,8 @@ def strengths(
     The torque is what the true arm without the effect leaves unexplained in a recording with it and without
     noise, less what the same computation leaves without the effect; the floor is what it leaves in a recording of this
     laboratory, encoders and noise included, without the effect. Position and command pass the same low pass before, of
-    4, 8 or 15 Hz; all `motions` count alike, each effect is alone.
+    4, 8 or 15 Hz; all `motions` count alike, each effect is alone. A velocity filter changes no torque: its strength
+    is the change of the recorded velocity over that signal's own noise, 0 where velocity is not recorded.
 
     Parameters
     ----------
@@ -49,15 +52,37 @@ def strengths(
         Where the controller cannot hold the arm.
     """
     gains = bench.gains(nominal)
-    lab = {"rate": bench.rate, "gains": gains, "model": nominal, "seed": seed, "step": STEP}
+    lab: dict[str, Any] = {"rate": bench.rate, "gains": gains, "model": nominal, "seed": seed, "step": STEP}
 
     def clean(hidden: Iterable[Injection]) -> Array:
-        return _left(arm, record(arm, hidden, motions, resolution=0.0, **lab), bench.rate)  # type: ignore[arg-type]
+        return _left(arm, record(arm, hidden, motions, resolution=0.0, **lab), bench.rate)
 
-    floor = _left(arm, record(arm, (), motions, noise=bench.noise, **lab), bench.rate)  # type: ignore[arg-type]
+    floor = _left(arm, record(arm, (), motions, noise=bench.noise, **lab), bench.rate)
     nothing = clean(())
-    shares = [np.maximum(clean([effect]) - nothing, 0.0) / np.maximum(floor, 1e-24) for effect in effects]
-    return tuple(float(np.sqrt(np.max(np.mean(share, axis=1)))) for share in shares)
+
+    def share(effect: Injection) -> float:
+        if effect.effect == "velocity_filter":
+            return _velocity_share(arm, effect, motions, bench, lab) if "dq" in bench.channels else 0.0
+        part = np.maximum(clean([effect]) - nothing, 0.0) / np.maximum(floor, 1e-24)
+        return float(np.max(np.mean(part, axis=1)))
+
+    return tuple(math.sqrt(share(effect)) for effect in effects)
+
+
+def _velocity_share(
+    arm: Arm, effect: Injection, motions: Sequence[Motion], bench: Bench, lab: Mapping[str, Any]
+) -> float:
+    """Return the mean square change of the recorded velocity over that of its noise, where it is largest."""
+
+    def velocity(hidden: Iterable[Injection], **noise: Any) -> list[Array]:
+        runs = record(arm, hidden, motions, channels=("dq",), **noise, **lab)
+        return [np.asarray(run.dq) for run in runs]
+
+    silent = velocity((), resolution=0.0)
+    late, noisy = velocity([effect], resolution=0.0), velocity((), noise=bench.noise)
+    change = [np.mean((a - b) ** 2, axis=0) for a, b in zip(late, silent, strict=True)]
+    floor = [np.mean((a - b) ** 2, axis=0) for a, b in zip(noisy, silent, strict=True)]
+    return float(np.max(np.mean(np.array(change) / np.maximum(floor, 1e-24), axis=0)))
 
 
 def _left(arm: Arm, runs: Sequence[Run], rate: float) -> Array:
