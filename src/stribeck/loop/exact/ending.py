@@ -35,6 +35,8 @@ class Ending:
     span : float
         Time that the turns cover, s.
     multipliers : array of complex
+    watch : int
+        The joint at whose turn a periodic motion's place is.
     status : str
         ``ok``, or what the method could not do.
     """
@@ -45,6 +47,7 @@ class Ending:
     span: float = 0.0
     multipliers: tuple[complex, ...] = ()
     status: str = "ok"
+    watch: int = -1
 
 
 def weighted(values: Floats) -> float:

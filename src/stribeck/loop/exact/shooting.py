@@ -75,7 +75,7 @@ def ending_of(rounds: Rounds, place: Place) -> Ending:
             return Ending("rest", place)
         fixed = _attempt(rounds, watch, place, history, fixed)
         if fixed is not None and _drawn_in(rounds, watch, place, fixed):
-            return Ending("periodic", fixed.place, fixed.turns, fixed.period, tuple(fixed.multipliers))
+            return Ending("periodic", fixed.place, fixed.turns, fixed.period, tuple(fixed.multipliers), watch=watch)
     return settle_from(rounds, place)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from stribeck.loop.exact.place import Place
 from stribeck.loop.exact.rounds import Rounds
 
-_SMALL, _LARGE = 0.02, 20.0  # of the error at which the drive just moves the joint
+SMALL, LARGE = 0.02, 20.0  # of the error at which the drive just moves the joint
 
 
 def starts(rounds: Rounds) -> dict[str, Place]:
@@ -22,8 +22,8 @@ def starts(rounds: Rounds) -> dict[str, Place]:
         axis, rate = rounds.axes[j], rounds.rate(j)
         ratio = axis.ratio if entry.compensation.kind == "feedback" else 0.0
         size = max(level[0] + level[1] for level in (axis.friction[:4], axis.friction[4:])) / entry.kp
-        large[entry.joint] = _LARGE * max(1.0, ratio) * max(size, 1e-3)
-        small[entry.joint] = _SMALL * max(size, 1e-3)
+        large[entry.joint] = LARGE * max(1.0, ratio) * max(size, 1e-3)
+        small[entry.joint] = SMALL * max(size, 1e-3)
         if rate != 0.0:
             large[entry.joint] = entry.reference.initial_error
             small[entry.joint] = 1.001 * _steady(rounds, j, entry.kp, ratio, rate)
