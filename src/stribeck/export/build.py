@@ -17,8 +17,8 @@ from stribeck.compiler import cache_folder
 from stribeck.errors import InputError, StribeckError
 
 FLAGS = (
-    "-std=c99", "-O2", "-g0", "-s", "-ffp-contract=off", "-fno-math-errno", "-fvisibility=hidden",
-    "-fno-sanitize=undefined", "-fno-stack-protector", "-Wno-everything",
+    "-std=c99", "-O2", "-g0", "-ffp-contract=off", "-fno-math-errno", "-fvisibility=hidden", "-fno-unroll-loops",
+    "-fno-vectorize", "-fno-slp-vectorize", "-fno-sanitize=undefined", "-fno-stack-protector", "-Wno-everything",
 )  # fmt: skip
 _LONGEST_BUILD = 900.0  # s; the first build of a target also builds its C library
 
@@ -37,28 +37,32 @@ class Platform:
     fmi2 : str
         Folder in an FMI 2 archive, where the standard has one, which macOS's processors share; else FMI 3's name, as
         FMPy and the Reference FMUs do.
-    flags : tuple of str
+    compile, link : tuple of str
+        Further arguments of the two steps.
     """
 
     name: str
     target: str
     suffix: str
     fmi2: str
-    flags: tuple[str, ...] = ()
+    compile: tuple[str, ...]
+    link: tuple[str, ...]
 
 
-_SHARED = ("-shared", "-fPIC")
-_LINUX = (*_SHARED, "-lm", "-Wl,-soname,{name}")
-_DARWIN = (*_SHARED, "-Wl,-install_name,@rpath/{name}")
+_UNIX = ("-fPIC",)
+_LINUX = (_UNIX, ("-lm", "-Wl,-soname,{name}"))
+_DARWIN = (_UNIX, ("-Wl,-install_name,@rpath/{name}",))
+# no start-up code of MinGW's, which is larger than the model (c/bare.h); its library has no function sincos
+_WINDOWS = (("-DFM_BARE", "-fno-builtin"), ("-nostdlib", "-lucrtbase"))
 PLATFORMS: tuple[Platform, ...] = (
-    Platform("x86_64-linux", "x86_64-linux-gnu.2.17", ".so", "linux64", _LINUX),
-    Platform("aarch64-linux", "aarch64-linux-gnu.2.17", ".so", "aarch64-linux", _LINUX),
-    Platform("x86_64-windows", "x86_64-windows-gnu", ".dll", "win64", ("-shared",)),
-    Platform("x86-windows", "x86-windows-gnu", ".dll", "win32", ("-shared",)),
-    Platform("aarch64-windows", "aarch64-windows-gnu", ".dll", "aarch64-windows", ("-shared",)),
-    Platform("x86_64-darwin", "x86_64-macos", ".dylib", "darwin64", _DARWIN),
-    Platform("aarch64-darwin", "aarch64-macos", ".dylib", "darwin64", _DARWIN),
-)  # fmt: skip
+    Platform("x86_64-linux", "x86_64-linux-gnu.2.17", ".so", "linux64", *_LINUX),
+    Platform("aarch64-linux", "aarch64-linux-gnu.2.17", ".so", "aarch64-linux", *_LINUX),
+    Platform("x86_64-windows", "x86_64-windows-gnu", ".dll", "win64", *_WINDOWS),
+    Platform("x86-windows", "x86-windows-gnu", ".dll", "win32", *_WINDOWS),
+    Platform("aarch64-windows", "aarch64-windows-gnu", ".dll", "aarch64-windows", *_WINDOWS),
+    Platform("x86_64-darwin", "x86_64-macos", ".dylib", "darwin64", *_DARWIN),
+    Platform("aarch64-darwin", "aarch64-macos", ".dylib", "darwin64", *_DARWIN),
+)
 
 
 def platforms_named(names: Sequence[str] | None) -> tuple[Platform, ...]:
@@ -87,30 +91,33 @@ def binary(sources: Mapping[str, str], main: str, identifier: str, platform: Pla
         The model identifier, which names the library.
     """
     name = identifier + platform.suffix
-    flags = [*FLAGS, *(flag.format(name=name) for flag in platform.flags)]
+    steps = [*FLAGS, *platform.compile, "/", *(flag.format(name=name) for flag in platform.link)]
     text = [f"{file}\0{sources[file]}" for file in sorted(sources)]
-    key = hashlib.sha256("\0".join([*text, main, platform.target, *flags, _zig_version()]).encode()).hexdigest()[:32]
+    key = hashlib.sha256("\0".join([*text, main, platform.target, *steps, _zig_version()]).encode()).hexdigest()[:32]
     folder = cache_folder() / "fmu"
     folder.mkdir(exist_ok=True, mode=0o700)
     kept = folder / f"{key}{platform.suffix}"
     if not kept.exists():
         with tempfile.TemporaryDirectory(prefix="build.", dir=folder) as part:
-            _compile(sources, main, name, platform, flags, Path(part)).replace(kept)
+            _make(sources, main, name, platform, Path(part)).replace(kept)
     return kept.read_bytes()
 
 
-def _compile(
-    sources: Mapping[str, str], main: str, name: str, platform: Platform, flags: list[str], folder: Path
-) -> Path:
+def _make(sources: Mapping[str, str], main: str, name: str, platform: Platform, folder: Path) -> Path:
     work = folder / "sources"
     work.mkdir()
     for file, text in sources.items():
         (work / file).write_text(text, encoding="utf-8", newline="\n")
-    shared = [flag for flag in flags if flag != "-lm"]
-    libraries = [flag for flag in flags if flag == "-lm"]
-    command = [sys.executable, "-m", "ziglang", "cc", "-target", platform.target, *shared, "-o", name, main, *libraries]
+    link = [flag.format(name=name) for flag in platform.link]
+    _zig([*FLAGS, *platform.compile, "-c", "-o", "model.o", main], platform, work)
+    _zig(["-shared", "-s", "-o", name, "model.o", *link], platform, work)
+    return work / name
+
+
+def _zig(arguments: list[str], platform: Platform, work: Path) -> None:
+    command = [sys.executable, "-m", "ziglang", "cc", "-target", platform.target, *arguments]
     # relative names and a local cache of its own: nothing of this machine's folders gets into the binary
-    environment = {**os.environ, "ZIG_LOCAL_CACHE_DIR": str(folder / "zig")}
+    environment = {**os.environ, "ZIG_LOCAL_CACHE_DIR": str(work.parent / "zig")}
     try:
         done = subprocess.run(
             command, cwd=work, env=environment, capture_output=True, text=True, timeout=_LONGEST_BUILD, check=False
@@ -118,10 +125,14 @@ def _compile(
     except (OSError, subprocess.TimeoutExpired) as error:
         raise StribeckError("zig could not be run", str(error), "install it: pip install ziglang") from error
     if done.returncode != 0:
-        raise StribeckError(f"zig failed to build for {platform.name}", done.stderr.strip()[:300], "report this")
-    return work / name
+        raise StribeckError(f"zig failed to build for {platform.name}", _first_error(done.stderr), "report this")
 
 
 @cache
 def _zig_version() -> str:
     return version("ziglang")
+
+
+def _first_error(text: str) -> str:
+    lines = [line for line in text.splitlines() if "error" in line]
+    return (lines or text.splitlines() or ["no message"])[0]

@@ -14,7 +14,7 @@ from stribeck.model.forward import Forward
 from stribeck.simulate.source import model_source, runtime_text
 
 ENGINE = ("solver.h", "contact.h", "advance.h", "report.h")
-RUNTIME = ("instance.h", "command.h", "modes.h", "values.h", "slopes.h", "blob.h", "step.h")
+RUNTIME = ("bare.h", "instance.h", "command.h", "modes.h", "values.h", "slopes.h", "blob.h", "step.h")
 RING = 4096  # changes of a delayed command that may be on their way
 _HEADERS = {
     2: ("fmi2TypesPlatform.h", "fmi2FunctionTypes.h", "fmi2Functions.h"),

@@ -12,6 +12,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "bare.h"
+
 #include "advance.h"
 #include "report.h"
 

@@ -5,14 +5,22 @@
 #include "command.h"
 
 #define FM_EDGE 1e-10 /* rad/s past zero at which a sliding joint's indicator changes sign: never zero at its start */
+#define FM_BEYOND 1e-3 /* rad/s past zero beyond which the equations see standstill no farther behind */
 #define FM_SLOW 1e-9  /* rad/s: a joint that brakes and is slower at an event has come to rest */
 
 static void fm_stale(fm_instance *f) { f->core.sim.fresh = f->core.known = 0; }
 
-/* Derivatives and margins at the present instant. */
+/* Derivatives and margins at the present instant. An importer's trial step may lie far past standstill, where the
+ * sliding law must not run away; near it the law goes on smoothly, so that steps keep their order. */
 static void fm_evaluate(fm_instance *f) {
     sb_sim *s = &f->core.sim;
-    if (!s->fresh) sb_rhs(s, s->t, s->y, s->f, s->margin), s->fresh = 1;
+    double y[SB_NS];
+    if (s->fresh) return;
+    memcpy(y, s->y, sizeof y);
+    for (int j = 0; j < SB_N && f->kind == FM_EXCHANGE; j++)
+        if (!sb_bristle[j] && s->mode[j] * y[SB_N + j] < -FM_BEYOND) y[SB_N + j] = -FM_BEYOND * s->mode[j];
+    sb_rhs(s, s->t, y, s->f, s->margin);
+    s->fresh = 1;
 }
 
 /* What the sensors give at the present instant. */
