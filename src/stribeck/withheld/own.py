@@ -52,6 +52,10 @@ class OwnMaker:
     bench: Bench
     resolution: tuple[float, ...]
 
+    def programme(self) -> list[Motion]:
+        """Return the motions as the recorder takes them."""
+        return [Motion(name, duration, _curves(angles)) for name, duration, angles in self.motions]
+
     def __call__(self, seed: int, plan: Plan) -> Case:
         """Return the case of a seed and a plan; raise `StribeckError` where it cannot be recorded."""
         rng = np.random.default_rng([seed, 2028])
@@ -59,7 +63,7 @@ class OwnMaker:
         true = replace(misinformed(self.arm, rng, inertial, friction), tolerance=self.arm.tolerance)
         joints = zip(true.joints, self.resolution, strict=True)
         true = replace(true, joints=tuple(replace(j, encoder_resolution=r) for j, r in joints))
-        motions = [Motion(name, duration, _curves(angles)) for name, duration, angles in self.motions]
+        motions = self.programme()
         places = tuple(place_of(rng, name, true) for name in plan.effects)
         for name, place in zip(plan.effects, places, strict=True):
             if name == "negative_damping" and true.joints[true.names.index(place)].friction.C1 > 0.0:
@@ -72,7 +76,8 @@ def own_maker(arm: Arm, runs: Sequence[Run]) -> OwnMaker:
     """Return the maker of cases of one's own arm and motions.
 
     The reference is tracked where there is one, else the recorded motion. Rate, channels, encoders and their noise
-    are taken from the recordings; the controller, which they do not tell, has a natural frequency of 3 Hz.
+    are taken from the recordings; the controller, which they do not tell, has a natural frequency of 3 Hz. It adds
+    gravity, and all of its own model where a recorded motion is tracked, which is to be met and not only approached.
 
     Parameters
     ----------
@@ -96,10 +101,16 @@ def own_maker(arm: Arm, runs: Sequence[Run]) -> OwnMaker:
     channels = tuple(c for c in ("dq", "q_ref", "dq_ref", "tau_meas") if all(getattr(r, c) is not None for r in runs))
     bench = Bench(
         rate=rate, bits=0, noise=noise, bandwidth=min(BANDWIDTH, rate / 50.0), damping=0.8, integral=0.15,
-        forward="gravity" if math.hypot(*arm.gravity) > 0.0 else "none", velocity_filter=max(1.0 / rate, 0.005),
+        forward=_forward(arm, runs), velocity_filter=max(1.0 / rate, 0.005),
         duration=max(min(run.duration, LONGEST) for run in runs), kinds=(), one_by_one=False, channels=channels,
     )  # fmt: skip
     return OwnMaker(arm, tuple(_tracked(run) for run in runs), bench, resolution)
+
+
+def _forward(arm: Arm, runs: Sequence[Run]) -> str:
+    if any(run.q_ref is None for run in runs):
+        return "inertial"
+    return "gravity" if math.hypot(*arm.gravity) > 0.0 else "none"
 
 
 def possible(arm: Arm) -> tuple[str, ...]:
