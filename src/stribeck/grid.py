@@ -136,3 +136,15 @@ def _held(t: Floats, values: Floats, new: Floats, step: float) -> Floats:
     impulse = np.concatenate([[0.0], np.cumsum(values * np.diff(knots))])
     edges = np.append(new, new[-1] + step)
     return np.asarray(np.diff(np.interp(edges, knots, impulse)) / step)
+
+
+def smallest_step(position: np.ndarray) -> float:
+    """Return the quantum of a record (rad), or 0 where its values lie on no grid."""
+    steps = np.abs(np.diff(position))
+    steps = steps[steps > 1e-12]
+    if len(steps) < 8:
+        return 0.0
+    quantum = float(np.quantile(steps, 0.01))
+    multiples = steps / quantum
+    off_grid = float(np.mean(np.abs(multiples - np.round(multiples)) > 0.1))
+    return quantum if off_grid < 0.05 else 0.0

@@ -113,7 +113,9 @@ def test_file(effect: Effect) -> None:
     tree = ast.parse(path.read_text(encoding="utf-8"))
     imported = [node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
     imported += [name.name for node in ast.walk(tree) if isinstance(node, ast.Import) for name in node.names]
-    assert all(name.startswith("stribeck.model.") for name in imported if name.startswith("stribeck"))
+    assert all(
+        name.startswith(("stribeck.model.", "stribeck.grid")) for name in imported if name.startswith("stribeck")
+    )
 
 
 @every_effect

@@ -32,7 +32,9 @@ from stribeck.effects.rigid_body.gravity_tilt import GravityTilt
 from stribeck.effects.rigid_body.payload import Payload
 from stribeck.effects.sensing.encoder_eccentricity import EncoderEccentricity
 from stribeck.effects.sensing.encoder_offset import EncoderOffset
+from stribeck.effects.sensing.encoder_quantisation import EncoderQuantisation
 from stribeck.effects.sensing.time_shift import TimeShift
+from stribeck.effects.sensing.velocity_filter import VelocityFilter
 from stribeck.effects.transmission.backlash import Backlash
 from stribeck.effects.transmission.joint_flexibility import JointFlexibility
 from stribeck.errors import InputError
@@ -61,6 +63,8 @@ _OWN: tuple[type[Effect], ...] = (
     Backlash,
     EncoderEccentricity,
     EncoderOffset,
+    EncoderQuantisation,
+    VelocityFilter,
     TimeShift,
     Payload,
     GravityTilt,

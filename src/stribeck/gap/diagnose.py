@@ -15,11 +15,12 @@ from stribeck.gap.corrected import arm_of
 from stribeck.gap.floor import noise_floor
 from stribeck.gap.model import Model, retune, weights_of
 from stribeck.gap.motion import motion_gap
+from stribeck.gap.observed import Observation, observe
 from stribeck.gap.places import places
 from stribeck.gap.prepare import Prepared, prepare
 from stribeck.gap.result import Candidate, Cause, Diagnosis, Estimate, Stage, Trace, Tuned
 from stribeck.gap.search import Progress, Step, search
-from stribeck.gap.verdict import AT_FLOOR, NAMED_OVER, causes_of, closes_estimate, no_gap_probability
+from stribeck.gap.verdict import AT_FLOOR, NAMED_OVER, causes_of, closes_estimate, no_gap_probability, with_observed
 from stribeck.gap.where import analysis_signals, regions
 from stribeck.identify.confidence import Intervals, intervals
 from stribeck.identify.residual import Residual
@@ -66,8 +67,9 @@ def diagnose(
         if run.n != arm.n:
             raise InputError(f"{run.name}: not a recording of this arm", f"{run.n} joints", f"the arm has {arm.n}")
     progress("conditioning the recordings")
+    seen = observe(arm, (*runs, *held_out), leave_out)
     prepared = prepare(arm, runs, held_out)
-    own = placed_effects(arm)
+    own = tuple(place for place in placed_effects(arm) if not place.effect.direct)
     path = SignalPath(arm, own)
     given = Residual(path, prepared.held, ())(values_of(path.entries))[0]
     progress("re-tuning the nominal model")
@@ -77,7 +79,7 @@ def diagnose(
     floor = _floor_rms(noise)
     steps = search(prepared, base, floor, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
     progress("simulating the held-out runs")
-    return _Assembly(prepared, given, noise, floor, steps, seed).diagnosis()
+    return _Assembly(prepared, seen, given, noise, floor, steps, seed).diagnosis()
 
 
 def _floor_rms(noise: np.ndarray) -> np.ndarray:
@@ -90,6 +92,7 @@ class _Assembly:
     def __init__(
         self,
         prepared: Prepared,
+        seen: Observation,
         given: np.ndarray,
         noise: np.ndarray,
         floor: np.ndarray,
@@ -97,6 +100,7 @@ class _Assembly:
         seed: int,
     ) -> None:
         self.prepared, self.given, self.noise, self.floor, self.seed = prepared, given, noise, floor, seed
+        self.seen = seen
         self.steps = tuple(steps)
         self.base = steps[0].base
         taken = [step.best for step in steps if step.taken and step.best is not None]
@@ -110,15 +114,17 @@ class _Assembly:
         """Return the diagnosis."""
         arm, prepared = self.prepared.arm, self.prepared
         causes, left_over = causes_of(self.steps, arm.names, self.floor)
-        named = tuple(cause.effect for cause in causes if (cause.presence or 0.0) > NAMED_OVER)
-        final = self.models[-1] if named else self.base
+        in_torque = tuple(cause.effect for cause in causes if (cause.presence or 0.0) > NAMED_OVER)
+        final = self.models[-1] if in_torque else self.base
         causes = [self._with_details(cause) for cause in causes]
-        verdict, rest = self._verdict(final, named, left_over)
-        closed = self._closes(self.base, final) if named else None
+        verdict, rest = self._verdict(final, in_torque, left_over)
+        closed = self._closes(self.base, final) if in_torque else None
+        verdict, causes = with_observed(verdict, [*causes, *rest], self.seen.causes, len(in_torque))
+        named = (*(cause.effect for cause in self.seen.causes), *in_torque)
         arms = {
             "as_given": arm,
             "retuned": arm_of(arm, self.base.fit, self.base.placed),
-            "corrected": arm_of(arm, final.fit, final.placed),
+            "corrected": arm_of(arm, final.fit, (*final.placed, *self.seen.placed)),
         }
         regions_ = regions(prepared, self.base.held, final.held, self.noise, self.seed)
         return Diagnosis(
@@ -131,9 +137,9 @@ class _Assembly:
             horizon=HORIZON,
             stages=self._stages(final),
             closed=closed,
-            where=places(prepared, self.models if named else [self.base], self.noise, regions_, self.seed),
+            where=places(prepared, self.models if in_torque else [self.base], self.noise, regions_, self.seed),
             regions=regions_,
-            causes=(*causes, *rest),
+            causes=tuple(causes),
             candidates=self._candidates(),
             tuned=self._tuned(),
             traces=self._traces(final),

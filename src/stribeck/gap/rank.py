@@ -36,12 +36,14 @@ class Ranking:
         The same over all runs.
     t : array (K,)
         Block-robust t value of the gain over all runs.
+    sure : array (K,)
+        Probability, by the same bootstrap, that there is any gain over all runs.
     power : array (K, n)
         Mean square of the residual over all runs, in units of the noise floor's.
     prior_gain : array (K,)
         The prior's cost saved against the base.
     best : int
-        The best rival's place.
+        The best rival's place; 0 where there is none.
     """
 
     probability: np.ndarray
@@ -49,6 +51,7 @@ class Ranking:
     gain: np.ndarray
     overall: np.ndarray
     t: np.ndarray
+    sure: np.ndarray
     power: np.ndarray
     prior_gain: np.ndarray
     best: int
@@ -76,7 +79,9 @@ def log_ratio(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     return np.asarray(np.sum(np.log((first + 0.1) / (second + 0.1)), axis=1))
 
 
-def rank(prepared: Prepared, models: Sequence[Model], floor: np.ndarray, seed: int) -> Ranking:
+def rank(
+    prepared: Prepared, models: Sequence[Model], floor: np.ndarray, seed: int, barred: Sequence[int] = ()
+) -> Ranking:
     """Rank models by their residuals on all runs, and measure their gains on the held-out ones.
 
     Parameters
@@ -85,6 +90,8 @@ def rank(prepared: Prepared, models: Sequence[Model], floor: np.ndarray, seed: i
         The base first, then its rivals.
     floor : array (n,)
         Noise floor of the residual, N m rms.
+    barred : sequence of int
+        Rivals that are ranked but cannot be the best.
 
     Notes
     -----
@@ -108,16 +115,20 @@ def rank(prepared: Prepared, models: Sequence[Model], floor: np.ndarray, seed: i
     weight = np.exp(score - score.max(axis=1, keepdims=True))
     probability = (weight / weight.sum(axis=1, keepdims=True)).mean(axis=0)
     mean_score = -0.5 * np.log(total + 1e-300) @ independent - prior - extra
+    mean_score[[0, *barred]] = -np.inf
     # of rivals that score the same, the one that the registry lists first
-    best = int(np.argmax(mean_score[1:] > mean_score[1:].max() - TIE)) + 1 if len(models) > 1 else 0
+    best = int(np.argmax(mean_score > mean_score.max() - TIE)) if np.any(np.isfinite(mean_score)) else 0
     loss = squares / np.maximum(total[reference] / squares.shape[1], 1e-300)
     t = np.array([t_value(log_ratio(loss[0], row)) for row in loss])
     held = _squares([model.held for model in models], block_of_rows(prepared.held), floor)
     draws = bayesian_bootstrap(held.shape[1], DRAWS, rng)
     held_logs = np.log(np.einsum("db,kbj->dkj", draws, held) + 1e-300)
     overall = 1.0 - np.exp(np.sum(np.log(total / total[0]), axis=1))
+    sure = np.mean(np.sum(logs - logs[:, :1], axis=2) < 0.0, axis=0)
     power = np.array([np.mean(residual**2, axis=0) / floor**2 for residual in whole])
-    return Ranking(probability, loss, _gains(held_logs, held.sum(axis=1)), overall, t, power, prior[0] - prior, best)
+    return Ranking(
+        probability, loss, _gains(held_logs, held.sum(axis=1)), overall, t, sure, power, prior[0] - prior, best
+    )
 
 
 def _squares(residuals: Sequence[np.ndarray], block: np.ndarray, floor: np.ndarray) -> np.ndarray:

@@ -41,7 +41,7 @@ def candidates(arm: Arm, placed: Sequence[Placed], leave_out: Sequence[str] = ()
     """Return the effects and joints that can be added to those already placed."""
     taken = {(place.effect.name, place.joint) for place in placed}
     out = []
-    for effect in registry().values():
+    for effect in (effect for effect in registry().values() if not effect.direct):
         for joint in effect.sites(arm.n):
             fits = effect.applies(arm, joint) and not _clashes(effect, joint, placed)
             if effect.name not in leave_out and fits and (effect.name, joint) not in taken:

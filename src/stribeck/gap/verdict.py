@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from stribeck.gap.blocks import block_sums
 from stribeck.gap.result import Cause, Estimate
 from stribeck.gap.search import Step
-from stribeck.model.layout import Placed
 
 AT_FLOOR = 1.4  # residual over noise floor up to which nothing is left to explain
 HALFWAY, STEEPNESS = 0.7, 20.0  # explained part at which "unknown" is as likely as not, and how fast that turns
-STRAINED = 0.4  # factor on the presence of every effect where one of them fits only with a parameter on its bound
 NAMED_OVER = 0.5  # probability of presence from which an effect is named
 
 
@@ -48,16 +46,6 @@ def unknown_probability(part: float) -> float:
     return float(1.0 / (1.0 + np.exp(STEEPNESS * (part - HALFWAY))))
 
 
-def strained(place: Placed) -> bool:
-    """Return whether an effect's fit rests on a bound of its parameters that is not their null."""
-    for parameter in place.effect.parameters:
-        value = place.values.get(parameter.name, parameter.null)
-        for bound in (parameter.lower, parameter.upper):
-            if np.isfinite(bound) and bound != parameter.null and abs(value - bound) <= 1e-3 * abs(bound):
-                return True
-    return False
-
-
 def causes_of(steps: Sequence[Step], names: Sequence[str], floor: np.ndarray) -> tuple[list[Cause], float]:
     """Return the causes that the taken steps name, without parameters, and the probability of ``unknown``."""
     taken = [step for step in steps if step.taken]
@@ -72,7 +60,6 @@ def causes_of(steps: Sequence[Step], names: Sequence[str], floor: np.ndarray) ->
         chance = float(sum(r.probability[k] for k in r.twins()))
         share = -float(np.log(max(1.0 - r.gain[r.best, 0], 1e-6)))
         presence = chance * (1.0 - unknown_probability(float(part[place.joint])))
-        presence *= STRAINED if any(strained(other) for other in final.placed) else 1.0
         gathered.setdefault(place.effect.name, []).append(
             (place.joint, presence, share, tuple(dict.fromkeys([place.effect.name, *[t.effect.name for t in twins]])))
         )
@@ -87,6 +74,32 @@ def causes_of(steps: Sequence[Step], names: Sequence[str], floor: np.ndarray) ->
         )
     left_over = 1.0 - sum(cause.probability for cause in causes)
     return causes, max(left_over, 0.0)
+
+
+def with_observed(
+    verdict: str, causes: Sequence[Cause], seen: Sequence[Cause], in_torque: int
+) -> tuple[str, list[Cause]]:
+    """Return verdict and causes with those that the records show by themselves, which take their share.
+
+    Parameters
+    ----------
+    causes : sequence of Cause
+        From the torque, ``none`` and ``unknown`` included.
+    seen : sequence of Cause
+        From the records.
+    in_torque : int
+        Number of effects that the torque names.
+    """
+    if not seen:
+        return verdict, list(causes)
+    others = in_torque if verdict != "unexplained" else 1
+    chance = sum(cause.presence or 0.0 for cause in seen) / len(seen)
+    share = chance * len(seen) / (len(seen) + others)
+    total = sum(cause.presence or 0.0 for cause in seen)
+    own = [replace(cause, probability=share * (cause.presence or 0.0) / total) for cause in seen]
+    rest = [replace(cause, probability=cause.probability * (1.0 - share)) for cause in causes]
+    changed = {"no_gap": "explained", "unexplained": "partly_explained"}.get(verdict, verdict)
+    return changed, [*own, *rest]
 
 
 def no_gap_probability(step: Step, floor: np.ndarray) -> float:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy import signal
 
+from stribeck.grid import smallest_step
+
 BAND = (0.7, 0.98)  # share of the Nyquist frequency in which noise is looked for
 
 
@@ -18,7 +20,7 @@ def position_noise(position: np.ndarray, sample_time: float, resolution: float |
     sample_time : float
         s.
     resolution : float or None
-        Encoder resolution, rad, where known; else the smallest step of the record tells it.
+        Encoder resolution, rad, where known; the record's own smallest step where that is coarser.
 
     Notes
     -----
@@ -32,17 +34,5 @@ def position_noise(position: np.ndarray, sample_time: float, resolution: float |
     band = (frequency > BAND[0] * nyquist) & (frequency < BAND[1] * nyquist)
     gain = (2 * np.sin(np.pi * frequency[band] * sample_time)) ** 4  # of the second difference
     white = np.sqrt(float(np.median(density[band] / gain)) * nyquist)
-    step = resolution if resolution else smallest_step(position)
+    step = max(resolution or 0.0, smallest_step(position))
     return float(max(white, step / np.sqrt(12.0), 1e-12))
-
-
-def smallest_step(position: np.ndarray) -> float:
-    """Return the quantum of a record (rad), or 0 where its values lie on no grid."""
-    steps = np.abs(np.diff(position))
-    steps = steps[steps > 1e-12]
-    if len(steps) < 8:
-        return 0.0
-    quantum = float(np.quantile(steps, 0.01))
-    multiples = steps / quantum
-    off_grid = float(np.mean(np.abs(multiples - np.round(multiples)) > 0.1))
-    return quantum if off_grid < 0.05 else 0.0

@@ -15,6 +15,7 @@ from types import MappingProxyType
 from typing import Any, ClassVar
 
 import casadi as ca
+import numpy as np
 
 from stribeck.model.waves import Trace
 
@@ -78,6 +79,36 @@ class Scale:
 
 
 @dataclass(frozen=True)
+class Record:
+    """What was recorded of one joint: one entry a run, uniform in time.
+
+    Attributes
+    ----------
+    position : tuple of array (N,)
+        rad, as the encoder gave it.
+    velocity : tuple of array (N,)
+        rad/s, as the drive gave it; empty where no run has it.
+    sample_time : tuple of float
+        s.
+    resolution : float or None
+        Of the encoder, as the arm file has it, rad.
+    """
+
+    position: tuple[np.ndarray, ...]
+    velocity: tuple[np.ndarray, ...]
+    sample_time: tuple[float, ...]
+    resolution: float | None
+
+
+@dataclass(frozen=True)
+class Observed:
+    """What records show of an effect without a model: value and 95 % interval of each parameter, and the evidence."""
+
+    values: Mapping[str, tuple[float, float, float]]
+    probability: float
+
+
+@dataclass(frozen=True)
 class Signals:
     """What a law may depend on at one joint and one instant (CasADi scalars, SI).
 
@@ -138,6 +169,8 @@ class Effect(ABC):
     """True where a trial's linear model says little of a full fit (a stiffness, a gap)."""
     elusive: ClassVar[bool] = False
     """True where a law about rest and slow motion also fits what filters do there: it must be surer to be named."""
+    direct: ClassVar[bool] = False
+    """True where the records themselves show the effect (``observed``), which leaves no trace in the torque."""
     whole_arm: ClassVar[bool] = False
     """True where the effect belongs to the arm and is declared once, at the joint named in ``sites``."""
 
@@ -156,6 +189,10 @@ class Effect(ABC):
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
         """Return trial values in sight of what the model so far leaves at the joint, as a frequency needs it."""
         return self.starts(scale)
+
+    def observed(self, record: Record) -> Observed | None:
+        """Return what the records show of a ``direct`` effect; None where they show nothing of it."""
+        return None
 
     def derivatives(self, s: Signals, x: States, p: Parameters) -> dict[str, Expression]:
         """Return the time derivative of each state."""

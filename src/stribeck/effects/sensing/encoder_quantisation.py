@@ -1,0 +1,40 @@
+"""An encoder that counts in coarser steps than the arm file says."""
+
+from __future__ import annotations
+
+import math
+from typing import final
+
+from stribeck.grid import smallest_step
+from stribeck.model.effect import Observed, Parameter, Record, Scale, SensingEffect
+
+COARSER = 1.5  # than the arm file's resolution
+COARSE = 2.0 * math.pi / 4096  # rad, where the arm file has none: below twelve bits an encoder is news
+
+
+@final
+class EncoderQuantisation(SensingEffect):
+    """Positions come in whole steps; the records show the step, and no torque does.
+
+    The cut takes the smoothed positions for true, and a simulated position is left unrounded: the step enters the
+    noise floor instead.
+    """
+
+    name = "encoder_quantisation"
+    channel = "sensing"
+    equation = r"y = \Delta \, \mathrm{round}(q / \Delta)"
+    symptom = "positions on a coarse grid; noise in velocity and acceleration that grows when the joint is slow"
+    source = "Widrow & Kollar (2008), Quantization Noise"
+    parameters = (Parameter("resolution", "rad", "step of the encoder", 0.0, 0.0, 1.0),)
+    direct = True
+
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        return ({"resolution": 1e-3 * scale.travel},)
+
+    def observed(self, record: Record) -> Observed | None:
+        steps = [smallest_step(position) for position in record.position]
+        step = min(steps, default=0.0)
+        if step <= (COARSER * record.resolution if record.resolution else COARSE):
+            return None
+        spread = max(steps) - step
+        return Observed({"resolution": (step, step - spread, step + spread)}, 1.0 if spread < 0.1 * step else 0.6)

@@ -1,0 +1,58 @@
+"""Effects that the records show by themselves."""
+
+import numpy as np
+import pytest
+from scipy import signal
+
+from stribeck.effects.sensing.encoder_quantisation import EncoderQuantisation
+from stribeck.effects.sensing.velocity_filter import VelocityFilter
+from stribeck.model.effect import Record
+
+STEP = 2e-3
+
+
+def record(
+    *, step: float = 1e-5, resolution: float | None = 1e-5, lag: float = 0.0, velocity: bool = True, runs: int = 3
+) -> Record:
+    t = STEP * np.arange(4000)
+    rng = np.random.default_rng(3)
+    positions, velocities = [], []
+    for run in range(runs):
+        slow, fast = 1.0 + 0.2 * run, 2.3 + 0.1 * run
+        q = np.sin(2 * np.pi * 0.4 * slow * t) + 0.2 * np.sin(2 * np.pi * fast * t)
+        dq = np.gradient(q, STEP)
+        if lag:
+            dq = signal.lsim(([1.0], [lag, 1.0]), dq, t)[1]
+        positions.append(step * np.round((q + 0.3 * step * rng.standard_normal(len(q))) / step))
+        velocities.append(dq + 0.01 * rng.standard_normal(len(q)))
+    return Record(tuple(positions), tuple(velocities) if velocity else (), (STEP,) * runs, resolution)
+
+
+@pytest.mark.parametrize("resolution", [1e-5, None])
+def test_coarse_steps_are_seen(resolution: float | None) -> None:
+    seen = EncoderQuantisation().observed(record(step=2e-3, resolution=resolution))
+    assert seen is not None
+    assert seen.values["resolution"][0] == pytest.approx(2e-3, rel=1e-6)
+    assert seen.probability > 0.9
+
+
+@pytest.mark.parametrize("resolution", [1e-5, None])
+def test_steps_that_the_arm_file_states_are_no_news(resolution: float | None) -> None:
+    assert EncoderQuantisation().observed(record(step=1e-5, resolution=resolution)) is None
+
+
+@pytest.mark.parametrize("lag", [0.002, 0.01, 0.05])
+def test_lag_of_the_velocity_is_seen(lag: float) -> None:
+    seen = VelocityFilter().observed(record(lag=lag))
+    assert seen is not None
+    value, low, high = seen.values["time"]
+    assert low < value < high
+    assert value == pytest.approx(lag, rel=0.1)
+
+
+def test_velocity_without_a_lag_shows_nothing() -> None:
+    assert VelocityFilter().observed(record()) is None
+
+
+def test_without_a_velocity_nothing_can_be_seen() -> None:
+    assert VelocityFilter().observed(record(lag=0.05, velocity=False)) is None
