@@ -80,8 +80,8 @@ def read_points(path: SignalPath, p: Floats, runs: Sequence[Conditioned]) -> tup
     for run in runs:
         stages = residual.stages(run, p)
         friction = scale * (stages["actuator"] - stages["rotor"] - stages["load"])
-        # right in the mean, but not before a break-away: there the command counts as it was held, and the joint is still,
-        # whatever acceleration the smoothing carries back in time
+        # right in the mean, but not before a break-away: there the command counts as it was held, and the joint is
+        # still, whatever acceleration the smoothing carries back in time
         held = friction + scale * (run.run.tau - run.command) + inertia * run.acceleration
         for j in range(path.n):
             found = _sliding(run, j, friction[:, j])
@@ -119,12 +119,15 @@ def _sliding(run: Conditioned, joint: int, friction: Floats) -> list[Point]:
     slope = parts @ clock / (clock @ clock)
     unsure = 3.0 * float(run.noise[joint]) / float(np.sqrt(clock @ clock))
     found = []
+    edge = len(run.taps) // 2  # where smoothing makes accelerations of its own
     for first, last in _steady(slope, unsure):
-        rows = slice(first * width, last * width)
+        rows = slice(max(first * width, edge), min(last * width, len(q) - edge))
+        if rows.stop - rows.start < LEAST_PARTS * width // 2:
+            continue
         speed = float(np.mean(slope[first:last]))
         way = 1 if speed > 0.0 else -1
         found.append(
-            Point(joint, way, abs(speed), way * float(np.mean(friction[rows])), (last - first) * width, run.name)
+            Point(joint, way, abs(speed), way * float(np.mean(friction[rows])), rows.stop - rows.start, run.name)
         )
     return [point for point in found if point.torque > 0.0]
 
@@ -169,7 +172,8 @@ def _break_aways(run: Conditioned, joint: int, held: Floats, inertia: float) -> 
     windows = sliding_window_view(q, still + after)
     rest = np.median(windows[:, :still], axis=1)
     moved = windows[:, still:] - rest[:, None]
-    quiet = np.abs(windows[:, :still] - rest[:, None]).max(axis=1) <= edge
+    # a sample that has just left may be followed by one that has not: it still counts as quiet
+    quiet = np.abs(windows[:, :still] - rest[:, None]).max(axis=1) <= 1.4 * edge
     left = np.abs(moved).min(axis=1) > edge
     left &= (np.sign(moved) == np.sign(moved[:, :1])).all(axis=1)
     found = []

@@ -263,6 +263,9 @@ def _warnings(joints: Sequence[JointFriction], whole: RunFit) -> list[str]:
             elif not one.curve.identified.all():
                 open_ended = [name for name, sure in zip(NAMES, one.curve.identified, strict=True) if not sure]
                 said.append(f"{joint.name}, {way}: the readings do not determine {', '.join(open_ended)}")
+            if one.source == "runs" and not one.runs_identified.all():
+                unsure = [name for name, sure in zip(NAMES, one.runs_identified, strict=True) if not sure]
+                said.append(f"{joint.name}, {way}: the recordings do not determine {', '.join(unsure)}")
     for joint, own, rms in zip(joints, whole.arm.joints, whole.rms, strict=True):
         share = float(rms) / max(own.friction.C0 + own.friction.C1, 1e-12)
         if joint.directions and share > UNEXPLAINED:

@@ -27,6 +27,7 @@ Floats = NDArray[np.float64]
 
 FRICTION_TOLERANCE = 2.0  # relative, of the constants read off the recordings, as a prior; three times that is reached
 ALPHAS = np.geomspace(0.003, 0.3, 25)  # of the fastest velocity, tried for the start
+EVALUATIONS = 250  # a decay that the recordings hardly show takes many
 ROUNDS = 2  # of weights and fit in turn
 LEAST = {"C0": 0.3, "C1": 0.1, "C2": 0.1}  # of the friction there is: a start at zero would have no tolerance at all
 
@@ -61,7 +62,7 @@ def fit_runs(arm: Arm, runs: Sequence[Conditioned], moved: Sequence[tuple[bool, 
     for _ in range(ROUNDS):
         sd = np.maximum(np.sqrt(np.mean(rest**2, axis=0)), 1e-6)
         weights = Weights(sd, correlation_rows(rest, runs))
-        known = fit(residual, weights, None if known is None else known.p)
+        known = fit(residual, weights, None if known is None else known.p, evaluations=EVALUATIONS)
         rest = known.residual
     assert known is not None
     found = intervals(known, weights, block_of_rows(runs))

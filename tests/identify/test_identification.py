@@ -1,0 +1,165 @@
+"""`stribeck identify` as a whole: both directions, its files, and recordings that tell too little."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stribeck.arm import Friction, load_arm, save_arm
+from stribeck.cli import main
+from stribeck.errors import InputError
+from stribeck.identify.files import identification_json
+from stribeck.identify.identification import Identification, compare_curves, identify
+from stribeck.identify.tustin_fit import NAMES, tustin
+from stribeck.run import Run, save_run
+
+from .bench import BACKWARD, FORWARD, campaign, joint
+from .conftest import PENDULUM, pendulum, recorded, stronger
+
+WRONG = Friction(2.0, 0.5, 0.5, 0.1)  # what the arm file says: anyone's guess
+
+
+def values(friction: Friction) -> np.ndarray:
+    return np.array([getattr(friction, name) for name in NAMES])
+
+
+@pytest.fixture(scope="module", params=[0.0, 9.81], ids=["level", "vertical"])
+def found(request: pytest.FixtureRequest) -> Identification:
+    return identify(joint(WRONG, WRONG, request.param), campaign(request.param))
+
+
+def test_both_directions_are_found(found: Identification) -> None:
+    """From a wrong arm file, in either plane."""
+    (one,) = found.joints
+    speed = np.geomspace(0.01, 1.0, 50)
+    for way, true in (("forward", FORWARD), ("backward", BACKWARD)):
+        direction = one.directions[way]
+        assert direction.source == "curve"
+        assert direction.curve.level(speed) == pytest.approx(tustin(values(true), speed), rel=0.01)
+        assert direction.section3 is not None
+    assert one.asymmetric
+    assert (found.arm.joints[0].friction, found.arm.joints[0].backward) != (WRONG, WRONG)
+    assert found.arm.joints[0].friction != found.arm.joints[0].backward
+
+
+def test_section_3_stands_beside_it(found: Identification) -> None:
+    """With hardly any noise it is close too, where its saddle happens to be among the velocities tried."""
+    steps = found.joints[0].directions["forward"].section3
+    assert steps is not None
+    assert steps.ok
+    assert steps.constants[0] == pytest.approx(FORWARD.C0, rel=0.03)
+    assert steps.break_away == pytest.approx(FORWARD.C0 + FORWARD.C1, rel=0.01)
+
+
+def test_whole_runs_are_fitted_too(found: Identification) -> None:
+    speed = np.geomspace(0.02, 1.0, 50)
+    own = found.joints[0].directions["forward"].runs[0]
+    assert found.whole.fit.ok
+    assert tustin(own, speed) == pytest.approx(tustin(values(FORWARD), speed), rel=0.05)
+
+
+def test_json_holds_it_all(found: Identification) -> None:
+    content = json.loads(json.dumps(identification_json(found), allow_nan=False))
+    assert content["schema"] == "stribeck.identification/1"
+    one = content["joints"]["A"]["directions"]["forward"]
+    for name in NAMES:
+        low, high = one["curve"]["constants"][name]["ci95"]
+        assert low <= one["curve"]["constants"][name]["value"] <= high
+    assert one["section3"]["condition_2"] > 0.0
+    assert len(one["readings"]["velocity"]) == one["curve"]["readings"]
+    assert content["units"]["C2"] == "N m s/rad"
+
+
+def test_recordings_that_never_slide_steadily() -> None:
+    """Only the fit to whole recordings is given, and it is right; the report says so."""
+    truth = stronger(PENDULUM, C0=1.3, C2=1.2)
+    runs = [replace(recorded(truth, rate=250.0, noise=1e-5, seed=k), name=f"run {k}") for k in range(2)]
+    found = identify(pendulum(), runs)
+    (one,) = found.joints
+    assert {direction.source for direction in one.directions.values()} == {"runs"}
+    assert {direction.section3 for direction in one.directions.values()} == {None}
+    assert any("never slides steadily" in text for text in found.warnings)
+    fitted = found.arm.joints[0]
+    assert values(fitted.friction)[[0, 2]] == pytest.approx(values(truth.friction)[[0, 2]], rel=0.03)
+
+
+def test_a_joint_that_never_moves_keeps_its_constants() -> None:
+    rng = np.random.default_rng(0)
+    q, tau = 1e-5 * rng.standard_normal((600, 1)), rng.standard_normal((600, 1))
+    found = identify(joint(WRONG, WRONG), [Run("still", 0.005 * np.arange(600), q, tau)])
+    assert found.arm.joints[0].friction == WRONG
+    assert any("it never moved" in text for text in found.warnings)
+
+
+def test_equal_directions_are_not_told_apart() -> None:
+    rng = np.random.default_rng(1)
+    speed = np.concatenate([np.repeat(np.geomspace(0.01, 1.0, 10), 4), np.zeros(10)])
+    level = tustin(values(FORWARD), speed)
+    same = [(speed, level * (1 + 0.05 * rng.standard_normal(len(speed)))) for _ in range(2)]
+    assert compare_curves(same) > 0.01
+    assert compare_curves([same[0], (speed, 0.9 * same[1][1])]) < 1e-4
+
+
+def test_too_short() -> None:
+    run = Run("short.csv", 0.005 * np.arange(30), np.zeros((30, 1)), np.zeros((30, 1)))
+    with pytest.raises(InputError, match=r"short\.csv: too short to identify from: found 30 samples"):
+        identify(joint(), [run])
+
+
+@pytest.fixture
+def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    save_arm(pendulum(), "arm.toml")
+    save_run(recorded(rate=250.0, noise=1e-5), "run.csv")
+    return tmp_path
+
+
+@pytest.mark.usefixtures("bench")
+def test_command_writes_its_files(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["identify", "arm.toml", "run.csv", "--out", "out"]) == 0
+    assert sorted(path.name for path in Path("out").iterdir()) == [
+        "fitted.toml", "friction_curve.png", "identification.json", "report.html",
+    ]  # fmt: skip
+    assert load_arm("out/fitted.toml").n == 1
+    page = Path("out/report.html").read_text(encoding="utf-8")
+    assert "never slides steadily" in page
+    assert "<script" not in page
+    output = capsys.readouterr()
+    assert "from whole recordings" in output.out
+    assert "Traceback" not in output.err
+
+
+@pytest.mark.usefixtures("bench")
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ("identify arm.toml --out out", "Missing argument 'RUN'"),
+        ("identify arm.toml gone.csv --out out", "gone.csv: cannot be read"),
+        ("identify gone.toml run.csv --out out", "gone.toml: cannot be read"),
+        ("identify arm.toml run.csv run.csv --out out", "a run is given twice"),
+        ("identify arm.toml run.csv", "Missing option '--out'"),
+    ],
+)
+def test_bad_arguments(arguments: str, says: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(arguments.split()) == 2
+    error = capsys.readouterr().err
+    assert says in error
+    assert error.count("\n") == 1
+    assert not Path("out").exists()
+
+
+@pytest.mark.usefixtures("bench")
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [("alpha = ", "alpha = 0.0 # ", "alpha must be greater than 0"), ("C1 = ", "C1 = -1.0 # ", "C1")],
+)
+def test_an_arm_that_is_none(old: str, new: str, says: str, capsys: pytest.CaptureFixture[str]) -> None:
+    text = Path("arm.toml").read_text(encoding="utf-8")
+    Path("arm.toml").write_text(text.replace(old, new, 1), encoding="utf-8")
+    assert main(["identify", "arm.toml", "run.csv", "--out", "out"]) == 2
+    error = capsys.readouterr().err
+    assert says in error
+    assert error.count("\n") == 1
+    assert not Path("out").exists()
