@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from importlib import import_module
 from typing import Literal
 
 import numpy as np
@@ -122,13 +123,12 @@ def _with_joblib(work: Callable[[int, int], Labels], edges: list[tuple[int, int]
 
 def _with_dask(work: Callable[[int, int], Labels], edges: list[tuple[int, int]]) -> Iterator[Labels]:
     try:
-        from dask.base import compute
-        from dask.delayed import delayed as later
+        dask = import_module("dask")
     except ImportError as error:
         raise InputError("dask is not installed", "", "install stribeck[cluster], or use joblib") from error
     for begin in range(0, len(edges), _AT_ONCE):  # so that no more than these are held at a time
         part = edges[begin : begin + _AT_ONCE]
-        yield from compute(*(later(work)(first, last) for first, last in part))
+        yield from dask.compute(*(dask.delayed(work)(first, last) for first, last in part))
 
 
 def _shoot_cells(engine: RoundsEngine, loop: Loop, joint: str, grid: Axes, first: int, last: int) -> Labels:

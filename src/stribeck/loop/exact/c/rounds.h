@@ -111,7 +111,7 @@ static void sb_refine(sb_rounds *w, const sb_sim *before) {
             if (!(at > low && at < high)) at = 0.5 * (low + high);
             sb_try(s, at, y, f, margin);
             const double value = sb_relative(w, y, j);
-            if ((value > 0.0) == w->above[j] && fabs(value) > 1e-15) low = at, at_low = value;
+            if ((value > 0.0) == w->above[j]) low = at, at_low = value;
             else high = at, at_high = value;
         }
         first = high;
