@@ -20,6 +20,8 @@ Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 NODES, FINE = 160, 2000
+GROWTH = (1, 2, 4, 8, 16, 32)
+ENOUGH = 16  # harmonics without which a balance says little
 CLOSE = 1e-9
 FAR = 1e5  # times the loop's own frequency: only inertia is left there
 
@@ -31,7 +33,7 @@ class Harmonics:
     Attributes
     ----------
     order : array (H,)
-        1, 3, 5, ...; below the Nyquist frequency.
+        1, 3, 5, ...; below the Nyquist frequency, and as many as Newton's method found a balance of.
     velocity : array (H,) of complex
         V_m, rad/s.
     omega : float
@@ -87,21 +89,39 @@ def harmonic_balance(
     if compensator.dead_band > 0.0:
         raise InputError("harmonic balance takes no dead-band", f"{compensator.dead_band:g} rad/s", "give 0")
     allowed = int((part.highest / start.omega - 1.0) // 2.0) + 1 if math.isfinite(part.highest) else harmonics
-    order = 2 * np.arange(max(1, min(harmonics, allowed))) + 1
-    first = np.zeros(len(order), dtype=complex)
-    first[0] = start.velocity
+    most = max(1, min(harmonics, allowed))
     delta = -float(np.angle(part.estimator(np.array(start.omega)))) if compensator.ratio else 0.0
-    guess = _pack(first, start.omega, delta, start)
-    solved = root(lambda x: _misfit(x, part, friction, compensator, start, order), guess, tol=1e-12)
-    velocity, omega, _ = _unpack(solved.x, start)
-    misfit = np.abs(_misfit(solved.x, part, friction, compensator, start, order)).max()
-    if not np.isfinite(misfit) or misfit > CLOSE or not 0.0 < omega < part.highest:
+    x = _pack(np.array([start.velocity + 0j]), start.omega, delta, start)
+    found: Harmonics | None = None
+    for count in [*(n for n in GROWTH if n < most), most]:  # each begins where fewer harmonics ended
+        order = 2 * np.arange(count) + 1
+        x = _padded(x, count)
+        solved = root(lambda v, m=order: _misfit(v, part, friction, compensator, start, m), x, tol=1e-12)
+        misfit = np.abs(_misfit(solved.x, part, friction, compensator, start, order)).max()
+        velocity, omega, _ = _unpack(solved.x, start)
+        if np.isfinite(misfit) and misfit <= CLOSE and 0.0 < omega < part.highest:
+            x = solved.x
+            found = Harmonics(order, velocity, omega, _status(part, friction, compensator, order, velocity, omega))
+    if found is None or len(found.order) < min(most, ENOUGH):
         return Harmonics(order, velocity, omega, "not_converged")
+    return found
+
+
+def _status(
+    part: LinearPart, friction: Friction, compensator: Compensator, order: NDArray[np.intp], velocity: Complex,
+    omega: float,
+) -> str:  # fmt: skip
     angle = np.linspace(0.0, math.pi, FINE)[1:-1]
     size, _ = _jump(part, friction, compensator, omega)
     inner = _wave(angle, order, velocity) + size * _rest(angle, order)
-    one_way = inner.min() > -1e-9 * np.abs(inner).max()
-    return Harmonics(order, velocity, omega, "ok" if one_way else "sticks")
+    return "ok" if inner.min() > -1e-9 * np.abs(inner).max() else "sticks"
+
+
+def _padded(x: Floats, count: int) -> Floats:
+    """Return the unknowns with harmonics of zero added."""
+    had = (len(x) - 2) // 2
+    more = np.zeros(count - had)
+    return np.concatenate([x[:had], more, x[had : 2 * had], more, x[-2:]])
 
 
 def _pack(velocity: Complex, omega: float, delta: float, start: Root) -> Floats:

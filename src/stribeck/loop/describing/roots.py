@@ -19,6 +19,7 @@ Complex = NDArray[np.complex128]
 
 SLOWEST, FASTEST = 1e-3, 1e2  # of the frequencies that are searched, relative to sqrt(Kp/J)
 SPEEDS, FREQUENCIES = 160, 320  # of the grid
+TABLE = 3000
 CLOSE = 1e-9  # of |1 + W N| at a root
 
 
@@ -96,14 +97,25 @@ def find_roots(part: LinearPart, friction: Friction, compensator: Compensator) -
     top = min(FASTEST * part.own_frequency, (1.0 - 1e-6) * part.highest)
     omega = np.geomspace(SLOWEST * part.own_frequency, top, FREQUENCIES)
     speed = _speeds(part, friction, compensator)
-    value = balance(part, friction, compensator, speed[:, None], omega)
     found: list[Root] = []
-    for i, k in zip(*_cells(value), strict=True):
+    for i, k in zip(*_cells(_survey(part, friction, compensator, speed, omega)), strict=True):
         start = np.array([math.log(speed[i] * speed[i + 1]), math.log(omega[k] * omega[k + 1])]) / 2.0
         solved = _refine(part, friction, compensator, start)
         if solved is not None and solved.omega < part.highest and not any(_same(solved, other) for other in found):
             found.append(solved)
     return tuple(sorted(found, key=lambda r: r.omega))
+
+
+def _survey(part: LinearPart, friction: Friction, compensator: Compensator, speed: Floats, omega: Floats) -> Complex:
+    """Return the balance on a grid (V, F); without a dead-band the compensation is read from a table, to 1e-5."""
+    if compensator.dead_band > 0.0 or compensator.ratio == 0.0:
+        return balance(part, friction, compensator, speed[:, None], omega)
+    seen = part.estimator(omega)
+    size = np.abs(seen) * speed[:, None]
+    table = np.geomspace(size.min(), size.max(), TABLE)
+    answer = compensator.ratio * np.interp(np.log(size), np.log(table), describing_function(table, friction))
+    net = describing_function(speed, friction)[:, None] - part.passage(omega) * seen * answer
+    return np.asarray(1.0 + part.response(omega) * net)
 
 
 def _speeds(part: LinearPart, friction: Friction, compensator: Compensator) -> Floats:

@@ -1,0 +1,202 @@
+"""The whole analysis of a loop: exact and approximate methods side by side, joint by joint."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.arm import Arm
+from stribeck.errors import StribeckError
+from stribeck.loop.answers import Analysis, JointAnswer, Method
+from stribeck.loop.approximate import Approximation, approximate
+from stribeck.loop.cycle import Cycle
+from stribeck.loop.exact.critical import fold_velocity, k_critical
+from stribeck.loop.exact.rounds import RoundsEngine
+from stribeck.loop.exact.settle import settle
+from stribeck.loop.exact.shooting import shoot
+from stribeck.loop.linear import Assembly, assemble, free, kp_max, margins
+from stribeck.loop.linear.controller import derivative_gain
+from stribeck.loop.surroundings import Grid, alone, branch_of, map_of
+from stribeck.loop.watched import watched
+from stribeck.simulate import Closed, JointLoop, Loop, close_loop
+
+Floats = NDArray[np.float64]
+Told = Callable[[str], None]
+T = TypeVar("T")
+
+LONGEST, MOST_ROWS = 400.0, 40_000  # s and rows of the simulation that is drawn
+ROUNDS = 12.0  # periods that it lasts at least, where that is not too long
+
+
+def analyse(arm: Arm, loop: Loop, *, grid: Grid | None = None, progress: Told = lambda text: None) -> Analysis:
+    """Return what every method says of every controlled joint.
+
+    Cycles are those of the whole arm, its joints coupled. The approximate methods, the critical ratio, branch and map
+    are those of each joint with the others held.
+
+    Parameters
+    ----------
+    arm : Arm
+        With the effects of its file.
+    loop : Loop
+        Checked (`stribeck.simulate.check_loop`).
+    grid : Grid or None
+        Of the maps.
+    progress : callable
+        Is told in words what is being done.
+
+    Raises
+    ------
+    InputError
+        When a reference drives the loop for ever: a limit cycle is what a loop does of itself.
+    """
+    grid = Grid() if grid is None else grid
+    engine = RoundsEngine(arm)
+    progress("shooting for cycles")
+    exact = shoot(engine, loop)
+    if loop.sample_time == 0.0 or any(cycle.verdict == "undetermined" for cycle in exact.values()):
+        progress("simulating until it settles")
+        settled = settle(engine, loop)
+    else:
+        settled = exact  # a sampled loop is followed until it settles in any case
+    progress("simulating from the loop's own start")
+    best = {name: settled[name] if cycle.verdict == "undetermined" else cycle for name, cycle in exact.items()}
+    motion = close_loop(engine, _shown(loop, list(best.values())))
+    progress("linearising")
+    assembly = assemble(arm, loop, free(arm, loop))
+    answers = []
+    for entry in loop.joints:
+        found = _Found(exact[entry.joint], settled[entry.joint], motion)
+        answers.append(_joint(engine, loop, entry, found, assembly, grid, progress))
+    indices = tuple(arm.names.index(entry.joint) for entry in loop.joints)
+    return Analysis(arm.name, loop.sample_time, loop.seed, tuple(answers), motion, indices)
+
+
+@dataclass(frozen=True)
+class _Found:
+    """The exact answers for one joint: by shooting, and by simulation; and a plain simulation."""
+
+    shot: Cycle
+    settled: Cycle
+    motion: Closed
+
+    @property
+    def best(self) -> Cycle:
+        """The one that the others are compared with."""
+        return self.settled if self.shot.verdict == "undetermined" else self.shot
+
+
+def _joint(
+    engine: RoundsEngine, loop: Loop, entry: JointLoop, found: _Found, assembly: Assembly, grid: Grid, told: Told
+) -> JointAnswer:
+    name, best, arm = entry.joint, found.best, engine.arm
+    inertia = float(assembly.inertia[assembly.index(name)])
+    told(f"{name}: margins and the largest gain")
+    linear, largest = margins(assembly, name), kp_max(assembly, name)
+    notes = _notes(loop, entry, inertia, linear.stable, largest.why)
+    told(f"{name}: describing function and harmonic balance")
+    approximation = _approximation(arm, loop, name, best, notes)
+    methods = {
+        "describing_function": approximation.describing_function,
+        "harmonic_balance": approximation.harmonic_balance,
+        "shooting": _exact_method(found.shot, best),
+        "simulation": _simulation(found, arm.names.index(name), loop.sample_time > 0.0, best),
+    }
+    single = alone(arm, loop, name)
+    told(f"{name}: critical ratio")
+    critical = _tried(lambda: k_critical(engine, single, name), "critical ratio", notes)
+    moves = entry.reference.kind == "ramp" and entry.reference.velocity != 0.0
+    fold = _tried(lambda: fold_velocity(engine, single, name), "stick-slip fold", notes) if moves else None
+    told(f"{name}: branch of cycles")
+    branch = _tried(lambda: branch_of(engine, single, name, largest.stability), "branch of cycles", notes)
+    chart = None
+    if grid.wanted:
+        told(f"{name}: map")
+        chart = _tried(lambda: map_of(engine, single, name, grid, largest.stability), "map", notes)
+    return JointAnswer(
+        name, arm.joints[arm.names.index(name)].kind, entry, derivative_gain(entry, entry.kp, inertia),
+        0.0 if entry.compensation.kind == "none" else entry.compensation.ratio, inertia, best, methods, critical, fold,
+        largest, linear, approximation.nyquist, branch, chart, tuple(notes),
+    )  # fmt: skip
+
+
+def _tried(work: Callable[[], T], what: str, notes: list[str]) -> T | None:
+    """Return what a part of the analysis gives; where it fails, say so and go on without it."""
+    try:
+        return work()
+    except StribeckError as error:
+        notes.append(f"no {what}: {error}")
+        return None
+
+
+def _approximation(arm: Arm, loop: Loop, joint: str, exact: Cycle, notes: list[str]) -> Approximation:
+    try:
+        return approximate(arm, loop, joint, exact, _damping(arm, loop, joint))
+    except StribeckError as error:
+        notes.append(f"no describing function: {error}")
+        failed = Method("failed", None, False, str(error))
+        return Approximation(failed, failed, None)
+
+
+def _damping(arm: Arm, loop: Loop, joint: str) -> float:
+    """Return the smallest damping ratio of a joint's loop without friction, the other joints held."""
+    single = alone(arm, loop, joint)
+    return margins(assemble(arm, single, free(arm, single)), joint).damping
+
+
+def _exact_method(cycle: Cycle, reference: Cycle) -> Method:
+    """Return an exact method's answer, with its distance from the one that the others are compared with."""
+    if cycle.verdict == "undetermined":
+        return Method("undetermined", None, False, cycle.status)
+    why = cycle.verdict.replace("_", " ")
+    why = why if cycle.status == "ok" else f"{why}: {cycle.status}"
+    errors = _errors(cycle.amplitude, cycle.period, reference)
+    return Method("ok", cycle.cycles, True, why, cycle.amplitude, cycle.period, *errors, cycle.stable)
+
+
+def _errors(amplitude: float | None, period: float | None, reference: Cycle) -> tuple[float | None, float | None]:
+    if not (amplitude and period and reference.amplitude and reference.period):
+        return None, None
+    return amplitude / reference.amplitude - 1.0, period / reference.period - 1.0
+
+
+def _simulation(found: _Found, joint: int, sampled: bool, reference: Cycle) -> Method:
+    """Return what simulation alone says: settled from three starts; a sampled loop as read off a plain record."""
+    if not sampled:
+        return _exact_method(found.settled, reference)
+    if found.motion.motion.status != "ok":
+        return Method(found.motion.motion.status, None, True, "from the loop's own start")
+    seen = watched(found.motion, joint)
+    start = f"from the loop's own start, second half of {found.motion.ended:.4g} s"
+    if seen is None:
+        return Method("ok", False, True, start)
+    return Method("ok", True, True, start, *seen, *_errors(*seen, reference))
+
+
+def _notes(loop: Loop, entry: JointLoop, inertia: float, stable: bool, why: str) -> list[str]:
+    notes = []
+    if not stable:
+        more = f" ({why})" if why else ""
+        notes.append(f"these gains make no stable loop once friction is overcome{more}")
+    late, own = entry.delay_samples * loop.sample_time, 2.0 * math.pi * math.sqrt(inertia / entry.kp)
+    if late > own:
+        notes.append(f"the delay, {late:.4g} s, is longer than the loop's own period, {own:.4g} s")
+    if entry.encoder_noise > 0.0:
+        notes.append("with encoder noise nothing repeats exactly: the answer is the mean of a long simulation")
+    if len(loop.joints) > 1:
+        notes.append("cycles are those of all joints together; the rest is for this joint with the others held")
+    return notes
+
+
+def _shown(loop: Loop, cycles: list[Cycle]) -> Loop:
+    """Return the loop over a time in which its cycles can be seen."""
+    longest = max((cycle.period or 0.0 for cycle in cycles), default=0.0)
+    duration = min(max(loop.duration, ROUNDS * longest), max(LONGEST, loop.duration))
+    if loop.sample_time > 0.0:
+        return replace(loop, duration=duration)
+    return replace(loop, duration=duration, record_step=max(loop.record_step, duration / MOST_ROWS))

@@ -1,0 +1,123 @@
+"""What lies around a joint's loop: the branch of its cycles, and the map of verdicts, the other joints held."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.arm import Arm
+from stribeck.errors import InputError
+from stribeck.loop.answers import Branch
+from stribeck.loop.approximate import predicted_amplitudes
+from stribeck.loop.exact.branch import Parameter, continue_in
+from stribeck.loop.exact.rounds import Rounds, RoundsEngine
+from stribeck.loop.linear.operating import pose
+from stribeck.loop.maps import Map, label_map
+from stribeck.loop.maps.cells import fits
+from stribeck.simulate import JointLoop, Loop
+
+Floats = NDArray[np.float64]
+
+BRANCH = 13  # values along a branch
+SLOW = (9, 7)  # cells of a map that the quick kernel cannot take
+WINDING = (25, 13, 7)  # cells of a map, and values of a branch, where an integral winds up for minutes of motion
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Cells of a joint's map.
+
+    Attributes
+    ----------
+    across : int
+        Values of k, or of what stands in for it.
+    up : int
+        Values of Kp.
+    wanted : bool
+        Whether there is a map at all.
+    """
+
+    across: int = 61
+    up: int = 31
+    wanted: bool = True
+
+    def __post_init__(self) -> None:
+        if self.wanted and not (2 <= self.across <= 2000 and 2 <= self.up <= 2000):
+            found = f"{self.across} x {self.up}"
+            raise InputError("the map's grid is empty or too large", found, "give from 2x2 to 2000x2000 cells")
+
+
+def alone(arm: Arm, loop: Loop, joint: str) -> Loop:
+    """Return the loop of one joint, the others held in the loop's pose."""
+    held = dict(zip(arm.names, pose(arm, loop), strict=True))
+    entry = next(entry for entry in loop.joints if entry.joint == joint)
+    return replace(loop, joints=(entry,), clamp={name: q for name, q in held.items() if name != joint})
+
+
+def branch_of(engine: RoundsEngine, loop: Loop, joint: str, highest: float | None) -> Branch:
+    """Return a joint's cycles over k where it compensates on the measured velocity, else over Kp.
+
+    Parameters
+    ----------
+    loop : Loop
+        Of this joint alone.
+    highest : float or None
+        Largest Kp of the linear loop, N m/rad.
+    """
+    entry, setting = loop.joints[0], _setting(loop.joints[0])
+    count = WINDING[2] if entry.ki > 0.0 else BRANCH
+    values = _ratios(entry, count) if setting == "k" else _gains(entry, count, highest)
+    own = entry.compensation.ratio if setting == "k" else entry.kp
+    values = np.unique(np.append(values, own))
+    cycles = continue_in(engine, loop, joint, setting, values[::-1])[::-1]  # downwards, to where cycles end
+    changed = [_with(loop, setting, float(value)) for value in values]
+    return Branch(setting, values, tuple(cycles), predicted_amplitudes(engine.arm, changed, joint))
+
+
+def map_of(engine: RoundsEngine, loop: Loop, joint: str, grid: Grid, highest: float | None) -> Map:
+    """Return the map of a joint over Kp and what matters most beside it: k, the ramp's velocity, Ki or damping.
+
+    A loop that the quick kernel cannot take has a coarse map, by shooting; one with an integral, which may wind up for
+    minutes between two slips, has fewer cells too.
+    """
+    entry = loop.joints[0]
+    most = SLOW if fits(Rounds(engine, loop), joint) else WINDING[:2] if entry.ki > 0.0 else (grid.across, grid.up)
+    across, up = min(grid.across, most[0]), min(grid.up, most[1])
+    name, values = _across(entry, across)
+    return label_map(engine.arm, loop, joint, {"kp": _gains(entry, up, highest), name: values})
+
+
+def _setting(entry: JointLoop) -> Parameter:
+    return "k" if entry.compensation.kind == "feedback" else "kp"
+
+
+def _across(entry: JointLoop, count: int) -> tuple[str, Floats]:
+    speed = abs(entry.reference.velocity) if entry.reference.kind == "ramp" else 0.0
+    if entry.compensation.kind == "feedback":
+        return "k", _ratios(entry, count)
+    if speed > 0.0:
+        return "velocity", np.geomspace(0.1 * speed, 10.0 * speed, count)
+    if entry.ki > 0.0:
+        return "ki", np.geomspace(0.1 * entry.ki, 10.0 * entry.ki, count)
+    return "zeta", np.linspace(0.05, 1.5, count)
+
+
+def _ratios(entry: JointLoop, count: int) -> Floats:
+    k = entry.compensation.ratio
+    return np.linspace(min(0.6, 0.8 * k), max(1.6, 1.2 * k), count)
+
+
+def _gains(entry: JointLoop, count: int, highest: float | None) -> Floats:
+    """Return gains around the loop's own, up to where the linear loop turns unstable."""
+    top = 8.0 * entry.kp if highest is None else min(8.0 * entry.kp, 1.1 * max(highest, entry.kp))
+    return np.geomspace(entry.kp / 8.0, top, count)
+
+
+def _with(loop: Loop, setting: str, value: float) -> Loop:
+    """Return the loop with its joint's k or Kp replaced."""
+    entry = loop.joints[0]
+    if setting == "kp":
+        return replace(loop, joints=(replace(entry, kp=value),))
+    return replace(loop, joints=(replace(entry, compensation=replace(entry.compensation, ratio=value)),))

@@ -1,0 +1,157 @@
+"""The tables of the limit-cycle page."""
+
+from __future__ import annotations
+
+from stribeck.loop.answers import Analysis, JointAnswer, Method
+from stribeck.report import words
+from stribeck.report.cycle_words import METHOD, VERDICT, gain_unit, small_unit, speed_unit
+from stribeck.report.numbers import MINUS, NBSP, number, percent, unit_text, with_unit
+from stribeck.report.page import Facts, Row, Table
+
+_DASH = "–"
+
+
+def verdict_table(analysis: Analysis) -> Table:
+    """Return what each joint ends in."""
+    rows = []
+    for answer in analysis.joints:
+        cycle = answer.cycle
+        rows.append(
+            Row(
+                (
+                    words.clean(answer.joint), VERDICT[cycle.verdict].lower(), _milli(cycle.amplitude),
+                    _value(cycle.period), _value(cycle.peak_velocity),
+                    _DASH if cycle.stick_fraction is None else percent(cycle.stick_fraction),
+                    _milli(cycle.steady_error), _multiplier(answer), _stable(cycle.stable),
+                )
+            )
+        )  # fmt: skip
+    unit, speed = small_unit(analysis.joints[0]), speed_unit(analysis.joints[0])
+    columns = (
+        "joint", "ends in", f"amplitude, {unit}", "period, s", f"peak velocity, {speed}", "stuck",
+        f"error at rest, {unit}", "largest multiplier", "stable",
+    )  # fmt: skip
+    note = (
+        "The amplitude is half the peak-to-peak position. Multipliers are the eigenvalues of the return map: a small "
+        "disturbance of the cycle is multiplied by them every period. A sampled loop repeats only on average and has "
+        "none; its figures are means over many rounds."
+    )
+    return Table("What the loop does", columns, tuple(rows), frozenset({2, 3, 4, 5, 6, 7}), note)
+
+
+def method_table(answer: JointAnswer) -> Table:
+    """Return all methods side by side for one joint."""
+    rows = []
+    for name, method in answer.methods.items():
+        mark = "strong" if name == "shooting" else "flag" if not method.trusted else ""
+        rows.append(
+            Row((METHOD[name], _finds(method), *_numbers(method), _trust(method), words.clean(method.why)), mark)
+        )
+    unit = small_unit(answer)
+    columns = ("method", "cycle", f"amplitude, {unit}", "error", "period, s", "error", "trusted", "why")
+    note = (
+        "Errors are against the exact cycle. A describing function knows no sticking; it is trusted up to a damping "
+        "ratio of 0.3, without sticking and integral action, where the exact answer confirms it."
+    )
+    title = f"Joint {words.clean(answer.joint)}: all methods side by side"
+    return Table(title, columns, tuple(rows), frozenset({2, 3, 4, 5}), note)
+
+
+def gain_facts(answer: JointAnswer, sample_time: float) -> Facts:
+    """Return gains, margins and limits of one joint."""
+    gain, m, top = unit_text(gain_unit(answer)), answer.margins, answer.kp_max
+    damping = "N s/m" if answer.kind == "prismatic" else "N m s/rad"
+    why = f" ({top.why})" if top.why else ""
+    pairs = [
+        ("gains", f"Kp {number(answer.kp)}{NBSP}{gain}, Kv {with_unit(answer.kv, damping)}, k {number(answer.ratio)}"),
+        ("largest Kp", f"stable up to {_or(top.stability)}, Ms at most 2 up to {_or(top.ms2)} {gain}{why}"),
+        ("linear loop", "stable" if m.stable else "unstable"),
+    ]
+    if m.stable:
+        pairs += [
+            ("sensitivity peak Ms", number(m.sensitivity_peak)),
+            ("gain and phase margin", f"{number(m.gain_margin)} and {with_unit(m.phase_margin, 'rad')}"),
+            ("delay margin", with_unit(1e3 * m.delay_margin, "ms")),
+            ("bandwidth", with_unit(m.bandwidth, "rad/s")),
+            ("damping ratio", number(m.damping)),
+        ]
+    pairs.append(("critical k", _critical(answer)))
+    if answer.cycle.basin:
+        starts = {"own": "the loop's own", "small": "a small", "large": "a large"}
+        told = (f"{starts.get(k, k)} start: {VERDICT[v].lower()}" for k, v in answer.cycle.basin.items())
+        pairs.append(("basin", "; ".join(told)))
+    return Facts(f"Joint {words.clean(answer.joint)}: gains and margins without friction", tuple(pairs))
+
+
+def method_facts() -> Facts:
+    """Return what each method does."""
+    return Facts(
+        "The methods",
+        (
+            ("describing function", "one harmonic of Tustin friction in closed form, intersected with the linear part; "
+             "roots above the Nyquist frequency are left out"),
+            ("harmonic balance", "odd harmonics up to the Nyquist frequency, 40 at most, with exact zero crossings; "
+             "no sticking phase"),
+            ("shooting", "Newton's method on the return map of the event-driven simulation, sticking phases included; "
+             "a sampled loop, which repeats only on average, is followed until its averages stand still"),
+            ("simulation", "run from the loop's own start, a small and a large one, until the averages stand still"),
+            ("margins", "exact derivatives of the model with its effects; hold, delay, lag and velocity filter by "
+             "exact discretisation"),
+        ),
+    )  # fmt: skip
+
+
+def _finds(method: Method) -> str:
+    if method.status == "not_applicable":
+        return "not applicable"
+    return {True: "yes", False: "none", None: method.status.replace("_", " ")}[method.cycle]
+
+
+def _numbers(method: Method) -> tuple[str, str, str, str]:
+    return (
+        _milli(method.amplitude), _error(method.amplitude_error), _value(method.period), _error(method.period_error)
+    )  # fmt: skip
+
+
+def _trust(method: Method) -> str:
+    return "yes" if method.trusted else "no"
+
+
+def _error(value: float | None) -> str:
+    if value is None:
+        return _DASH
+    if abs(value) < 5e-6:
+        return f"0{NBSP}%"
+    return f"{MINUS if value < 0.0 else '+'}{number(100.0 * abs(value), 2)}{NBSP}%"
+
+
+def _milli(value: float | None) -> str:
+    return _DASH if value is None else number(1e3 * value, 4)
+
+
+def _value(value: float | None) -> str:
+    return _DASH if value is None else number(value, 4)
+
+
+def _or(value: float | None) -> str:
+    return "no value" if value is None else number(value)
+
+
+def _stable(value: bool | None) -> str:
+    return {True: "yes", False: "no", None: _DASH}[value]
+
+
+def _multiplier(answer: JointAnswer) -> str:
+    roots = answer.cycle.multipliers
+    if not roots:
+        return _DASH
+    largest = max(roots, key=abs)
+    if isinstance(largest, complex):
+        return f"{number(largest.real)} ± {number(abs(largest.imag))}i"
+    return number(largest)
+
+
+def _critical(answer: JointAnswer) -> str:
+    if answer.k_critical is None:
+        return "none: no ratio makes it cycle"
+    return "0: it cycles without compensation" if answer.k_critical == 0.0 else number(answer.k_critical, 4)

@@ -1,0 +1,92 @@
+"""Cycles in words: verdicts, sizes, methods."""
+
+from __future__ import annotations
+
+from stribeck.loop.answers import JointAnswer
+from stribeck.report import words
+from stribeck.report.numbers import NBSP, number, percent, unit_text, with_unit
+
+VERDICT = {
+    "rest": "Comes to rest",
+    "stick_slip": "Stick-slip",
+    "hunting": "Hunting",
+    "sliding_cycle": "Sliding cycle",
+    "chatter": "Chatter",
+    "unbounded": "Unbounded",
+    "undetermined": "Undetermined",
+}
+METHOD = {
+    "describing_function": "describing function",
+    "harmonic_balance": "harmonic balance",
+    "shooting": "shooting",
+    "simulation": "simulation",
+}
+
+
+def rotation(answer: JointAnswer, value: float, digits: int = 3) -> str:
+    """Return a position in mrad, or mm for a prismatic axis."""
+    return f"{number(1e3 * value, digits)}{NBSP}{small_unit(answer)}"
+
+
+def small_unit(answer: JointAnswer) -> str:
+    """Return mrad or mm."""
+    return "mm" if answer.kind == "prismatic" else "mrad"
+
+
+def speed_unit(answer: JointAnswer) -> str:
+    """Return rad/s or m/s."""
+    return "m/s" if answer.kind == "prismatic" else "rad/s"
+
+
+def gain_unit(answer: JointAnswer) -> str:
+    """Return N m/rad or N/m."""
+    return "N/m" if answer.kind == "prismatic" else "N m/rad"
+
+
+def seconds(value: float) -> str:
+    """Return a time."""
+    return with_unit(value, "s")
+
+
+def headline(answer: JointAnswer) -> str:
+    """Return the verdict on one joint in one line, for the terminal and for figures."""
+    cycle, name = answer.cycle, words.short(answer.joint)
+    verdict = VERDICT[cycle.verdict].lower()
+    if cycle.cycles and cycle.amplitude is not None and cycle.period is not None:
+        stuck = f", stuck {percent(cycle.stick_fraction)} of the time" if cycle.stick_fraction else ""
+        return f"{name}: {verdict} of ±{rotation(answer, cycle.amplitude)} every {seconds(cycle.period)}{stuck}"
+    if cycle.verdict == "rest" and cycle.steady_error is not None:
+        return f"{name}: comes to rest {rotation(answer, abs(cycle.steady_error))} from its reference"
+    return f"{name}: {verdict}" + (f" ({cycle.status})" if cycle.status != "ok" else "")
+
+
+def answer_sentences(answer: JointAnswer, several: bool) -> tuple[tuple[str, str], ...]:
+    """Return (question, sentence) pairs for the first screen; the joint's name leads where there are several."""
+    method = answer.methods["describing_function"]
+    trust = "can be trusted here" if method.trusted else "cannot be trusted here"
+    if method.status == "not_applicable":
+        trust = "does not apply here"
+    head = f"{words.short(answer.joint)}: " if several else ""
+    return (
+        (f"{head}what", f"{headline(answer)}."),
+        (f"{head}limits", f"{_limits(answer)}."),
+        (f"{head}method", f"The describing function {trust}: {method.why}."),
+    )
+
+
+def _limits(answer: JointAnswer) -> str:
+    gain, unit = answer.kp_max, unit_text(gain_unit(answer))
+    parts = []
+    if gain.stability is not None:
+        robust = "" if gain.ms2 is None else f", and {number(gain.ms2)} for a sensitivity peak of at most 2"
+        stable = f"the linear loop is stable up to {number(gain.stability)}{NBSP}{unit}{robust}"
+        parts.append(f"Kp is {number(answer.kp)}; {stable}")
+    else:
+        parts.append(f"Kp is {number(answer.kp)}{NBSP}{unit}; {gain.why}")
+    if answer.k_critical == 0.0:
+        parts.append("it cycles without compensation too")
+    elif answer.k_critical is not None:
+        parts.append(f"cycles begin at k = {number(answer.k_critical, 4)}")
+    if answer.fold_velocity is not None:
+        parts.append(f"it sticks and slips on ramps slower than {with_unit(answer.fold_velocity, speed_unit(answer))}")
+    return "; ".join(parts)

@@ -1,0 +1,82 @@
+"""The branch of cycles: amplitude against k or Kp, exact and by the describing function."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from stribeck.loop.answers import Branch, JointAnswer
+from stribeck.report import words
+from stribeck.report.cycle_words import gain_unit, small_unit
+from stribeck.report.numbers import number, with_unit
+from stribeck.report.style import COLOUR, INK, MUTED, drawn, grid, heading, key, new_figure
+
+
+@drawn
+def branch_figure(answer: JointAnswer) -> Figure | None:
+    """Draw one joint's branch; None where there is none."""
+    if answer.branch is None:
+        return None
+    figure = new_figure(4.4, 8.0)
+    ax = figure.add_subplot()
+    draw_branch(ax, answer.branch)
+    own = answer.ratio if answer.branch.setting == "k" else answer.kp
+    ax.axvline(own, color=INK, linewidth=0.8, linestyle="--")
+    _tag(ax, own, "this loop")
+    if answer.branch.setting == "k" and answer.k_critical:
+        low, high = ax.get_xlim()
+        if low < answer.k_critical < high:
+            ax.axvline(answer.k_critical, color=COLOUR["retuned"], linewidth=1.2)
+            _tag(ax, answer.k_critical, "cycles begin")
+    label = "k, compensation over true friction" if answer.branch.setting == "k" else f"Kp, {gain_unit(answer)}"
+    ax.set(xlabel=label, ylabel=f"amplitude, {small_unit(answer)}")
+    heading(figure, _finding(answer), 8.0)
+    return figure
+
+
+def draw_branch(ax: Axes, branch: Branch) -> Axes:
+    """Draw exact amplitudes, filled where stable, zero at rest, and the predicted ones; return ``ax``."""
+    amplitude = np.array([c.amplitude if c.cycles and c.amplitude else 0.0 for c in branch.cycles])
+    lost = np.array([c.verdict in ("unbounded", "undetermined") for c in branch.cycles])
+    shown = np.where(lost, np.nan, 1e3 * amplitude)
+    cycling = np.where(amplitude > 0.0, shown, np.nan)
+    unstable = np.array([c.cycles and c.stable is False for c in branch.cycles])
+    ax.plot(branch.values, cycling, "-o", color=COLOUR["corrected"], linewidth=1.4, markersize=5)
+    ax.plot(branch.values[unstable], cycling[unstable], "o", color=COLOUR["corrected"], markerfacecolor="white")
+    resting = ~lost & (amplitude == 0.0)
+    ax.plot(branch.values[resting], shown[resting], "s", color=MUTED, markersize=4)
+    ax.plot(branch.values, 1e3 * branch.predicted, "--", color=COLOUR["as_given"], linewidth=1.4, marker=".")
+    top = max(float(np.nanmax(np.append(shown, 1e3 * branch.predicted))) if np.isfinite(shown).any() else 1.0, 1e-3)
+    for value, cycle in zip(branch.values, branch.cycles, strict=True):
+        if cycle.verdict in ("unbounded", "undetermined"):
+            sign = "∞" if cycle.verdict == "unbounded" else "?"
+            ax.annotate(sign, (value, 1.04 * top), ha="center", color=COLOUR["corrected"])
+    if branch.setting == "kp":
+        ax.set_xscale("log")
+    ax.set_ylim(-0.03 * top, 1.15 * top)
+    key(ax, [("rest", MUTED), ("exact cycle", COLOUR["corrected"]), ("describing function", COLOUR["as_given"])])
+    grid(ax, "both")
+    return ax
+
+
+def _tag(ax: Axes, value: float, text: str) -> None:
+    ax.annotate(
+        text, (value, 0.98), xycoords=("data", "axes fraction"), xytext=(4, 0), textcoords="offset points", va="top",
+        color=MUTED, fontsize=9,
+    )  # fmt: skip
+
+
+def _finding(answer: JointAnswer) -> str:
+    name, branch = words.short(answer.joint), answer.branch
+    assert branch is not None
+    cycling = [value for value, cycle in zip(branch.values, branch.cycles, strict=True) if cycle.cycles]
+    if branch.setting == "k":
+        if answer.k_critical is not None and answer.k_critical > 0.0:
+            return f"{name}: cycles begin at k = {number(answer.k_critical, 4)}"
+        if answer.k_critical == 0.0:
+            return f"{name}: cycles without compensation too"
+        return f"{name}: no k makes it cycle"
+    if not cycling:
+        return f"{name}: no cycle from Kp {with_unit(branch.values[0], '1')} to {with_unit(branch.values[-1], '1')}"
+    return f"{name}: cycles at Kp from {number(min(cycling))} to {number(max(cycling))} {gain_unit(answer)}"

@@ -1,0 +1,92 @@
+"""The map: what the loop does over Kp and k (or what stands in for it), cycles coloured by their amplitude."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
+from matplotlib.colors import ListedColormap, LogNorm
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from stribeck.loop.answers import JointAnswer
+from stribeck.loop.cycle import CYCLES, VERDICTS
+from stribeck.loop.maps import Map
+from stribeck.report import words
+from stribeck.report.cycle_words import gain_unit, small_unit
+from stribeck.report.numbers import number
+from stribeck.report.style import COLOUR, INK, RULE, drawn, heading, new_figure
+
+LABEL = {
+    "k": "k, compensation over true friction",
+    "zeta": "damping ratio Kv / (2 √(Kp J))",
+    "ki": "Ki, N m/(rad s)",
+    "velocity": "velocity of the ramp, rad/s",
+}
+PLAIN = {"rest": ("#eef2f5", "rest"), "unbounded": (COLOUR["measured"], "unbounded"),
+         "undetermined": (COLOUR["retuned"], "undetermined")}  # fmt: skip
+
+
+@drawn
+def map_figure(answer: JointAnswer) -> Figure | None:
+    """Draw one joint's map; None where there is none."""
+    if answer.map is None:
+        return None
+    figure = new_figure(5.0, 8.0)
+    ax = figure.add_subplot()
+    shades = draw_map(ax, answer.map, answer)
+    if shades is not None:
+        figure.colorbar(shades, ax=ax, label=f"amplitude of the cycle, {small_unit(answer)}", pad=0.02)
+    heading(figure, _finding(answer), 8.0)
+    return figure
+
+
+def draw_map(ax: Axes, found: Map, answer: JointAnswer) -> QuadMesh | None:
+    """Draw verdicts as plain colours and cycles by amplitude; return what a colour bar needs, None without cycles."""
+    gains, across = found.axes.values
+    name = found.axes.names[1]
+    label = LABEL[name] if answer.kind == "revolute" else LABEL[name].replace("rad", "m").replace("N m", "N")
+    ax.set(xlabel=label, ylabel=f"Kp, {gain_unit(answer)}", yscale="log")
+    if name in ("ki", "velocity"):
+        ax.set_xscale("log")
+    patches = []
+    for verdict, (colour, text) in PLAIN.items():
+        here = found.codes == VERDICTS.index(verdict)
+        if here.any():
+            layer = np.where(here, 1.0, np.nan)
+            ax.pcolormesh(across, gains, layer, cmap=ListedColormap([colour]), shading="nearest", rasterized=True)
+            patches.append(Patch(facecolor=colour, edgecolor=RULE, label=text))
+    ax.legend(handles=patches, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=3, frameon=False, fontsize=9)
+    ax.plot([_own(answer, name)], [answer.kp], "o", color=INK, markerfacecolor="white", markersize=8, zorder=5)
+    ax.annotate(
+        "this loop", (_own(answer, name), answer.kp), xytext=(8, 5), textcoords="offset points", fontsize=9, color=INK,
+        bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.8},
+    )  # fmt: skip
+    amplitude = np.where(np.isfinite(found.amplitude) & (found.amplitude > 0.0), 1e3 * found.amplitude, np.nan)
+    if not np.isfinite(amplitude).any():
+        return None
+    low, high = float(np.nanmin(amplitude)), float(np.nanmax(amplitude))
+    norm = LogNorm(max(low, 1e-4 * high), 1.0001 * high)
+    return ax.pcolormesh(across, gains, amplitude, cmap="viridis_r", norm=norm, shading="nearest", rasterized=True)
+
+
+def _own(answer: JointAnswer, name: str) -> float:
+    entry = answer.entry
+    if name == "k":
+        return answer.ratio
+    if name == "ki":
+        return entry.ki
+    if name == "velocity":
+        return abs(entry.reference.velocity)
+    return answer.kv / (2.0 * float(np.sqrt(answer.kp * answer.inertia)))
+
+
+def _finding(answer: JointAnswer) -> str:
+    assert answer.map is not None
+    name, codes = words.short(answer.joint), answer.map.codes
+    shares = {label: float(np.mean(codes == k)) for k, label in enumerate(VERDICTS) if label in CYCLES}
+    cycling = sum(shares.values())
+    if cycling == 0.0:
+        return f"{name}: no cycle anywhere on the map"
+    most = max(shares, key=lambda verdict: shares[verdict]).replace("_", " ")
+    return f"{name}: {number(100.0 * cycling, 2)} % of the map cycles, mostly as {most}"

@@ -1,0 +1,55 @@
+"""The phase portrait: how the joint gets to its cycle, and the cycle itself."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from stribeck.loop.answers import Analysis
+from stribeck.loop.cycle import CycleTrace
+from stribeck.report.cycle_words import headline, small_unit, speed_unit
+from stribeck.report.style import COLOUR, MUTED, drawn, grid, heading, key, new_figure
+
+MOST = 20_000  # points of a line
+
+
+@drawn
+def portrait_figure(analysis: Analysis, index: int) -> Figure:
+    """Draw the phase portrait of one joint, by its place in the analysis."""
+    answer = analysis.joints[index]
+    figure = new_figure(5.4, 8.0)
+    ax = figure.add_subplot()
+    approach = _approach(analysis, index)
+    ax.plot(1e3 * approach[0], approach[1], color=COLOUR["noise_floor"], linewidth=0.8)
+    entries = [("from the loop's own start", COLOUR["noise_floor"])]
+    if answer.cycle.trace is not None:
+        draw_cycle(ax, answer.cycle.trace)
+        entries += [("cycle", COLOUR["corrected"])]
+        if answer.cycle.trace.stuck.any():
+            entries += [("stuck", COLOUR["as_given"])]
+    elif answer.cycle.steady_error is not None:
+        ax.plot([-1e3 * answer.cycle.steady_error], [0.0], "o", color=COLOUR["corrected"], markersize=8)
+        entries += [("rest", COLOUR["corrected"])]
+    ax.axhline(0.0, color=MUTED, linewidth=0.5, zorder=0)
+    ax.axvline(0.0, color=MUTED, linewidth=0.5, zorder=0)
+    ax.set(xlabel=f"position less reference, {small_unit(answer)}", ylabel=f"velocity, {speed_unit(answer)}")
+    key(ax, entries)
+    grid(ax, "both")
+    heading(figure, headline(answer), 8.0)
+    return figure
+
+
+def draw_cycle(ax: Axes, trace: CycleTrace) -> Axes:
+    """Draw one period, stuck stretches in another colour; return ``ax``."""
+    q, v = 1e3 * np.append(trace.position, trace.position[0]), np.append(trace.velocity, trace.velocity[0])
+    stuck = np.append(trace.stuck, trace.stuck[0])
+    ax.plot(q, v, color=COLOUR["corrected"], linewidth=1.8)
+    ax.plot(np.where(stuck, q, np.nan), np.where(stuck, v, np.nan), "o", color=COLOUR["as_given"], markersize=4)
+    return ax
+
+
+def _approach(analysis: Analysis, index: int) -> tuple[np.ndarray, np.ndarray]:
+    motion, j = analysis.motion, analysis.indices[index]
+    rows = slice(0, motion.motion.filled, max(1, motion.motion.filled // MOST))
+    return motion.motion.q[rows, j] - motion.reference[rows, j], motion.motion.dq[rows, j]

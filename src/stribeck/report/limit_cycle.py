@@ -1,0 +1,142 @@
+"""The report of a limit-cycle analysis: ``report.html``, its figures, and the table for the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+from matplotlib.figure import Figure
+from rich.console import Group, RenderableType
+from rich.table import Table as Screen
+from rich.text import Text
+
+from stribeck.identify.files import package_version
+from stribeck.loop.answers import Analysis, JointAnswer
+from stribeck.report import words
+from stribeck.report.cycle_tables import gain_facts, method_facts, method_table, verdict_table
+from stribeck.report.cycle_words import VERDICT, answer_sentences, headline
+from stribeck.report.figures.cycle_branch import branch_figure
+from stribeck.report.figures.cycle_map import map_figure
+from stribeck.report.figures.cycle_trace import trace_figure
+from stribeck.report.figures.nyquist import nyquist_figure
+from stribeck.report.figures.portrait import portrait_figure
+from stribeck.report.page import Answer, Bullets, Files, Picture, Section, render
+from stribeck.report.style import data_uri, finding_of, png_and_svg
+
+TONE = {"rest": "good", "unbounded": "open", "undetermined": "open"}
+
+
+class _Plot(NamedTuple):
+    file: str
+    draw: Callable[[Analysis, int], Figure | None]
+    caption: str
+
+
+PLOTS = (
+    _Plot(
+        "phase",
+        portrait_figure,
+        "Velocity over position less reference. Grey: simulated from the loop's own start. Blue: the exact cycle, by "
+        "shooting with sticking phases. A joint that sticks stays on the axis.",
+    ),
+    _Plot(
+        "trace",
+        trace_figure,
+        "Error (reference less position), velocity and commanded torque as simulated from the loop's own start; the "
+        "joint sticks where it is shaded.",
+    ),
+    _Plot(
+        "branch",
+        lambda analysis, i: branch_figure(analysis.joints[i]),
+        "Amplitude of the exact cycle, followed downwards; hollow where it is unstable, ∞ where the motion grows "
+        "without bound; dashed, what the describing function predicts.",
+    ),
+    _Plot(
+        "map",
+        lambda analysis, i: map_figure(analysis.joints[i]),
+        "What the loop ends in from its own, a small and a large start, cell by cell; cycles are coloured by their "
+        "amplitude.",
+    ),
+    _Plot(
+        "nyquist",
+        lambda analysis, i: nyquist_figure(analysis.joints[i]),
+        "W is the velocity per torque of everything but friction. Where it meets -1/N a sinusoid sustains itself, as "
+        "far as one harmonic can tell.",
+    ),
+)
+
+
+def write_report(analysis: Analysis, folder: Path | str) -> None:
+    """Write ``report.html`` and the figures, ``<figure>_<joint number>.png``, into an existing folder."""
+    folder = Path(folder)
+    pictures: list[list[Picture]] = []
+    for i, _ in enumerate(analysis.joints):
+        mine = []
+        for plot in PLOTS:
+            figure = plot.draw(analysis, i)
+            if figure is not None:
+                mine.append(_picture(figure, f"{plot.file}_{analysis.indices[i] + 1}.png", plot.caption, folder))
+        pictures.append(mine)
+    page = render(f"{words.clean(analysis.arm)}: limit cycles", _sections(analysis, pictures), _footer())
+    (folder / "report.html").write_bytes(page.encode("utf-8", "replace"))
+
+
+def _picture(figure: Figure, file: str, caption: str, folder: Path) -> Picture:
+    raster, vector = png_and_svg(figure)
+    (folder / file).write_bytes(raster)
+    return Picture(finding_of(figure), data_uri(vector, "svg+xml"), caption, file)
+
+
+def _sections(analysis: Analysis, pictures: list[list[Picture]]) -> list[Section]:
+    notes = tuple(
+        f"{words.clean(answer.joint)}: {words.clean(note)}." for answer in analysis.joints for note in answer.notes
+    )
+    sections: list[Section] = [_answer(analysis)]
+    if notes:
+        sections.append(Bullets("Mind this", notes, "warning"))
+    sections.append(verdict_table(analysis))
+    for answer, mine in zip(analysis.joints, pictures, strict=True):
+        sections += [method_table(answer), gain_facts(answer, analysis.sample_time), *mine]
+    return [*sections, method_facts(), _files(pictures)]
+
+
+def _answer(analysis: Analysis) -> Answer:
+    verdicts = [answer.cycle.verdict for answer in analysis.joints]
+    worst = max(verdicts, key=_RANK.index)
+    count = len(analysis.joints)
+    kind = f"sampled every {1e3 * analysis.sample_time:g} ms" if analysis.sample_time > 0.0 else "continuous"
+    subtitle = f"Limit cycles of {count} controlled joint{'s' * (count != 1)}, controller {kind}."
+    rows = tuple(row for answer in analysis.joints for row in answer_sentences(answer, count > 1))
+    return Answer(words.clean(analysis.arm), VERDICT[worst], TONE.get(worst, "partial"), subtitle, rows)
+
+
+_RANK = ["rest", "sliding_cycle", "hunting", "stick_slip", "chatter", "undetermined", "unbounded"]
+
+
+def _files(pictures: list[list[Picture]]) -> Files:
+    figures = ((picture.file, picture.title) for mine in pictures for picture in mine)
+    return Files("Files beside this page", (("limit_cycle.json", "all of the above for programs"), *figures))
+
+
+def _footer() -> str:
+    return f"stribeck {package_version()}. This page is one file: it loads nothing and runs nothing."
+
+
+def summary(analysis: Analysis) -> RenderableType:
+    """Return each joint's verdict and the methods side by side, for rich to print."""
+    parts: list[RenderableType] = []
+    for answer in analysis.joints:
+        parts += [Text(headline(answer), "bold"), _screen(answer)]
+        parts += [Text(f"warning: {words.clean(note)}", "yellow") for note in answer.notes]
+    return Group(*parts)
+
+
+def _screen(answer: JointAnswer) -> Screen:
+    table = Screen(box=None, padding=(0, 2, 0, 0))
+    source = method_table(answer)
+    for k, name in enumerate(source.columns):
+        table.add_column(name, justify="right" if k in source.numeric else "left", overflow="fold")
+    for row in source.rows:
+        table.add_row(*(Text(cell) for cell in row.cells))
+    return table
