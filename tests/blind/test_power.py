@@ -1,0 +1,85 @@
+"""Power analysis: what is found and what is missed in one's own arm, and that it goes on where it stopped."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import stribeck
+from stribeck.arm import load_arm
+from stribeck.blind.farm import Processes
+from stribeck.blind.power import power_analysis
+from stribeck.errors import InputError
+from stribeck.run import Run, load_run
+
+EXAMPLE = Path(stribeck.__file__).parent / "example"
+CALLS: list[str] = []
+
+
+def first(run: Run, seconds: float) -> Run:
+    rows = run.t <= seconds
+    return replace(run, t=run.t[rows], q=run.q[rows], tau=run.tau[rows])
+
+
+@pytest.fixture
+def experiment():
+    arm = load_arm(EXAMPLE / "arm.toml")
+    return arm, [first(load_run(EXAMPLE / "run_01.csv", 2), 1.5)]
+
+
+def says(*names: str):
+    """A diagnoser that names the same effects in every case, at joint A."""
+
+    def answer(arm, runs, leave_out):
+        CALLS.append(arm.name)
+        causes = [
+            {"effect": n, "joints": ["A"], "probability": 0.9 / len(names), "presence": 0.9, "equivalent": [n],
+             "parameters": {}, "closes": None}
+            for n in names
+        ]  # fmt: skip
+        every = [*causes, {"effect": "unknown", "probability": 0.1}]
+        return {
+            "diagnosis": {"verdict": "explained" if names else "no_gap", "named": list(names), "causes": every,
+                          "where": [], "gap": {"closed": None}, "settings": {"cutoff_hz": 10.0}},
+            "retuned": "", "corrected": "",
+        }  # fmt: skip
+
+    return answer
+
+
+def analysed(experiment, work, diagnoser, **options):
+    options = {"effects": ("delay", "torque_offset"), "levels": ("clear", "weak"), "none": 1, **options}
+    return power_analysis(*experiment, work, jobs=1, farm=Processes(1), diagnoser=diagnoser, **options)
+
+
+def test_what_is_named_is_revealed(tmp_path, experiment):
+    found, score = analysed(experiment, tmp_path / "work", says("delay"))
+    assert found["cases"] == 5
+    delay, offset = found["effects"]["delay"], found["effects"]["torque_offset"]
+    assert (delay["revealed_from"], offset["revealed_from"]) == ("weak", None)
+    assert delay["levels"]["clear"]["named"]["k"] == delay["levels"]["weak"]["named"]["k"] == 1
+    assert delay["found"]["level"] == "weak"
+    assert delay["missed"] is None
+    assert offset["missed"]["level"] == "clear"
+    assert offset["missed"]["parameters"]["offset"]["unit"] == "N m"
+    assert delay["found"]["parameters"]["time"]["value"] > 0.0
+    assert delay["found"]["strength"] < delay["levels"]["clear"]["strength"]
+    assert found["false_alarms"]["value"] == 1.0  # it names a delay where there is none as well
+    assert score["cases"] == 5
+
+
+def test_the_same_call_goes_on_and_another_is_refused(tmp_path, experiment):
+    once, _ = analysed(experiment, tmp_path / "work", says())
+    before = len(CALLS)
+    again, _ = analysed(experiment, tmp_path / "work", says())
+    assert again == once
+    assert len(CALLS) == before
+    with pytest.raises(InputError, match="holds another analysis"):
+        analysed(experiment, tmp_path / "work", says(), none=2)
+
+
+def test_a_folder_of_something_else_is_left_alone(tmp_path, experiment):
+    (tmp_path / "mine.txt").touch()
+    with pytest.raises(InputError, match="not a folder of a power analysis"):
+        analysed(experiment, tmp_path, says())
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]

@@ -1,0 +1,134 @@
+"""The pages of withheld check and power analysis, from scores made by hand."""
+
+import re
+
+import numpy as np
+import pytest
+
+from stribeck.report.figures.power import draw_power, power_figure
+from stribeck.report.figures.withheld import confusion_figure, limits_figure, shrinkage_figure, strength_figure
+from stribeck.report.power import write_power_report
+from stribeck.report.style import finding_of, new_figure
+from stribeck.report.withheld import share, write_score_report
+
+
+def rate(k, n):
+    return {"k": k, "n": n, "value": k / n if n else None, "ci95": [0.5 * k / n, 1.0] if n else None}
+
+
+def measures(k, n):
+    keys = ("top1", "class", "named", "clean", "joint", "channel")
+    return {**{key: rate(k, n) for key in keys}, "wrong_name": rate(1, n) if n else rate(0, 0), "abstained": rate(0, n)}
+
+
+def limit(strength, ci95, outside):
+    return {"strength": strength, "ci95": ci95, "outside": outside, "n": 4}
+
+
+def row(case, effect, strength, found, extra=(), level="clear"):
+    return {
+        "case": case, "effects": [effect], "strength": strength, "found": [effect] if found else [], "level": level,
+        "extra": list(extra), "error": None, "claimed": 0.9, "true": 0.85 if found else -2.0,
+    }  # fmt: skip
+
+
+@pytest.fixture
+def score():
+    empty = measures(0, 0)
+    return {
+        "version": "0", "digest": "d" * 64, "code": "c" * 64, "cases": 3, "library": ["delay", "payload"],
+        "single": {"all": measures(2, 4), "strong": measures(2, 3), "fair": measures(0, 1), "faint": empty},
+        "pairs": {"all": {"both": rate(0, 0), "at_least_one": rate(0, 0)}},
+        "none": {"false_alarms": rate(0, 2)},
+        "outside": {"abstained": rate(1, 2), "effects": {"friction_jumps": rate(1, 2)}},
+        "calibration": {"likeliest": {"n": 3, "ece": 0.1, "ece_by_chance": 0.02, "ci95": [0.0, 0.2],
+                                      "bins": [{"stated": 0.9, "held": rate(2, 3)}]}},
+        "intervals": {"coverage": rate(9, 10), "parameters": [{"effect": "delay", "parameter": "time", **rate(9, 10)}]},
+        "shrinkage": {"within_5_points": rate(1, 2), "median_true": 0.85, "median_error": 0.05},
+        "effects": {
+            "delay": {**measures(2, 2), "detection_limit": limit(2.0, [1.0, 4.0], None)},
+            "payload": {**measures(0, 2), "detection_limit": limit(8.0, [5.0, 8.0], "above")},
+        },
+        "confusion": {"hidden": ["delay", "none"], "said": ["delay", "none"], "counts": [[2, 1], [0, 2]]},
+        "time": {"median": 30.0, "longest": 60.0},
+        "targets": [
+            {"what": "named, strength 3 and more", "have": 0.67, "want": 0.9, "at_least": True, "holds": False},
+            {"what": "calibration error", "have": 0.02, "want": 0.05, "at_least": False, "holds": True},
+            {"what": "both of a pair named", "have": None, "want": 0.75, "at_least": True, "holds": None},
+        ],
+        "rows": [row("case_0001", "delay", 4.0, True), row("case_0002", "payload", 2.0, False, ["delay"])],
+    }  # fmt: skip
+
+
+def test_the_page_says_what_holds_and_what_does_not(score, tmp_path):
+    write_score_report(score, tmp_path)
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "1 of 2 hold" in page
+    assert "does not hold" in page
+    assert "not tried" in page
+    assert "case_0002" in page  # it went wrong
+    made = {path.name for path in tmp_path.glob("*.png")}
+    assert made == {"strength.png", "confusion.png", "reliability.png", "limits.png", "shrinkage.png"}
+    assert all(name in page for name in made)
+    assert not re.search(r"(src|href)=.https?:", page)
+
+
+def test_figures_say_the_finding(score):
+    assert finding_of(strength_figure(score)).startswith("50 % of 4 hidden effects are named")
+    assert finding_of(limits_figure(score)) == "1 of 2 effects are named half of the time at 3 noise floors or less"
+    assert finding_of(confusion_figure(score)).endswith("4 of 5 answers give its very name")
+
+
+def test_a_shrinkage_far_below_nothing_stays_in_the_picture(score):
+    ax = shrinkage_figure(score).axes[0]
+    low, high = ax.get_ylim()
+    shown = np.concatenate([line.get_ydata() for line in ax.lines])
+    assert np.all((shown > low) & (shown < high))
+
+
+def test_nothing_to_show_is_left_out(score, tmp_path):
+    none = measures(0, 0)
+    score |= {"single": dict.fromkeys(("all", "strong", "fair", "faint"), none), "effects": {}, "rows": []}
+    score["calibration"] = {"likeliest": {"ece": None, "bins": []}}
+    score["confusion"] = {"hidden": [], "said": [], "counts": []}
+    score["outside"] = {"abstained": rate(0, 0), "effects": {}}
+    score["intervals"] = {"coverage": rate(0, 0), "parameters": []}
+    write_score_report(score, tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
+
+
+def test_a_share_has_its_interval_and_its_counts():
+    assert share(rate(0, 0)) == "–"
+    assert share({"k": 9, "n": 10, "value": 0.9, "ci95": [0.6, 0.98]}) == "90\u00a0% (60 to 98\u00a0%), 9 of 10"
+
+
+@pytest.fixture
+def power(score):
+    level = {"named": rate(1, 1), "strength": 4.0}
+    case = {"strength": 4.0, "level": "clear", "joint": "A", "parameters": {"time": {"value": 0.01, "unit": "s"}}}
+    blank = {"named": rate(0, 0), "strength": None}
+    seen, unseen = {"clear": level, "weak": blank}, {"clear": blank, "weak": blank}
+    return {
+        "version": "0", "arm": "bench", "runs": ["run.csv"], "cases": 3, "false_alarms": rate(0, 1),
+        "wrong_names": rate(0, 2),
+        "effects": {
+            "delay": {"revealed_from": "clear", "levels": seen, "found": case, "missed": None},
+            "payload": {"revealed_from": None, "levels": unseen, "found": None, "missed": case},
+        },
+    }  # fmt: skip
+
+
+def test_the_power_page_names_what_is_revealed_and_what_is_not(score, power, tmp_path):
+    write_power_report(power, score, tmp_path)
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "1 of 2 revealed" in page
+    assert "Blind to?" in page
+    assert "time 0.0100" in page
+    assert (tmp_path / "power.png").exists()
+
+
+def test_every_case_is_marked_by_what_was_said(score, power):
+    assert power_figure({**score, "power": {**power, "effects": {}}}) is None
+    ax = draw_power(new_figure(3.0).subplots(), ["delay", "payload"], score["rows"])
+    marks = [(line.get_marker(), float(line.get_xdata()[0])) for line in ax.lines if line.get_marker() != "None"]
+    assert marks == [("o", 4.0), ("X", 2.0)]
