@@ -46,7 +46,7 @@ def answer(*causes, named=None, verdict=None, where=(), closed=0.9, leave_out=()
         "where": [{"joint": j, "channel": c, "share": 0.5} for j, c in where],
         "gap": {"closed": {"value": closed} if names else None},
     }  # fmt: skip
-    return {"diagnosis": found, "leave_out": list(leave_out), "seconds": 10.0}
+    return {"diagnosis": found, "leave_out": list(leave_out), "seconds": 10.0, "code": "1"}
 
 
 def judged(true, said):
@@ -197,7 +197,10 @@ def test_the_whole_score():
             (truth(effect(time=0.01)), answer(cause("delay", time=(0.01, [0.009, 0.011])), where=[("A", "actuator")])),
             (truth(effect(time=0.01)), answer(cause("payload"), where=[("B", "rigid_body")])),
             (truth(effect("payload", "B", 2.0)), answer()),
-            (truth(effect("payload", "B", 0.5)), {"error": "ValueError: x", "leave_out": [], "seconds": 30.0}),
+            (
+                truth(effect("payload", "B", 0.5)),
+                {"error": "ValueError: x", "leave_out": [], "seconds": 30.0, "code": "2"},
+            ),
             (truth(), answer(none=0.9, verdict="no_gap")),
             (truth(), answer(cause("delay"))),
             (truth(effect("friction_jumps"), known=False), answer()),
@@ -211,6 +214,7 @@ def test_the_whole_score():
     assert (single["all"]["named"]["k"], single["all"]["named"]["n"]) == (1, 4)
     assert (single["strong"]["named"]["k"], single["strong"]["named"]["n"]) == (1, 2)
     assert single["all"]["wrong_name"]["k"] == 1
+    assert (single["all"]["class_size"], single["faint"]["class_size"], result["sources"]) == (1.0, None, 2)
     assert (single["fair"]["abstained"]["value"], single["faint"]["abstained"]["value"]) == (1.0, 1.0)
     assert (result["failed"]["k"], result["cases"]) == (1, 9)
     assert (result["none"]["false_alarms"]["k"], result["none"]["no_gap"]["k"]) == (1, 1)

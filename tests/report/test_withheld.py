@@ -18,7 +18,12 @@ def rate(k, n):
 
 def measures(k, n):
     keys = ("top1", "class", "named", "clean", "joint", "channel")
-    return {**{key: rate(k, n) for key in keys}, "wrong_name": rate(1, n) if n else rate(0, 0), "abstained": rate(0, n)}
+    return {
+        "class_size": 1.5 if n else None,
+        **{key: rate(k, n) for key in keys},
+        "wrong_name": rate(1, n) if n else rate(0, 0),
+        "abstained": rate(0, n),
+    }
 
 
 def limit(strength, ci95, outside):
@@ -36,7 +41,7 @@ def row(case, effect, strength, found, extra=(), level="clear"):
 def score():
     empty = measures(0, 0)
     return {
-        "version": "0", "digest": "d" * 64, "code": "c" * 64, "cases": 3, "library": ["delay", "payload"],
+        "version": "0", "digest": "d" * 64, "code": "c" * 64, "sources": 1, "cases": 3, "library": ["delay", "payload"],
         "single": {"all": measures(2, 4), "strong": measures(2, 3), "fair": measures(0, 1), "faint": empty},
         "pairs": {"all": {"both": rate(0, 0), "at_least_one": rate(0, 0)}},
         "none": {"false_alarms": rate(0, 2)},

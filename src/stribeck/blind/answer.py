@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from stribeck.arm import Arm, arm_to_toml, load_arm
+from stribeck.blind.source import code_digest
 from stribeck.errors import InputError
 from stribeck.run import Run, load_run
 from stribeck.withheld.seal import CASE_SCHEMA, digest_of_files
@@ -57,7 +58,8 @@ def answer_case(files: Files, diagnoser: Diagnoser = diagnosed, leave_out: Seque
     Returns
     -------
     dict
-        The diagnoser's, or ``error``; with ``files`` (digest of what was read), ``leave_out`` and ``seconds``.
+        The diagnoser's, or ``error``; with ``files`` (digest of what was read), ``leave_out``, ``code`` (digest of the
+        source) and ``seconds``.
     """
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):  # cases run side by side; threads under them would collide
         os.environ.setdefault(name, "1")
@@ -69,7 +71,8 @@ def answer_case(files: Files, diagnoser: Diagnoser = diagnosed, leave_out: Seque
     except Exception as error:
         answer = {"error": f"{type(error).__name__}: {error}"}
     seconds = round(time.perf_counter() - started, 3)
-    return {**answer, "files": digest_of_files(files), "leave_out": without, "seconds": seconds}
+    read = {"files": digest_of_files(files), "leave_out": without}
+    return {**answer, **read, "code": code_digest(), "seconds": seconds}
 
 
 def left_out_of(files: Files) -> tuple[str, ...]:

@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Callable, Sequence
-from functools import cache, partial
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from stribeck.blind.answer import Diagnoser, Files, answer_case, diagnosed, left_out_of
 from stribeck.blind.farm import Farm, Processes
+from stribeck.blind.source import code_digest
 from stribeck.errors import InputError
 from stribeck.outputs import whole_file
 from stribeck.withheld.seal import read_digest
 
 SCHEMA, ANSWER_SCHEMA = "stribeck.withheld-results/1", "stribeck.withheld-answer/1"
 SETTINGS = "settings.json"
-PARTS = ("arm", "run", "grid", "model", "effects", "identify", "gap")  # of the package, that an answer depends on
 
 Progress = Callable[[str], None]
 
@@ -106,16 +105,6 @@ def library_without(leave_out: Sequence[str]) -> list[str]:
         if name not in known:
             raise InputError("--leave-out: no such effect", name, f"use {', '.join(known)}")
     return [name for name in known if name not in leave_out]
-
-
-@cache
-def code_digest() -> str:
-    """Return the SHA-256 of the source that an answer depends on: a frozen method keeps it."""
-    total, root = hashlib.sha256(), Path(__file__).parents[1]
-    paths = [path for part in PARTS for path in (root / part, root / f"{part}.py") if path.exists()]
-    for path in sorted(file for p in paths for file in ([p] if p.is_file() else p.rglob("*.py"))):
-        total.update(path.relative_to(root).as_posix().encode() + b"\0" + hashlib.sha256(path.read_bytes()).digest())
-    return total.hexdigest()
 
 
 def write_json(path: Path, content: Any) -> None:

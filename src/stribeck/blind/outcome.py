@@ -67,6 +67,7 @@ def strength_bin(strength: float) -> str:
 def _nothing() -> dict[str, Any]:
     silent = {
         "named": [],
+        "equivalent": {},
         "found": [],
         "extra": [],
         "first": False,

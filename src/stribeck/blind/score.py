@@ -40,6 +40,7 @@ def score(opened: Opened, shrinkage: Mapping[str, Row] | None = None) -> dict[st
         "units": {"strength": "effect torque over noise floor", "seconds": "s"},
         "digest": opened.digest,
         "code": opened.settings["code"],
+        "sources": len({answer["code"] for answer in opened.answers.values()}),
         "library": library,
         "cases": len(rows),
         "failed": rate(row["error"] is not None for row in rows),
@@ -72,6 +73,7 @@ def _named(rows: Sequence[Row]) -> dict[str, Any]:
         "clean": rate(bool(row["found"]) and not row["extra"] for row in rows),
         "wrong_name": rate(bool(row["extra"]) for row in rows),
         "abstained": rate(not row["named"] for row in rows),
+        "class_size": _mean([len(names) for row in rows for names in row["equivalent"].values()]),
         "joint": rate(judged["joint"]),
         "channel": rate(judged["channel"]),
     }
@@ -169,6 +171,10 @@ def _hidden(row: Row) -> str:
 def _median(values: Any) -> float | None:
     given = list(values)
     return float(f"{median(given):.4g}") if given else None
+
+
+def _mean(values: Sequence[float]) -> float | None:
+    return float(f"{sum(values) / len(values):.3g}") if values else None
 
 
 def targets(result: Row) -> list[dict[str, Any]]:

@@ -13,7 +13,6 @@ from joblib import Parallel, delayed
 from stribeck.arm import Arm, load_arm
 from stribeck.blind.key import Opened
 from stribeck.effects.registry import placed_effects
-from stribeck.errors import StribeckError
 from stribeck.gap.floor import noise_floor
 from stribeck.grid import uniform
 from stribeck.identify.conditioning import Conditioned, condition
@@ -22,6 +21,8 @@ from stribeck.model.layout import values_of
 from stribeck.model.path import SignalPath
 from stribeck.run import Run
 from stribeck.withheld.fresh import fresh_runs
+
+LEAST = 1.0  # squared residual over squared floor, less one, summed over joints: below, next to nothing is to be closed
 
 Progress = Callable[[str], None]
 
@@ -65,15 +66,15 @@ def _shrunk(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> dict[str, An
     try:
         runs = fresh_runs(truth, _arm(truth["arm_true"]), _arm(truth["arm_nominal"]))
         true = closed_on(runs, _arm(answer["retuned"]), _arm(answer["corrected"]), found["settings"]["cutoff_hz"])
-    except StribeckError as error:
-        return {"claimed": claimed, "true": None, "not_judged": str(error)}
+    except Exception as error:  # of one model among many: said in its row, not the end of the score
+        return {"claimed": claimed, "true": None, "not_judged": f"{type(error).__name__}: {error}"}
     return {"claimed": claimed, "true": None if true is None else float(f"{true:.4g}")}
 
 
 def closed_on(runs: Sequence[Run], retuned: Arm, corrected: Arm, cutoff: float) -> float | None:
     """Return 1 - (rms_corrected^2 - floor^2) / (rms_retuned^2 - floor^2) of the torque gap along runs.
 
-    Joints count in units of their noise floor, as in ``diagnosis.json``; None where there is no gap to close.
+    Joints count in units of their noise floor, as in ``diagnosis.json``; None where the re-tuned arm is at the floor.
 
     Parameters
     ----------
@@ -88,7 +89,7 @@ def closed_on(runs: Sequence[Run], retuned: Arm, corrected: Arm, cutoff: float) 
     noise = noise_floor(retuned, path, values_of(path.entries), even, cutoff, 0)
     floor = np.mean(noise**2, axis=0)
     before, after = (float(np.sum(_mean_square(arm, even) / floor - 1.0)) for arm in (retuned, corrected))
-    return 1.0 - max(after, 0.0) / before if before > 0.0 else None
+    return 1.0 - max(after, 0.0) / before if before > LEAST else None
 
 
 def _mean_square(arm: Arm, runs: Sequence[Conditioned]) -> np.ndarray:

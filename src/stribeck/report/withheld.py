@@ -214,10 +214,25 @@ def _method(score: Score) -> Facts:
         (
             ("Recorded by", "a plant of its own: other equations, other integrator, no code in common"),
             ("Sealed", f"SHA-256 of the salted answers, shown before the diagnosis: {score['digest']}"),
-            ("Diagnosed by", f"stribeck {score['version']}, source {score['code'][:16]}…"),
+            ("Diagnosed by", _source(score)),
+            ("Classes", _classes(score)),
             ("Strength", "torque that the hidden effect is worth along the motions, over what noise and filters "
                          "leave unexplained without it"),
             ("Library", f"{len(score['library'])} effects"),
             ("Time", f"{number(time['median'], 3)} s a case (median), {number(time['longest'], 3)} s at most"),
         ),
     )  # fmt: skip
+
+
+def _source(score: Score) -> str:
+    mixed = f"; the answers come from {score['sources']} different sources" if score["sources"] > 1 else ""
+    return f"stribeck {score['version']}, source {score['code'][:16]}…{mixed}"
+
+
+def _classes(score: Score) -> str:
+    size = score["single"]["all"]["class_size"]
+    return (
+        "no name was given"
+        if size is None
+        else f"a name stands for {number(size, 2)} effects on average, itself included"
+    )
