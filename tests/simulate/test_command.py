@@ -68,6 +68,17 @@ def test_an_unstable_loop_says_when(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.usefixtures("bench")
+def test_an_arm_whose_decay_is_zero(capsys: pytest.CaptureFixture[str]) -> None:
+    text = Path("arm.toml").read_text()
+    Path("arm.toml").write_text(text.replace("alpha = 0.05", "alpha = 0.0", 1))
+    assert main(["simulate", "arm.toml", "loop.toml", "--out", "out"]) == 2
+    error = capsys.readouterr().err
+    assert "arm.toml: joints[0].friction.alpha must be greater than 0" in error
+    assert error.count("\n") == 1
+    assert not Path("out").exists()
+
+
+@pytest.mark.usefixtures("bench")
 @pytest.mark.parametrize(("old", "new"), [("kp = 60.0", "kp = -60.0"), ('"A"', '"C"'), ("[[joints]]", "[joints]")])
 def test_wrong_input_is_one_line_and_no_folder(old: str, new: str, capsys: pytest.CaptureFixture[str]) -> None:
     Path("loop.toml").write_text(LOOP.replace(old, new, 1))
