@@ -22,7 +22,7 @@ from stribeck.errors import InputError, StribeckError
 def scored(answers: Path, key: Path) -> dict:
     """The score, but for how long it took."""
     result = score(open_sealed(answers, key))
-    rows = [{k: v for k, v in row.items() if k != "seconds"} for row in result.pop("rows")]
+    rows = [{k: v for k, v in row.items() if not k.endswith("seconds")} for row in result.pop("rows")]
     result.pop("time")
     return {**result, "rows": rows}
 

@@ -46,7 +46,7 @@ def answer(*causes, named=None, verdict=None, where=(), closed=0.9, leave_out=()
         "where": [{"joint": j, "channel": c, "share": 0.5} for j, c in where],
         "gap": {"closed": {"value": closed} if names else None},
     }  # fmt: skip
-    return {"diagnosis": found, "leave_out": list(leave_out), "seconds": 10.0, "code": "1"}
+    return {"diagnosis": found, "leave_out": list(leave_out), "seconds": 10.0, "processor_seconds": 9.0, "code": "1"}
 
 
 def judged(true, said):
@@ -199,7 +199,7 @@ def test_the_whole_score():
             (truth(effect("payload", "B", 2.0)), answer()),
             (
                 truth(effect("payload", "B", 0.5)),
-                {"error": "ValueError: x", "leave_out": [], "seconds": 30.0, "code": "2"},
+                {"error": "ValueError: x", "leave_out": [], "seconds": 30.0, "processor_seconds": 9.0, "code": "2"},
             ),
             (truth(), answer(none=0.9, verdict="no_gap")),
             (truth(), answer(cause("delay"))),

@@ -59,20 +59,23 @@ def answer_case(files: Files, diagnoser: Diagnoser = diagnosed, leave_out: Seque
     -------
     dict
         The diagnoser's, or ``error``; with ``files`` (digest of what was read), ``leave_out``, ``code`` (digest of the
-        source) and ``seconds``.
+        source), ``seconds`` and ``processor_seconds``.
     """
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):  # cases run side by side; threads under them would collide
         os.environ.setdefault(name, "1")
-    started = time.perf_counter()
+    started, busy = time.perf_counter(), time.process_time()
     without = sorted({*leave_out, *left_out_of(files)})
     try:
         arm, runs = _loaded(files)
         answer = dict(diagnoser(arm, runs, without))
     except Exception as error:
         answer = {"error": f"{type(error).__name__}: {error}"}
-    seconds = round(time.perf_counter() - started, 3)
+    spent = {
+        "seconds": round(time.perf_counter() - started, 3),
+        "processor_seconds": round(time.process_time() - busy, 3),
+    }
     read = {"files": digest_of_files(files), "leave_out": without}
-    return {**answer, **read, "code": code_digest(), "seconds": seconds}
+    return {**answer, **read, "code": code_digest(), **spent}
 
 
 def left_out_of(files: Files) -> tuple[str, ...]:

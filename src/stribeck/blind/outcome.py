@@ -53,7 +53,12 @@ def outcome(truth: Json, answer: Json, library: Sequence[str]) -> dict[str, Any]
     row["joints"] = [e["joint"] for e in truth["effects"]]
     row["strength"] = min((e["strength"] for e in truth["effects"]), default=None)
     row["bin"] = None if row["strength"] is None else strength_bin(row["strength"])
-    row |= {"level": truth["level"], "seconds": answer["seconds"], "error": answer.get("error")}
+    row |= {
+        "level": truth["level"],
+        "seconds": answer["seconds"],
+        "processor_seconds": answer["processor_seconds"],
+        "error": answer.get("error"),
+    }
     if "error" in answer:
         return row | _nothing()
     return row | _judged(truth, answer["diagnosis"], answer, library)

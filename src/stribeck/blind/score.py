@@ -53,7 +53,11 @@ def score(opened: Opened, shrinkage: Mapping[str, Row] | None = None) -> dict[st
         "shrinkage": _shrinkage(rows),
         "effects": _effects(kinds["single"]),
         "confusion": _confusion([row for row in rows if row["kind"] != "pair"]),
-        "time": {"median": _median(row["seconds"] for row in rows), "longest": max(row["seconds"] for row in rows)},
+        "time": {
+            "median": _median(row["seconds"] for row in rows),
+            "longest": max(row["seconds"] for row in rows),
+            "processor_median": _median(row["processor_seconds"] for row in rows),
+        },
         "rows": rows,
     }
     return {**result, "targets": targets(result)}

@@ -219,7 +219,8 @@ def _method(score: Score) -> Facts:
             ("Strength", "torque that the hidden effect is worth along the motions, over what noise and filters "
                          "leave unexplained without it"),
             ("Library", f"{len(score['library'])} effects"),
-            ("Time", f"{number(time['median'], 3)} s a case (median), {number(time['longest'], 3)} s at most"),
+            ("Time", f"{number(time['median'], 3)} s a case (median), {number(time['longest'], 3)} s at most; "
+                     f"{number(time['processor_median'], 3)} s of one processor (median)"),
         ),
     )  # fmt: skip
 

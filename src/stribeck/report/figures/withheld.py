@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from stribeck.report import words
 from stribeck.report.numbers import number, percent
-from stribeck.report.style import COLOUR, INK, MUTED, RULE, drawn, grid, heading, new_figure, title
+from stribeck.report.style import COLOUR, INK, MUTED, RULE, WIDTH, drawn, grid, heading, new_figure, title
 
 BINS = {"strong": "3 and more", "fair": "1 to 3", "faint": "below 1"}
 ASKED = {"strong": 0.90, "fair": 0.75}
@@ -53,7 +53,7 @@ def draw_strengths(ax: Axes, single: Score, bins: Sequence[str]) -> Axes:
             )  # fmt: skip
         if name in ASKED:
             ax.plot([ASKED[name]] * 2, [place - 0.36, place - 0.12], color=INK, linewidth=1.4)
-    ax.set_yticks(range(len(bins)), [f"{BINS[name]}\n{single[name]['named']['n']} cases" for name in bins])
+    ax.set_yticks(range(len(bins)), [f"{BINS[name]}\n{_cases(single[name]['named']['n'])}" for name in bins])
     ax.set_ylim(len(bins) - 0.5, -0.5)
     ax.set_ylabel("effect torque / noise floor")
     _shares(ax, "x", "share of cases (95 % interval; the tick is what is asked)")
@@ -137,13 +137,16 @@ def confusion_figure(score: Score) -> Figure | None:
     counts = np.array(table["counts"], dtype=float)
     if counts.size == 0:
         return None
-    figure = new_figure(1.9 + 0.24 * len(table["hidden"]))
+    width = min(WIDTH, 4.0 + 0.3 * len(table["said"]))
+    figure = new_figure(1.9 + 0.24 * len(table["hidden"]), width)
     draw_confusion(figure.subplots(), table, counts)
-    right = sum(
-        counts[i, table["said"].index(name)] for i, name in enumerate(table["hidden"]) if name in table["said"]
-    )  # fmt: skip
-    heading(figure, f"What was said, by what was hidden: {right:.0f} of {counts.sum():.0f} answers give its very name")
+    wrong = sum(counts[i, j] for i, j in zip(*np.nonzero(counts), strict=True) if _is_wrong(table, i, j))
+    heading(figure, f"A wrong name in place of what was hidden: {wrong:.0f} of {_cases(int(counts.sum()))}", width)
     return figure
+
+
+def _is_wrong(table: Score, i: int, j: int) -> bool:
+    return table["said"][j] not in (table["hidden"][i], "none", "unknown", "failed")
 
 
 def draw_confusion(ax: Axes, table: Score, counts: np.ndarray) -> Axes:
@@ -152,7 +155,7 @@ def draw_confusion(ax: Axes, table: Score, counts: np.ndarray) -> Axes:
     ax.imshow(shares, cmap="Blues", vmin=0.0, vmax=1.3, aspect="auto")
     for i, j in zip(*np.nonzero(counts), strict=True):
         same = table["said"][j] == table["hidden"][i]
-        wrong = not same and table["said"][j] not in ("none", "unknown")
+        wrong = _is_wrong(table, i, j)
         colour = WRONG if wrong else "white" if shares[i, j] > 0.75 else INK
         weight = "bold" if wrong or same else "normal"
         ax.text(j, i, f"{counts[i, j]:.0f}", ha="center", va="center", fontsize=8, color=colour, fontweight=weight)
@@ -179,7 +182,9 @@ def shrinkage_figure(score: Score) -> Figure | None:
     found = score["shrinkage"]
     within, middle = percent(found["within_5_points"]["value"]), percent(found["median_true"])
     heading(
-        figure, f"Half of the corrections close over {middle} of the gap; {within} keep their claim to 5 points", 6.4
+        figure,
+        f"Half of the corrections close at least {middle} of the gap; {within} keep their claim to 5 points",
+        6.4,
     )
     return figure
 
@@ -200,6 +205,10 @@ def draw_shrinkage(ax: Axes, rows: Sequence[Score]) -> Axes:
     ax.set_ylim(low - 0.03, 1.06)
     ax.set_xlim(min(0.0, float(claimed.min())) - 0.03, 1.06)
     return ax
+
+
+def _cases(n: int) -> str:
+    return f"{n} case{'s' * (n != 1)}"
 
 
 def _share(ax: Axes, found: Score, y: float, colour: str) -> None:
