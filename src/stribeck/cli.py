@@ -221,6 +221,47 @@ def simulate(
 
 
 @app.command(
+    "limit-cycle",
+    epilog=(
+        "Examples:\n\n"
+        "[bold]stribeck limit-cycle arm.toml loop.toml --out out[/bold]\n\n"
+        "[bold]stribeck limit-cycle arm.toml loop.toml --grid 101x50 --out out[/bold] - a finer map; --grid none for "
+        "none"
+    ),
+)
+def limit_cycle(
+    arm: Annotated[Path, typer.Argument(metavar="ARM", help="An arm file, nominal or corrected.")],
+    loop: Annotated[Path, typer.Argument(metavar="LOOP", help="A loop file: controllers and references.")],
+    out: OutDir,
+    grid: Annotated[
+        str, typer.Option("--grid", metavar="AxB", help="Cells of the map over k and Kp, or none.")
+    ] = "61x31",
+) -> None:
+    """Say what a control loop ends in: rest or a limit cycle, how large and how stable, and which gains avoid it.
+
+    Writes limit_cycle.json, report.html and the figures.
+    """
+    check_free(out)
+    controlled = load_arm(arm)
+
+    from stribeck.loop.analyse import analyse
+    from stribeck.loop.files import write_limit_cycle
+    from stribeck.loop.surroundings import grid_of
+    from stribeck.report.limit_cycle import summary, write_report
+    from stribeck.simulate import load_loop
+
+    settings, cells = load_loop(loop, controlled), grid_of(grid)
+    with whole_folder(out) as folder, _progress("analysing") as told:
+        found = analyse(controlled, settings, grid=cells, progress=told)
+        told("drawing the report")
+        write_limit_cycle(found, folder)
+        write_report(found, folder)
+    console = Console()
+    console.print(summary(found))
+    console.print(f"report: {out / 'report.html'}", highlight=False, soft_wrap=True)
+
+
+@app.command(
     "export-fmu",
     epilog=(
         "Examples:\n\n"

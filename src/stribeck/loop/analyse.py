@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 Told = Callable[[str], None]
 T = TypeVar("T")
 
-LONGEST, MOST_ROWS = 400.0, 40_000  # s and rows of the simulation that is drawn
+LONGEST, MOST_ROWS = 2000.0, 200_000  # s and rows of the plain simulation
 ROUNDS = 12.0  # periods that it lasts at least, where that is not too long
 
 
@@ -74,7 +74,7 @@ def analyse(arm: Arm, loop: Loop, *, grid: Grid | None = None, progress: Told = 
         found = _Found(exact[entry.joint], settled[entry.joint], motion)
         answers.append(_joint(engine, loop, entry, found, assembly, grid, progress))
     indices = tuple(arm.names.index(entry.joint) for entry in loop.joints)
-    return Analysis(arm.name, loop.sample_time, loop.seed, tuple(answers), motion, indices)
+    return Analysis(arm.name, loop.sample_time, loop.duration, loop.seed, tuple(answers), motion, indices)
 
 
 @dataclass(frozen=True)
@@ -173,8 +173,10 @@ def _simulation(found: _Found, joint: int, sampled: bool, reference: Cycle) -> M
         return Method(found.motion.motion.status, None, True, "from the loop's own start")
     seen = watched(found.motion, joint)
     start = f"from the loop's own start, second half of {found.motion.ended:.4g} s"
-    if seen is None:
+    if seen == "rest":
         return Method("ok", False, True, start)
+    if isinstance(seen, str):
+        return Method("undetermined", None, False, f"{seen} {start}")
     return Method("ok", True, True, start, *seen, *_errors(*seen, reference))
 
 
@@ -196,7 +198,8 @@ def _notes(loop: Loop, entry: JointLoop, inertia: float, stable: bool, why: str)
 def _shown(loop: Loop, cycles: list[Cycle]) -> Loop:
     """Return the loop over a time in which its cycles can be seen."""
     longest = max((cycle.period or 0.0 for cycle in cycles), default=0.0)
-    duration = min(max(loop.duration, ROUNDS * longest), max(LONGEST, loop.duration))
+    most = min(LONGEST, MOST_ROWS * loop.sample_time) if loop.sample_time > 0.0 else LONGEST
+    duration = max(loop.duration, min(ROUNDS * longest, most))
     if loop.sample_time > 0.0:
         return replace(loop, duration=duration)
     return replace(loop, duration=duration, record_step=max(loop.record_step, duration / MOST_ROWS))

@@ -160,20 +160,21 @@ class Analysis:
     ----------
     arm : str
         Its name.
-    sample_time : float
-        s.
+    sample_time, duration : float
+        Of the loop file, s.
     seed : int
         Of the encoder noise.
     joints : tuple of JointAnswer
         The controlled ones.
     motion : Closed
-        A simulation from the loop's own start, for the eye.
+        A simulation from the loop's own start; over several periods, and so longer than the loop file says.
     indices : tuple of int
         Of the joints in the arm.
     """
 
     arm: str
     sample_time: float
+    duration: float
     seed: int
     joints: tuple[JointAnswer, ...]
     motion: Closed

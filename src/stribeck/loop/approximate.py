@@ -33,7 +33,7 @@ Floats = NDArray[np.float64]
 MOST_DAMPING = 0.3  # up to here one harmonic is within 3 % in amplitude and 5 % in period of an exact Coulomb cycle
 MOST_ERROR = 0.05
 HARMONICS = 40
-FASTEST = 30.0  # of the frequencies shown, relative to sqrt(Kp/J)
+SLOWEST, FASTEST = 2e-3, 30.0  # of the frequencies shown, relative to sqrt(Kp/J)
 
 
 @dataclass(frozen=True)
@@ -199,7 +199,7 @@ def _nyquist(case: _Case, roots: tuple[Root, ...]) -> Nyquist:
     """
     part, root = case.part, _chosen(roots)
     top = min(FASTEST * part.own_frequency, 0.999 * part.highest)
-    omega = np.geomspace(0.02 * part.own_frequency, top, 1500)
+    omega = np.geomspace(SLOWEST * part.own_frequency, top, 2000)
     scale = max(case.friction.C0 + case.friction.C1, 1e-9) / max(part.kv, 1e-9)
     speed = np.geomspace(1e-3 * scale, 1e3 * scale, 400)
     reference = root.velocity if root is not None else scale

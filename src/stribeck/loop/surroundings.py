@@ -49,6 +49,22 @@ class Grid:
             raise InputError("the map's grid is empty or too large", found, "give from 2x2 to 2000x2000 cells")
 
 
+def grid_of(text: str) -> Grid:
+    """Return the grid that a user writes as ``61x31``, or as ``none``.
+
+    Raises
+    ------
+    InputError
+        When it is neither, or the grid is empty or too large.
+    """
+    if text.strip().lower() == "none":
+        return Grid(wanted=False)
+    parts = text.lower().split("x")
+    if len(parts) != 2 or not all(part.strip().isdecimal() for part in parts):
+        raise InputError("--grid must be two numbers of cells", repr(text), "write it as 61x31, or none")
+    return Grid(int(parts[0]), int(parts[1]))
+
+
 def alone(arm: Arm, loop: Loop, joint: str) -> Loop:
     """Return the loop of one joint, the others held in the loop's pose."""
     held = dict(zip(arm.names, pose(arm, loop), strict=True))

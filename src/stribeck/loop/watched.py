@@ -15,8 +15,10 @@ TINY = 1e-6  # rad; a smaller swing is rest
 BAND = 0.25  # of the swing: what the error must cross on either side to count as a round
 
 
-def watched(closed: Closed, joint: int) -> tuple[float, float] | None:
-    """Return amplitude (rad) and period (s) of one joint (index) over the second half; None where it rests.
+def watched(closed: Closed, joint: int) -> tuple[float, float] | str:
+    """Return amplitude (rad) and period (s) of one joint (index) over the second half; in words where it has none.
+
+    ``rest``, or what keeps it from saying: it still moves but is not seen to repeat.
 
     The amplitude is the mean over whole rounds; rounds that are not closed do not count.
 
@@ -28,10 +30,10 @@ def watched(closed: Closed, joint: int) -> tuple[float, float] | None:
     half, end = closed.motion.filled // 2, closed.motion.filled
     error, time = _true_error(closed, joint)[half:end], closed.motion.t[half:end]
     if len(error) < 8 or 0.5 * np.ptp(error) < TINY:
-        return None
+        return "rest"
     starts = _crossings(error)
     if len(starts) < 3:
-        return None
+        return "too short to see it repeat:"
     swings = [0.5 * float(np.ptp(error[a : b + 1])) for a, b in pairwise(starts)]
     return float(np.mean(swings)), float(time[starts[-1]] - time[starts[0]]) / (len(starts) - 1)
 

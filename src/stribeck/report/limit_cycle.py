@@ -127,7 +127,8 @@ def summary(analysis: Analysis) -> RenderableType:
     """Return each joint's verdict and the methods side by side, for rich to print."""
     parts: list[RenderableType] = []
     for answer in analysis.joints:
-        parts += [Text(headline(answer), "bold"), _screen(answer)]
+        doubt = f"describing function: {words.clean(answer.methods['describing_function'].why)}"
+        parts += [Text(headline(answer), "bold"), _screen(answer), Text(doubt, "dim")]
         parts += [Text(f"warning: {words.clean(note)}", "yellow") for note in answer.notes]
     return Group(*parts)
 
@@ -135,8 +136,8 @@ def summary(analysis: Analysis) -> RenderableType:
 def _screen(answer: JointAnswer) -> Screen:
     table = Screen(box=None, padding=(0, 2, 0, 0))
     source = method_table(answer)
-    for k, name in enumerate(source.columns):
-        table.add_column(name, justify="right" if k in source.numeric else "left", overflow="fold")
+    for k, name in enumerate(source.columns[:-1]):
+        table.add_column(name, justify="right" if k in source.numeric else "left", no_wrap=True)
     for row in source.rows:
-        table.add_row(*(Text(cell) for cell in row.cells))
+        table.add_row(*(Text(cell) for cell in row.cells[:-1]))
     return table

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from stribeck.loop.answers import Branch, JointAnswer
 from stribeck.report import words
 from stribeck.report.cycle_words import gain_unit, small_unit
+from stribeck.report.figures.log_ticks import plain_log
 from stribeck.report.numbers import number, with_unit
 from stribeck.report.style import COLOUR, INK, MUTED, drawn, grid, heading, key, new_figure
 
@@ -54,6 +55,7 @@ def draw_branch(ax: Axes, branch: Branch) -> Axes:
             ax.annotate(sign, (value, 1.04 * top), ha="center", color=COLOUR["corrected"])
     if branch.setting == "kp":
         ax.set_xscale("log")
+        plain_log(ax.xaxis)
     ax.set_ylim(-0.03 * top, 1.15 * top)
     key(ax, [("rest", MUTED), ("exact cycle", COLOUR["corrected"]), ("describing function", COLOUR["as_given"])])
     grid(ax, "both")

@@ -13,7 +13,8 @@ from stribeck.loop.answers import JointAnswer
 from stribeck.loop.cycle import CYCLES, VERDICTS
 from stribeck.loop.maps import Map
 from stribeck.report import words
-from stribeck.report.cycle_words import gain_unit, small_unit
+from stribeck.report.cycle_words import VERDICT, gain_unit, small_unit
+from stribeck.report.figures.log_ticks import plain_log
 from stribeck.report.numbers import number
 from stribeck.report.style import COLOUR, INK, RULE, drawn, heading, new_figure
 
@@ -36,7 +37,8 @@ def map_figure(answer: JointAnswer) -> Figure | None:
     ax = figure.add_subplot()
     shades = draw_map(ax, answer.map, answer)
     if shades is not None:
-        figure.colorbar(shades, ax=ax, label=f"amplitude of the cycle, {small_unit(answer)}", pad=0.02)
+        bar = figure.colorbar(shades, ax=ax, label=f"amplitude of the cycle, {small_unit(answer)}", pad=0.02)
+        plain_log(bar.ax.yaxis)
     heading(figure, _finding(answer), 8.0)
     return figure
 
@@ -47,8 +49,10 @@ def draw_map(ax: Axes, found: Map, answer: JointAnswer) -> QuadMesh | None:
     name = found.axes.names[1]
     label = LABEL[name] if answer.kind == "revolute" else LABEL[name].replace("rad", "m").replace("N m", "N")
     ax.set(xlabel=label, ylabel=f"Kp, {gain_unit(answer)}", yscale="log")
+    plain_log(ax.yaxis)
     if name in ("ki", "velocity"):
         ax.set_xscale("log")
+        plain_log(ax.xaxis)
     patches = []
     for verdict, (colour, text) in PLAIN.items():
         here = found.codes == VERDICTS.index(verdict)
@@ -88,5 +92,5 @@ def _finding(answer: JointAnswer) -> str:
     cycling = sum(shares.values())
     if cycling == 0.0:
         return f"{name}: no cycle anywhere on the map"
-    most = max(shares, key=lambda verdict: shares[verdict]).replace("_", " ")
+    most = VERDICT[max(shares, key=lambda verdict: shares[verdict])].lower()
     return f"{name}: {number(100.0 * cycling, 2)} % of the map cycles, mostly as {most}"

@@ -11,7 +11,8 @@ from stribeck.report import words
 from stribeck.report.cycle_words import rotation, seconds, small_unit, speed_unit
 from stribeck.report.style import COLOUR, MUTED, RULE, drawn, grid, heading, new_figure
 
-MOST = 20_000
+MOST = 20_000  # points of a line
+PERIODS = 4.0
 
 
 @drawn
@@ -21,7 +22,7 @@ def trace_figure(analysis: Analysis, index: int) -> Figure:
     torque = "N" if answer.kind == "prismatic" else "N m"
     figure = new_figure(6.0, 8.0)
     axes = figure.subplots(3, 1, sharex=True)
-    rows, motion, j = _rows(analysis), analysis.motion, analysis.indices[index]
+    rows, motion, j = _rows(analysis, answer), analysis.motion, analysis.indices[index]
     time = motion.motion.t[rows]
     columns = (1e3 * motion.error[rows, j], motion.motion.dq[rows, j], motion.command[rows, j])
     colours = (COLOUR["as_given"], COLOUR["corrected"], COLOUR["measured"])
@@ -38,9 +39,12 @@ def trace_figure(analysis: Analysis, index: int) -> Figure:
     return figure
 
 
-def _rows(analysis: Analysis) -> slice:
-    filled = analysis.motion.motion.filled
-    return slice(0, filled, max(1, filled // MOST))
+def _rows(analysis: Analysis, answer: JointAnswer) -> slice:
+    """Return the loop file's own duration, and a few periods at least."""
+    motion = analysis.motion.motion
+    shown = max(analysis.duration, PERIODS * (answer.cycle.period or 0.0))
+    end = int(np.searchsorted(motion.t[: motion.filled], shown, side="right"))
+    return slice(0, end, max(1, end // MOST))
 
 
 def _shade(ax: Axes, time: np.ndarray, stuck: np.ndarray) -> None:

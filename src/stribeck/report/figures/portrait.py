@@ -12,6 +12,7 @@ from stribeck.report.cycle_words import headline, small_unit, speed_unit
 from stribeck.report.style import COLOUR, MUTED, drawn, grid, heading, key, new_figure
 
 MOST = 20_000  # points of a line
+WHOLE = 0.98  # of a period, that a trace must cover
 
 
 @drawn
@@ -23,10 +24,11 @@ def portrait_figure(analysis: Analysis, index: int) -> Figure:
     approach = _approach(analysis, index)
     ax.plot(1e3 * approach[0], approach[1], color=COLOUR["noise_floor"], linewidth=0.8)
     entries = [("from the loop's own start", COLOUR["noise_floor"])]
-    if answer.cycle.trace is not None:
-        draw_cycle(ax, answer.cycle.trace)
+    trace = _one_round(analysis, index)
+    if trace is not None:
+        draw_cycle(ax, trace)
         entries += [("cycle", COLOUR["corrected"])]
-        if answer.cycle.trace.stuck.any():
+        if trace.stuck.any():
             entries += [("stuck", COLOUR["as_given"])]
     elif answer.cycle.steady_error is not None:
         ax.plot([-1e3 * answer.cycle.steady_error], [0.0], "o", color=COLOUR["corrected"], markersize=8)
@@ -47,6 +49,22 @@ def draw_cycle(ax: Axes, trace: CycleTrace) -> Axes:
     ax.plot(q, v, color=COLOUR["corrected"], linewidth=1.8)
     ax.plot(np.where(stuck, q, np.nan), np.where(stuck, v, np.nan), "o", color=COLOUR["as_given"], markersize=4)
     return ax
+
+
+def _one_round(analysis: Analysis, index: int) -> CycleTrace | None:
+    """Return one period: the exact one, or the last of the simulation where that is not whole."""
+    cycle, motion, j = analysis.joints[index].cycle, analysis.motion, analysis.indices[index]
+    if not cycle.cycles or not cycle.period:
+        return None
+    if cycle.trace is not None and cycle.trace.time[-1] > WHOLE * cycle.period:
+        return cycle.trace
+    end = motion.motion.filled
+    time = motion.motion.t[:end]
+    if end == 0 or time[-1] < 2.0 * cycle.period:
+        return None
+    rows = slice(int(np.searchsorted(time, time[-1] - cycle.period)), end)
+    position = motion.motion.q[rows, j] - motion.reference[rows, j]
+    return CycleTrace(time[rows], position, motion.motion.dq[rows, j], motion.motion.modes[rows, j] == 0.0)
 
 
 def _approach(analysis: Analysis, index: int) -> tuple[np.ndarray, np.ndarray]:
