@@ -205,7 +205,7 @@ static void settle(const cell *c, track *k) {
                             fmax(torque[1] - break_away(c, 1.0), -torque[1] - break_away(c, -1.0)),
                             break_away(c, 1.0) - torque[2]}; /* up to 0: it holds */
     k->mode = 0;
-    if (over[1] > 0.0) k->mode = over[2] < 0.0 ? 1 : over[0] < 0.0 ? -1 : torque[1] > 0.0 ? 1 : -1;
+    if (over[1] > 0.0) k->mode = over[2] < over[0] ? 1 : -1; /* where both hold, the one that holds for certain */
     if (k->mode) k->held = k->mode;
 }
 
@@ -229,9 +229,11 @@ static int slide(const cell *c, track *k, double end, double *h, int continuous)
     double k1[STATES], k4[STATES], after[STATES];
     rates(c, k, k->y, k1);
     int begun = k->y[V] == 0.0;
+    /* near its end a swing is small beside the position, by which a step's error is measured */
+    const double longest = continuous ? 0.15 * sqrt(c->inertia / c->kp) : HUGE_VAL;
     for (long n = 0; k->t < end; n++) {
         if (n > 20000) return 2;
-        double g = fmin(*h, end - k->t);
+        double g = fmin(fmin(*h, end - k->t), longest);
         double error = step(c, k, k1, g, after, k4);
         if (!(error <= 1.0)) {
             *h = g * (error < 1e30 ? fmax(0.2, 0.9 / cbrt(error)) : 0.1);
@@ -265,8 +267,8 @@ static int slide(const cell *c, track *k, double end, double *h, int continuous)
             return 0;
         }
         if (!(fabs(k->y[X]) < 1e4 && fabs(k->y[V]) < 1e4)) return 0;
-        if (continuous && fabs(k->y[V] - c->rate) < 1e-6 && fabs(k1[V]) < 1e-6 && fabs(k1[W]) < 1e-6 &&
-            fabs(k1[L]) < 1e-5 && (c->ki == 0.0 || fabs(k->y[X]) < 1e-6)) {
+        if (continuous && fabs(k->y[V] - c->rate) < 1e-5 && fabs(k1[V]) < 1e-4 && fabs(k1[W]) < 1e-4 &&
+            fabs(k1[L]) < 1e-3 && (c->ki == 0.0 || fabs(k->y[X]) < 1e-6)) {
             const double wait = c->rate == 0.0 ? linear_return(c, k, k1) : -1.0;
             if (wait < 0.0) return 1;
             k->y[X] += k1[V] / (c->kp / c->inertia), k->y[V] = 0.0, k->t += wait; /* on to the resting point */

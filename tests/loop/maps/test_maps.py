@@ -1,0 +1,128 @@
+"""Maps: their own kernel against the event-driven reference, cost, chunks, backends, bad input."""
+
+import math
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stribeck.arm import EffectEntry
+from stribeck.errors import InputError
+from stribeck.loop.cycle import VERDICTS
+from stribeck.loop.maps import label_map
+from stribeck.loop.maps import label as label_module
+
+RATIOS = (0.8, 1.2, 1.7)
+GAINS = (15.0, 80.0)
+DAMPING = (0.2, 0.6)
+FAMILIES = {
+    "set-valued": ({"at_zero": "set_valued"}, {"k": RATIOS, "kp": GAINS, "zeta": DAMPING}),
+    "hold": ({"at_zero": "hold"}, {"k": RATIOS, "kp": GAINS, "zeta": DAMPING}),
+    "zero, lag": ({"at_zero": "zero", "actuator_lag": 0.01}, {"k": RATIOS, "kp": GAINS, "zeta": DAMPING}),
+    "PID": ({"at_zero": "zero", "ki": 30.0}, {"k": RATIOS[:2], "zeta": DAMPING}),
+    "ramp": ({"kind": "feedforward", "velocity": 0.02}, {"velocity": (0.005, 0.02, 0.06), "zeta": DAMPING}),
+    "sampled, filter": (
+        {"at_zero": "zero", "sample_time": 0.0125, "velocity_filter": 0.01},
+        {"k": (1.2, 2.0), "zeta": (0.2, 0.6), "delay": (0, 2)},
+    ),
+}
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_labels_are_those_of_the_events(arm, loop_of, family):
+    settings, axes = FAMILIES[family]
+    loop = loop_of(**settings)
+    fast = label_map(arm, loop, "A", axes)
+    exact = label_map(arm, loop, "A", axes, method="events")
+    assert (fast.method, exact.method) == ("cells", "events")
+    assert fast.codes.shape == tuple(len(values) for values in axes.values())
+    assert (fast.verdicts == exact.verdicts).all()
+    cycles = np.isfinite(exact.amplitude)
+    assert cycles.any()
+    assert (np.isfinite(fast.amplitude) == cycles).all()
+    close = 0.01 if loop.sample_time else 3e-3
+    assert np.abs(fast.amplitude / exact.amplitude - 1.0)[cycles].max() < close
+    assert np.abs(fast.period / exact.period - 1.0)[cycles].max() < close
+
+
+def test_amplitude_follows_the_coth_law(arm, loop_of):
+    """Coulomb friction by a bend so narrow that it does not matter."""
+    joint = arm.joints[0]
+    friction = replace(joint.friction, C1=0.0, C2=0.0)
+    coulomb = replace(arm, joints=(replace(joint, friction=friction, backward=friction),))
+    ratio, zeta = np.array([1.1, 1.3]), np.array([0.1, 0.5, 0.9, 0.99])
+    found = label_map(coulomb, loop_of(), "A", {"k": ratio, "zeta": zeta})
+    root = np.sqrt(1.0 - zeta**2)
+    law = (ratio[:, None] - 1.0) * 5.0 / 30.0 / np.tanh(math.pi * zeta / (2.0 * root))
+    assert np.abs(found.amplitude / law - 1.0).max() < 2e-3
+    assert np.abs(found.period / (2.0 * math.pi / (math.sqrt(30.0) * root)) - 1.0).max() < 2e-3
+
+
+def test_a_map_of_101_by_50_takes_three_seconds(arm, loop_of):
+    """Of the processor, whatever else the machine does; and the cost is that of the cells."""
+    axes = {"k": np.linspace(0.5, 2.0, 101), "kp": np.linspace(10.0, 100.0, 50)}
+    loop = loop_of()
+    label_map(arm, loop, "A", {"k": (1.0,)})
+    begin = time.process_time()
+    whole = label_map(arm, loop, "A", axes)
+    spent = time.process_time() - begin
+    assert spent < 6.0  # two cores for 3 s
+    assert np.mean(whole.verdicts == "undetermined") <= 0.01
+    begin = time.process_time()
+    label_map(arm, loop, "A", {**axes, "kp": axes["kp"][::5]})
+    assert time.process_time() - begin == pytest.approx(spent / 5.0, rel=0.6)
+
+
+def test_chunks_and_backends_do_not_matter(arm, loop_of, monkeypatch):
+    axes = {"k": np.linspace(0.8, 1.6, 7), "zeta": np.linspace(0.2, 0.9, 5)}
+    whole = label_map(arm, loop_of(), "A", axes)
+    monkeypatch.setattr(label_module, "_CHUNK", 4)
+    monkeypatch.setattr(label_module, "_AT_ONCE", 3)
+    for backend in ("joblib", "dask"):
+        if backend == "dask":
+            pytest.importorskip("dask")
+        parts = label_map(arm, loop_of(), "A", axes, backend=backend)
+        assert (parts.codes == whole.codes).all()
+        np.testing.assert_array_equal(parts.amplitude, whole.amplitude)
+
+
+def test_what_the_kernel_cannot_take_is_labelled_by_events(arm, loop_of):
+    effect = EffectEntry("torque_gain", ("A",), {"A": {"gain": 0.9}})
+    found = label_map(replace(arm, effects=(effect,)), loop_of(), "A", {"k": (1.4,), "zeta": (0.3,)})
+    assert (found.method, found.why) == ("events", "the arm has effects")
+    assert found.verdicts.item() == "sliding_cycle"
+
+
+def test_unstable_gains_and_delays_over_the_period_are_labelled(arm, loop_of):
+    loop = loop_of("zero", sample_time=0.0125)
+    found = label_map(arm, loop, "A", {"kp": (30.0, 5000.0), "delay": (0, 200)})
+    assert set(found.verdicts.ravel()) <= set(VERDICTS)
+    assert found.verdicts[1, 0] == "unbounded"
+    assert found.verdicts[0, 1] == "unbounded"
+
+
+@pytest.mark.parametrize(
+    ("axes", "settings", "text"),
+    [
+        ({}, {}, "the map has no axis"),
+        ({"k": ()}, {}, "the map's axis k is empty"),
+        ({"k": (-0.1,)}, {}, "the map's axis k is out of range: found -0.1"),
+        ({"kp": (0.0,)}, {}, "the map's axis kp is out of range: found 0"),
+        ({"kp": (float("nan"),)}, {}, "the map's axis kp is out of range"),
+        ({"gain": (1.0,)}, {}, "the map has no such axis: found 'gain'"),
+        ({"delay": (1,)}, {}, "a delay in samples needs a sampled controller"),
+        ({"delay": (0.5,)}, {"sample_time": 0.0125}, "the map's axis delay is out of range: found 0.5"),
+        ({"kv": (1.0,), "zeta": (1.0,)}, {}, "the map varies kv and zeta"),
+    ],
+)
+def test_bad_axes_are_one_line(arm, loop_of, axes, settings, text):
+    with pytest.raises(InputError) as caught:
+        label_map(arm, loop_of(**settings), "A", axes)
+    assert str(caught.value).startswith(text)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_joint_that_is_not_controlled_is_refused(arm, loop_of):
+    with pytest.raises(InputError, match="does not control"):
+        label_map(arm, loop_of(), "Z", {"k": (1.0,)})
