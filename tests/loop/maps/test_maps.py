@@ -10,8 +10,8 @@ import pytest
 from stribeck.arm import EffectEntry
 from stribeck.errors import InputError
 from stribeck.loop.cycle import VERDICTS
-from stribeck.loop.maps import label_map
 from stribeck.loop.maps import label as label_module
+from stribeck.loop.maps import label_map
 
 RATIOS = (0.8, 1.2, 1.7)
 GAINS = (15.0, 80.0)

@@ -17,7 +17,7 @@ from stribeck.simulate import Loop
 Floats = NDArray[np.float64]
 _FIRST, _LONGEST = 16, 4096  # turns of a stretch
 _LONGEST_TIME = 2e4  # s of a stretch of a sampled loop
-_ALIKE = {"continuous": 1e-7, "sampled": 2e-4, "noisy": 0.02}  # averages of two stretches that count as the same
+_ALIKE = {"continuous": 2e-6, "sampled": 2e-4, "noisy": 0.02}  # averages of two stretches that count as the same
 _LEAST = {"continuous": 16, "sampled": 32, "noisy": 128}  # turns in the later one
 
 
