@@ -33,7 +33,7 @@ block = ModelExchangeFMU(fmu, tolerance=1e-10) if exchange else Recorded(fmu, dt
 
 
 def torque(t, k):
-    """The torque of joint k at a time."""
+    """Return the torque of joint k at a time."""
     if exchange:
         return float(np.interp(t, table["t"], held[k]))
     return held[k][min(int(t / step + 1e-6), len(table) - 1)]

@@ -1,0 +1,184 @@
+"""The paper's experiment as a loop of FMUs, against the loop inside the engine."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fmpy.ssp.simulation import simulate_ssp
+
+from stribeck.arm import Arm, load_arm
+from stribeck.cli import main
+from stribeck.errors import InputError
+from stribeck.export.controller import export_controller, export_system
+from stribeck.export.use import simulate_fmu
+from stribeck.export.validate import check_fmu
+from stribeck.run import load_run
+from stribeck.simulate import Compensation, JointLoop, Loop, Reference, simulate
+
+from .conftest import HERE, MODELS
+from .master import slave
+from .test_folders import table
+
+
+def test_loop_around_the_fmu_is_the_loop_around_the_engine(arm_fmu: Path, arm: Arm, loop: Loop) -> None:
+    expected = table(MODELS / "two_link_nominal" / "loop_reference.csv")
+    found = simulate_fmu(arm_fmu, arm, loop)
+    assert found.motion.ok
+    for k in range(arm.n):
+        np.testing.assert_allclose(found.measured[:, k], expected[f"q{k + 1}"], rtol=0.0, atol=1e-8)
+        np.testing.assert_allclose(found.command[:, k], expected[f"tau{k + 1}"], rtol=0.0, atol=1e-5)
+    assert np.abs(found.measured[-1, 0]) > 0.1
+    stuck = simulate(arm, loop).motion.stuck_time[-1]
+    np.testing.assert_allclose(found.motion.stuck_time[-1], stuck, rtol=0.0, atol=3 * loop.sample_time)
+
+
+def test_controller_first_then_the_arm_loses_no_time(arm_fmu: Path, controller_fmu: Path, loop: Loop) -> None:
+    expected = table(MODELS / "two_link_nominal" / "loop_reference.csv")
+    step, worst = loop.sample_time, 0.0
+    with slave(controller_fmu) as controller, slave(arm_fmu) as plant:
+        controller.begin()
+        plant.begin()
+        for i in range(len(expected) - 1):
+            controller.set("q", plant.get("q", 2))
+            controller.step(i * step, step)
+            plant.set("tau", controller.get("tau", 2))
+            plant.step(i * step, step)
+            now = plant.get("q", 2)
+            worst = max(worst, *(abs(now[k] - expected[f"q{k + 1}"][i + 1]) for k in range(2)))
+    assert worst < 1e-8
+
+
+def test_controller_is_a_sound_fmu(controller_fmu: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("stribeck.export.validate.check.build_sources", lambda fmu, target: ([], []))  # takes seconds
+    assert check_fmu(controller_fmu).problems == ()
+
+
+def test_controller_samples_in_any_communication_step(controller_fmu: Path, loop: Loop) -> None:
+    """Torque of a motion q = 0.01 sin t seen in steps of the sample time and of a seventh of it."""
+    step, outcomes = loop.sample_time, []
+    for parts in (1, 7):
+        torques = []
+        with slave(controller_fmu) as controller:
+            controller.begin()
+            for i in range(40):
+                for part in range(parts):
+                    t = (i + part / parts) * step
+                    controller.set("q", [0.01 * np.sin(t), 0.0])
+                    controller.step(t, step / parts)
+                torques.append(controller.get("tau", 2))
+        outcomes.append(torques)
+    np.testing.assert_allclose(outcomes[0], outcomes[1], rtol=0.0, atol=1e-12)
+    assert np.ptp(np.array(outcomes[0])[:, 0]) > 0.0
+
+
+def test_controller_state_rolls_back(controller_fmu: Path, loop: Loop) -> None:
+    step = loop.sample_time
+    with slave(controller_fmu) as controller:
+        controller.begin()
+
+        def go(first: int, last: int) -> list[float]:
+            for i in range(first, last):
+                controller.set("q", [0.01 * np.sin(i), 0.02 * np.cos(i)])
+                controller.step(i * step, step)
+            return controller.get("tau", 2)
+
+        go(0, 10)
+        fmu = controller.fmu
+        two = controller.two
+        state = fmu.getFMUstate() if two else fmu.getFMUState()
+        blob = fmu.serializeFMUstate(state) if two else fmu.serializeFMUState(state)
+        once = go(10, 20)
+        (fmu.setFMUstate if two else fmu.setFMUState)(state)
+        assert go(10, 20) == once
+        restored = fmu.deSerializeFMUstate(bytes(blob)) if two else fmu.deserializeFMUState(bytes(blob))
+        (fmu.setFMUstate if two else fmu.setFMUState)(restored)
+        assert go(10, 20) == once
+        for wrong in (bytes(blob)[:-1], b"x" * len(bytes(blob))):
+            with pytest.raises(Exception, match=r"[dD]e[sS]erialize"):
+                (fmu.deSerializeFMUstate if two else fmu.deserializeFMUState)(wrong)
+        (fmu.freeFMUstate if two else fmu.freeFMUState)(state)
+
+
+def test_system_in_ssp_is_the_loop_one_sample_later(arm: Arm, loop: Loop, tmp_path: Path) -> None:
+    export_system(arm, loop, tmp_path / "loop.ssp", platforms=HERE)
+    found = simulate_ssp(str(tmp_path / "loop.ssp"), stop_time=2.0 - 1e-9, step_size=loop.sample_time)
+    late = replace(loop, duration=2.0, joints=tuple(replace(joint, delay_samples=1) for joint in loop.joints))
+    expected = simulate(arm, late, tolerance=1e-9)
+    for k in range(arm.n):
+        np.testing.assert_allclose(found[f"arm.q[{k + 1}]"], expected.measured[1:, k], rtol=0.0, atol=1e-8)
+    assert expected.measured[-1, 0] > 0.05
+
+
+REST = Reference("regulate")
+REFUSED = {
+    "continuous": (Loop(0.0, 1.0, (JointLoop("A", 30.0, REST), JointLoop("B", 30.0, REST))), "continuous"),
+    "clamped": (Loop(0.01, 1.0, (JointLoop("A", 30.0, REST),)), "cannot hold a joint still: found B"),
+    "lag": (
+        Loop(0.01, 1.0, (JointLoop("A", 30.0, REST, actuator_lag=0.01), JointLoop("B", 30.0, REST))),
+        "drive's lag",
+    ),
+    "noise": (
+        Loop(0.01, 1.0, (JointLoop("A", 30.0, REST), JointLoop("B", 30.0, REST, encoder_noise=1e-5))),
+        "no noise",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_a_controller_cannot_carry(arm: Arm, tmp_path: Path, name: str) -> None:
+    refused, says = REFUSED[name]
+    with pytest.raises(InputError, match=says):
+        export_controller(arm, refused, tmp_path / "controller.fmu")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.slow
+def test_every_law_and_reference_in_a_controller_fmu(arm: Arm, tmp_path: Path, arm_fmu: Path) -> None:
+    sine = Reference("sine", amplitude=0.2, frequency=0.7, phase=0.3)
+    steps = Reference("steps", times=(0.2, 0.6), values=(0.1, -0.1))
+    followed = Reference("file", times=tuple(np.linspace(0, 1, 11)), values=tuple(0.1 * np.sin(np.linspace(0, 3, 11))))
+    laws = (
+        Compensation("adaptive", ratio=0.7), Compensation("feedback", at_zero="hold", dead_band=0.01),
+        Compensation("robust", inner=1e-3), Compensation("dither", amplitude=1.0, frequency=10.0),
+    )  # fmt: skip
+    for i, law in enumerate(laws):
+        first = JointLoop("A", 60.0, (sine, steps, followed, REST)[i], ki=5.0, delay_samples=i, compensation=law)
+        second = JointLoop("B", 60.0, sine, velocity="true", velocity_filter=0.01, encoder_resolution=1e-5, start=0.1)
+        loop = Loop(0.01, 1.0, (second, first))
+        path = tmp_path / f"{law.kind}.fmu"
+        export_controller(arm, loop, path, fmi=3, platforms=HERE)
+        expected = simulate(arm, loop, tolerance=1e-9)
+        with slave(path) as controller, slave(arm_fmu) as plant:
+            controller.begin()
+            plant.begin(q_start=list(expected.measured[0]))
+            for k in range(100):
+                controller.set("q", plant.get("q", 2))
+                controller.set("dq", plant.get("dq", 2))
+                controller.step(k * 0.01, 0.01)
+                plant.set("tau", controller.get("tau", 2))
+                plant.step(k * 0.01, 0.01)
+            np.testing.assert_allclose(plant.get("q", 2), expected.motion.q[-1], rtol=0.0, atol=1e-6, err_msg=law.kind)
+
+
+def test_command_writes_a_run_of_the_fmu(arm_fmu: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    loop = str(MODELS / "two_link_nominal" / "loop.toml")
+    assert main(["simulate", "--fmu", str(arm_fmu), loop, "--out", str(tmp_path / "out")]) == 0
+    run = load_run(tmp_path / "out" / "simulation.csv", 2)
+    expected = table(MODELS / "two_link_nominal" / "loop_reference.csv")
+    np.testing.assert_allclose(run.q[:, 0], expected["q1"], rtol=0.0, atol=1e-8)
+    assert {path.name for path in (tmp_path / "out").iterdir()} >= {"simulation.csv", "simulation.json", "motion_1.png"}
+    assert capsys.readouterr().err == ""
+    other = str(MODELS / "one_joint" / "arm.toml")
+    assert main(["simulate", "--fmu", str(arm_fmu), other, loop, "--out", str(tmp_path / "no")]) == 2
+    assert "is not a joint of this arm" in capsys.readouterr().err
+    assert not (tmp_path / "no").exists()
+
+
+def test_nominal_arm_may_differ_from_the_fmu(arm_fmu: Path, arm: Arm, loop: Loop) -> None:
+    """Less friction known than there is: the error that compensation leaves grows."""
+    joints = (replace(arm.joints[0], friction=replace(arm.joints[0].friction, C0=3.0)), arm.joints[1])
+    unaware = simulate_fmu(arm_fmu, replace(arm, joints=joints), loop)
+    aware = simulate_fmu(arm_fmu, arm, loop)
+    assert np.abs(unaware.error[-1, 0]) > 2.0 * np.abs(aware.error[-1, 0])
+    assert load_arm(MODELS / "two_link_nominal" / "arm.toml") == arm
