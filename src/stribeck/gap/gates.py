@@ -14,19 +14,20 @@ LEAST_FURTHER = 0.3  # the same for a further effect: less may be what the first
 LARGE_GAIN, SURE = 0.25, 0.99  # a large gain needs no t value where any choice of blocks has it: few may excite it
 ELUSIVE_T, ELUSIVE_GAIN = 3.5, 0.2  # for laws that also fit what filters do around rest
 ABOVE = 0.7  # of the noise floor's power: less is no gap
-LEAST_POWER = 0.2  # of the noise floor's power, that an effect removes from a joint whose residual is above it
+LEAST_POWER = 0.15  # of the noise floor's power, that an effect removes from a joint whose residual is above it
 LEAST_PRIOR = 8.0  # cost that the prior must save for an effect that the residual alone does not show
 KEPT_T = 2.0  # block-robust t value below which an effect is dropped again
 
 
-def earns_its_place(ranking: Ranking, best: Model, *, further: bool) -> bool:
-    """Return whether the best rival is taken: it surely closes some of a gap above the floor; or the prior asks."""
-    k = ranking.best
+def earns_its_place(ranking: Ranking, k: int, rival: Model, *, further: bool) -> bool:
+    """Return whether the k-th model may be taken: it surely closes some of a gap above the floor; or the prior asks."""
+    if strained(rival.placed[-1]):
+        return False
     gain, held, t = ranking.overall[k], ranking.gain[k, 0], ranking.t[k]
     before, after = ranking.power[0], ranking.power[k]
     above = bool(np.any((before > ABOVE) & (before - after > LEAST_POWER)))
-    large = bool(gain > LARGE_GAIN and ranking.sure[k] > SURE)
-    elusive = best.placed[-1].effect.elusive
+    large = bool(gain > LARGE_GAIN and ranking.sure[k] > SURE and not further)
+    elusive = rival.placed[-1].effect.elusive
     sure = (t > ELUSIVE_T and gain > ELUSIVE_GAIN) if elusive else (t > LEAST_T or large)
     least = LEAST_FURTHER if further else LEAST_GAIN
     # held-out runs that hardly excite the effect cannot confirm it; they must not speak against it

@@ -44,6 +44,8 @@ class Ranking:
         The prior's cost saved against the base.
     best : int
         The best rival's place; 0 where there is none.
+    order : tuple of int
+        The rivals by their score, best first.
     """
 
     probability: np.ndarray
@@ -55,6 +57,7 @@ class Ranking:
     power: np.ndarray
     prior_gain: np.ndarray
     best: int
+    order: tuple[int, ...] = ()
 
     def twins(self) -> list[int]:
         """Return the rivals (not the base) that these data cannot tell from the best one, the best included."""
@@ -79,9 +82,7 @@ def log_ratio(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     return np.asarray(np.sum(np.log((first + 0.1) / (second + 0.1)), axis=1))
 
 
-def rank(
-    prepared: Prepared, models: Sequence[Model], floor: np.ndarray, seed: int, barred: Sequence[int] = ()
-) -> Ranking:
+def rank(prepared: Prepared, models: Sequence[Model], floor: np.ndarray, seed: int) -> Ranking:
     """Rank models by their residuals on all runs, and measure their gains on the held-out ones.
 
     Parameters
@@ -90,8 +91,6 @@ def rank(
         The base first, then its rivals.
     floor : array (n,)
         Noise floor of the residual, N m rms.
-    barred : sequence of int
-        Rivals that are ranked but cannot be the best.
 
     Notes
     -----
@@ -115,9 +114,8 @@ def rank(
     weight = np.exp(score - score.max(axis=1, keepdims=True))
     probability = (weight / weight.sum(axis=1, keepdims=True)).mean(axis=0)
     mean_score = -0.5 * np.log(total + 1e-300) @ independent - prior - extra
-    mean_score[[0, *barred]] = -np.inf
-    # of rivals that score the same, the one that the registry lists first
-    best = int(np.argmax(mean_score > mean_score.max() - TIE)) if np.any(np.isfinite(mean_score)) else 0
+    order = _order(mean_score)
+    best = order[0] if order else 0
     loss = squares / np.maximum(total[reference] / squares.shape[1], 1e-300)
     t = np.array([t_value(log_ratio(loss[0], row)) for row in loss])
     held = _squares([model.held for model in models], block_of_rows(prepared.held), floor)
@@ -126,9 +124,18 @@ def rank(
     overall = 1.0 - np.exp(np.sum(np.log(total / total[0]), axis=1))
     sure = np.mean(np.sum(logs - logs[:, :1], axis=2) < 0.0, axis=0)
     power = np.array([np.mean(residual**2, axis=0) / floor**2 for residual in whole])
-    return Ranking(
-        probability, loss, _gains(held_logs, held.sum(axis=1)), overall, t, sure, power, prior[0] - prior, best
-    )
+    gain = _gains(held_logs, held.sum(axis=1))
+    return Ranking(probability, loss, gain, overall, t, sure, power, prior[0] - prior, best, order)
+
+
+def _order(score: np.ndarray) -> tuple[int, ...]:
+    """Return the rivals, best first; of those that score the same, the one that the registry lists first."""
+    left, order = list(range(1, len(score))), []
+    while left:
+        top = max(score[k] for k in left)
+        order.append(next(k for k in left if score[k] > top - TIE))
+        left.remove(order[-1])
+    return tuple(order)
 
 
 def _squares(residuals: Sequence[np.ndarray], block: np.ndarray, floor: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from stribeck.effects.registry import registry
-from stribeck.gap.gates import LEAST_GAIN, earns_its_place, needed, strained
+from stribeck.gap.gates import LEAST_GAIN, earns_its_place, needed
 from stribeck.gap.model import Model, fit_model, weights_of
 from stribeck.gap.prepare import Prepared
 from stribeck.gap.rank import Ranking, rank
@@ -26,13 +26,18 @@ MOST_EFFECTS = 3
 
 @dataclass(frozen=True)
 class Step:
-    """One step of the search: the base, its rivals, how they rank, and whether the best was taken."""
+    """One step of the search: the base, its rivals, how they rank, and which of them may be taken, best first."""
 
     base: Model
     rivals: tuple[Model, ...]
     ranking: Ranking
-    taken: bool
+    passing: tuple[int, ...]
     screened_out: tuple[tuple[str, int], ...]
+
+    @property
+    def taken(self) -> bool:
+        """Whether the best rival was taken."""
+        return bool(self.passing)
 
     @property
     def best(self) -> Model | None:
@@ -143,12 +148,13 @@ def _step(setting: _Setting, base: Model, known: dict[tuple[str, int], dict[str,
     best_trials = sorted(best_trials, key=lambda trial: (order.index(trial.effect.name), trial.joint))
     fitted = pool(delayed(_fit_trial)(prepared, base, weights, trial) for trial in best_trials)
     rivals = _best_of_each(fitted)
-    barred = [k for k, model in enumerate(rivals, 1) if strained(model.placed[-1])]
-    ranking = rank(prepared, [base, *rivals], floor, setting.seed, barred)
+    ranking = rank(prepared, [base, *rivals], floor, setting.seed)
+    passing = tuple(k for k in ranking.order if earns_its_place(ranking, k, rivals[k - 1], further=known_before))
+    if passing:
+        ranking = replace(ranking, best=passing[0])
     kept = {(model.placed[-1].effect.name, model.placed[-1].joint) for model in rivals}
     out = tuple((effect.name, joint) for effect, joint in possible if (effect.name, joint) not in kept)
-    taken = bool(ranking.best) and earns_its_place(ranking, rivals[ranking.best - 1], further=known_before)
-    return Step(base, tuple(rivals), ranking, taken, out)
+    return Step(base, tuple(rivals), ranking, passing, out)
 
 
 def _survivors(tried: Sequence[Trial]) -> list[Trial]:

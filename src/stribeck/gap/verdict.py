@@ -8,11 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stribeck.gap.blocks import block_sums
+from stribeck.gap.model import Model
 from stribeck.gap.result import Cause, Estimate
 from stribeck.gap.search import Step
 
 AT_FLOOR = 1.4  # residual over noise floor up to which nothing is left to explain
-HALFWAY, STEEPNESS = 0.7, 20.0  # explained part at which "unknown" is as likely as not, and how fast that turns
+HALFWAY, STEEPNESS = 0.77, 20.0  # explained part at which "unknown" is as likely as not, and how fast that turns
+EACH_MORE = 0.05  # on the former for each further effect: several together fit much that they are not
 NAMED_OVER = 0.5  # probability of presence from which an effect is named
 
 
@@ -41,25 +43,32 @@ def explained(left: np.ndarray, floor: np.ndarray, before: np.ndarray) -> np.nda
     return np.asarray(np.maximum(near, gone))
 
 
-def unknown_probability(part: float) -> float:
-    """Return the probability that an effect outside the library is at work, from the part explained."""
-    return float(1.0 / (1.0 + np.exp(STEEPNESS * (part - HALFWAY))))
+def unknown_probability(part: float, effects: int = 1) -> float:
+    """Return the probability that an effect outside the library is at work, from the part that others explain."""
+    return float(1.0 / (1.0 + np.exp(STEEPNESS * (part - HALFWAY - EACH_MORE * (effects - 1)))))
+
+
+def _explained(base: Model, final: Model, floor: np.ndarray) -> np.ndarray:
+    """Return the part explained (n,) on the held-out runs or on all, whichever is less."""
+    whole = [np.concatenate([model.fit.residual, model.held]) for model in (final, base)]
+    return np.asarray(np.minimum(explained(final.held, floor, base.held), explained(whole[0], floor, whole[1])))
 
 
 def causes_of(steps: Sequence[Step], names: Sequence[str], floor: np.ndarray) -> tuple[list[Cause], float]:
     """Return the causes that the taken steps name, without parameters, and the probability of ``unknown``."""
     taken = [step for step in steps if step.taken]
     final = (taken[-1].best or steps[0].base) if taken else steps[0].base
-    part = explained(final.held, floor, steps[0].base.held)
+    part = _explained(steps[0].base, final, floor)
     gathered: dict[str, list[tuple[int, float, float, tuple[str, ...]]]] = {}
     for step in taken:
         r, best = step.ranking, step.best
         assert best is not None
         place = best.placed[len(step.base.placed)]
         twins = [step.rivals[k - 1].placed[-1] for k in r.twins()]
-        chance = float(sum(r.probability[k] for k in r.twins()))
+        able = sum(r.probability[k] for k in {*step.passing, *r.twins()})
+        chance = float(sum(r.probability[k] for k in r.twins()) / max(able, 1e-12))
         share = -float(np.log(max(1.0 - r.gain[r.best, 0], 1e-6)))
-        presence = chance * (1.0 - unknown_probability(float(part[place.joint])))
+        presence = chance * (1.0 - unknown_probability(float(part[place.joint]), len(taken)))
         gathered.setdefault(place.effect.name, []).append(
             (place.joint, presence, share, tuple(dict.fromkeys([place.effect.name, *[t.effect.name for t in twins]])))
         )

@@ -23,7 +23,7 @@ class NegativeDamping(FrictionEffect):
     source = "Tustin (1947); paper, eq. (1); Bo & Pavelescu (1982)"
     parameters = (
         Parameter("amount", "N m", "break-away above Coulomb friction", 0.0, 0.0),
-        Parameter("velocity", "rad/s", "velocity over which it falls", 0.1, 5e-3, 1e3, log=True),
+        Parameter("velocity", "rad/s", "velocity over which it falls", 0.1, 1e-3, 1e3, log=True),
     )
 
     def applies(self, arm: Any, joint: int) -> bool:

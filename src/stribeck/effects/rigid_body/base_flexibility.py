@@ -36,7 +36,7 @@ class BaseFlexibility(TransmissionEffect):
         mass = scale.inertia
         return tuple(
             {"stiffness": 2.0 * mass * (6.2832 * hertz) ** 2, "damping": 0.2 * mass * 6.2832 * hertz, "inertia": mass}
-            for hertz in (5.0, 10.0)
+            for hertz in (1.5, 4.0, 10.0)
         )
 
     def transmitted(self, deflection: Expression, rate: Expression, p: Parameters) -> Expression:
