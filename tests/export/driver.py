@@ -1,7 +1,6 @@
 """A small importer of our own: it calls the binary as the standard says, one method a step of the state machine."""
 
 import ctypes
-import tempfile
 import xml.etree.ElementTree as ElementTree
 import zipfile
 from collections.abc import Callable, Sequence
@@ -32,8 +31,10 @@ class Fmu:
             root = ElementTree.fromstring(archive.read("modelDescription.xml"))
             self.names = archive.namelist()
             binary = next(n for n in self.names if n.startswith(("binaries/linux64/", "binaries/x86_64-linux/")))
-            self._folder = tempfile.TemporaryDirectory()
-            self.library = ctypes.CDLL(archive.extract(binary, self._folder.name))
+            place = path.with_suffix("") / binary
+            if not place.exists():  # a library that is loaded must not be written to
+                archive.extract(binary, path.with_suffix(""))
+            self.library = ctypes.CDLL(str(place))
         self.fmi = int(root.attrib["fmiVersion"][0])
         self.token = root.attrib["guid" if self.fmi == 2 else "instantiationToken"]
         variables = root.find("ModelVariables")
@@ -114,7 +115,9 @@ class Instance:
         more = defined, _D(tolerance), _D(start), undefined, _D(0.0)
         assert self.call("EnterInitializationMode", *more) == OK
 
-    def begin(self, values: dict[str, float] | None = None, *, start: float = 0.0, tolerance: float = 1e-8) -> "Instance":
+    def begin(
+        self, values: dict[str, float] | None = None, *, start: float = 0.0, tolerance: float = 1e-8
+    ) -> "Instance":
         """Pass initialization; Model Exchange ends in continuous-time mode, Co-Simulation in step mode."""
         self.put(values or {})
         self.enter(start, tolerance)

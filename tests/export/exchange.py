@@ -37,7 +37,7 @@ def exchanged(me: Instance, times: np.ndarray, command: np.ndarray, *, rtol: flo
     return np.array(rows), events
 
 
-def _watch(me: Instance, i: int):  # noqa: ANN202
+def _watch(me: Instance, i: int):
     def watch(t: float, state: np.ndarray) -> float:
         me.at(t, state)
         return me.edges()[i]
@@ -47,7 +47,7 @@ def _watch(me: Instance, i: int):  # noqa: ANN202
 
 
 def euler(me: Instance, end: float, h: float, command: np.ndarray) -> np.ndarray:
-    """Return the outputs q, sliding (steps + 1, 2 n) of an importer with a fixed Euler step under a constant command."""
+    """Return q and sliding (steps + 1, 2 n) of an importer with a fixed Euler step under a constant command."""
     n = len(command)
     names = [f"{key}[{j + 1}]" for key in ("q", "sliding") for j in range(n)]
     me.put({f"tau[{j + 1}]": command[j] for j in range(n)})

@@ -130,21 +130,23 @@ def test_variable_steps_change_nothing(nominal: Fmu) -> None:
 
 
 def test_euler_converges_at_first_order(nominal: Fmu, engine: Engine) -> None:
-    """Break-away, sliding and standstill under a fixed step: first order, the right modes at 1 ms."""
-    command, start = np.array([3.0, -1.0]), {"dq_start[1]": 0.4, "dq_start[2]": 0.6, "q_start[2]": 0.5}
-    fine = np.arange(0.0, 0.6001, 1e-3)
-    own = engine.run(
-        engine.p, engine.start(engine.p, np.array([0.0, 0.5]), np.array([0.4, 0.6])), fine, np.tile(command, (601, 1))
-    )
-    errors = []
-    for h in (2e-3, 1e-3, 5e-4):
-        me = nominal.instance("me").begin(start)
-        found = euler(me, 0.6, h, command)
-        me.free()
-        errors.append(np.abs(found[-1, :2] - own.q[-1]).max())
-        if h == 1e-3:
-            late = np.abs(found[:, 2:] - own.modes).sum(axis=0)
-            assert (late <= 2).all()  # a mode changes within two steps of when it should
-    assert own.event_count >= 2
-    assert 1.6 < errors[0] / errors[1] < 2.5
-    assert 1.6 < errors[1] / errors[2] < 2.5
+    """Sliding and standstill under a fixed step: first order, the right modes at 1 ms.
+
+    Each standstill is late by part of a step, by chance; the mean over several starts shows the order.
+    """
+    command, fine = np.array([3.0, -1.0]), 1e-3 * np.arange(401)
+    steps, errors = np.array([2e-3, 1e-3, 5e-4, 2.5e-4]), np.zeros(4)
+    for speed in (0.3, 0.37, 0.44, 0.51, 0.58):
+        state = engine.start(engine.p, np.array([0.0, 0.5]), np.array([speed, 0.6]))
+        own = engine.run(engine.p, state, fine, np.tile(command, (401, 1)))
+        assert own.event_count >= 2
+        for i, h in enumerate(steps):
+            me = nominal.instance("me").begin({"dq_start[1]": speed, "dq_start[2]": 0.6, "q_start[2]": 0.5})
+            found = euler(me, 0.4, h, command)
+            me.free()
+            errors[i] += np.abs(found[-1, :2] - own.q[-1]).sum()
+            if h == 1e-3:
+                late = np.abs(found[:, 2:] - own.modes).sum(axis=0)
+                assert (late <= 2).all()  # a mode changes within two steps of when it should
+    order = np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert 0.8 < order < 1.3
