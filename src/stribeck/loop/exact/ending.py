@@ -15,6 +15,7 @@ from stribeck.loop.exact.rounds import Rounds
 
 Floats = NDArray[np.float64]
 TINY = 1e-7  # rad; a smaller motion is no cycle
+_CREEP = 1e-5  # rad; a motion of which this little is left, and ever less, comes to rest
 _FEW_SAMPLES = 4  # rounds of so many samples, and as many more for each one of delay, are chatter
 _ROWS = 801
 
@@ -91,6 +92,15 @@ def _joined(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     out["low"], out["high"] = min(first["low"], second["low"]), max(first["high"], second["high"])
     out["speed"], out["stuck"] = max(first["speed"], second["speed"]), first["stuck"] + second["stuck"]
     return out
+
+
+def dies_out(mine: np.ndarray) -> bool:
+    """Tell whether one joint's rounds have become too small for a cycle, or are about to: creep to rest in steps."""
+    spread = 0.5 * (mine["high"] - mine["low"])
+    if len(spread) < 2 or not spread[-1] < spread[0]:
+        return bool(len(spread) and spread.max() < TINY)
+    creeps = len(spread) >= 8 and spread[-1] < 0.7 * spread[-8] and bool((np.diff(spread[-8:]) < 0.0).all())
+    return bool(spread[-1] < TINY or (spread[-1] < _CREEP and creeps))
 
 
 def answers(rounds: Rounds, ending: Ending) -> dict[str, Cycle]:

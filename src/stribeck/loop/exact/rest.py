@@ -19,6 +19,8 @@ from stribeck.loop.exact.rounds import Rounds
 Floats = NDArray[np.float64]
 _LONGEST = 60.0  # time constants of the slowest mode within which it comes back, if it does
 _GRID = 600
+_MOST_HOPS = 10  # over quiet stretches, without a turn
+_AWAY = 1000.0  # s in which an unstable place is left
 
 
 @dataclass(frozen=True)
@@ -117,19 +119,25 @@ def _first_return(matrix: Floats, f: Floats, watched: list[int], lead: complex) 
 
 
 def follow(rounds: Rounds, place: Place, watch: int, most: int, duration: float = 1e9) -> Stretch:
-    """Run as `Rounds.run` does, and on where a quiet loop is not at rest; ``quiet`` then means rest."""
+    """Run as `Rounds.run` does, and on where a quiet loop is not at rest; ``quiet`` then means rest.
+
+    A loop that goes on and on too slowly to be seen, without ever turning, creeps to rest.
+    """
     turns: list[np.ndarray] = []
-    quiet, end = True, place.time + duration
+    quiet, end, hops = True, place.time + duration, 0
     while True:
-        done = rounds.run(place, watch, most=most, duration=end - place.time, quiet=quiet)
+        left = end - place.time
+        done = rounds.run(place, watch, most=most, duration=left if quiet else min(left, _AWAY), quiet=quiet)
         turns.append(done.turns)
         most -= len(done.turns) if watch < 0 else int(np.sum(done.turns["joint"] == watch))
-        place, quiet = done.place, True
-        if done.why == "quiet":
+        hops = 0 if len(done.turns) else hops + 1
+        place, goes_on = done.place, not quiet and done.why == "end" and place.time < end
+        quiet = True
+        if done.why == "quiet" and hops <= _MOST_HOPS:
             ending = judge(rounds, place)
             if not ending.settled:
-                place, quiet = ending.place or place, ending.place is not None
-                if most > 0 and place.time < end:
-                    continue
+                place, quiet, goes_on = ending.place or place, ending.place is not None, True
+        if goes_on and most > 0 and place.time < end:
+            continue
         why = "enough" if most <= 0 else done.why
         return Stretch(why, np.concatenate(turns), place, done.record)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from stribeck.arm import Arm
 from stribeck.loop.cycle import Cycle
-from stribeck.loop.exact.ending import TINY, Ending, answers, gather, weighted, whole_rounds
+from stribeck.loop.exact.ending import TINY, Ending, answers, dies_out, gather, weighted, whole_rounds
 from stribeck.loop.exact.place import Place, Stretch
 from stribeck.loop.exact.rest import follow
 from stribeck.loop.exact.rounds import Rounds, RoundsEngine
@@ -46,7 +46,7 @@ def settle_from(rounds: Rounds, place: Place) -> Ending:
     kind = "noisy" if rounds.noisy else "sampled" if rounds.sampled else "continuous"
     before: Floats | None = None
     turns, still, seconds = _FIRST, 0, 25.0
-    while turns <= _LONGEST and seconds <= _LONGEST_TIME:
+    while turns <= _LONGEST and (not rounds.sampled or seconds <= _LONGEST_TIME):
         done = _stretch(rounds, place, turns, seconds)
         if done.why not in ("enough", "end"):
             return _stopped(done.why, done.place)
@@ -57,7 +57,7 @@ def settle_from(rounds: Rounds, place: Place) -> Ending:
                 return Ending("rest", place)
             seconds *= 4.0
             continue
-        if _all_tiny(done.turns):
+        if all(dies_out(done.turns[done.turns["joint"] == j]) for j in np.unique(done.turns["joint"])):
             return Ending("rest", place)
         now = _averages(rounds, done.turns)
         enough = max(len(done.turns[done.turns["joint"] == j]) for j in range(rounds.n)) >= _LEAST[kind]
@@ -78,11 +78,6 @@ def _stretch(rounds: Rounds, place: Place, turns: int, seconds: float) -> Stretc
 def _stopped(why: str, place: Place) -> Ending:
     kind = {"quiet": "rest", "unbounded": "unbounded"}.get(why, "undetermined")
     return Ending(kind, place, status="ok" if kind != "undetermined" else why)
-
-
-def _all_tiny(turns: np.ndarray) -> bool:
-    spread = 0.5 * (turns["high"] - turns["low"])
-    return bool(spread[len(spread) // 2 :].max() < TINY)
 
 
 def _winds_up(rounds: Rounds) -> bool:

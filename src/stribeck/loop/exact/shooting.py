@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from stribeck.arm import Arm
 from stribeck.loop.cycle import Cycle
-from stribeck.loop.exact.ending import TINY, Ending, answers, gather
+from stribeck.loop.exact.ending import TINY, Ending, answers, dies_out, gather
 from stribeck.loop.exact.place import Place
 from stribeck.loop.exact.rest import follow
 from stribeck.loop.exact.rounds import Rounds, RoundsEngine
@@ -71,7 +71,7 @@ def ending_of(rounds: Rounds, place: Place) -> Ending:
             if joints[-1] != watch:  # the place must be a turn of the joint that is watched
                 continue
         mine = done.turns[done.turns["joint"] == watch]
-        if _dies_out(mine):
+        if dies_out(mine):
             return Ending("rest", place)
         fixed = _attempt(rounds, watch, place, history, fixed)
         if fixed is not None and _drawn_in(rounds, watch, place, fixed):
@@ -85,11 +85,6 @@ def _stopped(why: str, place: Place) -> Ending:
     if why == "unbounded":
         return Ending("unbounded", place)
     return Ending("undetermined", place, status=why if why != "end" else "it does not turn again")
-
-
-def _dies_out(mine: np.ndarray) -> bool:
-    spread = 0.5 * (mine["high"] - mine["low"])
-    return bool(len(spread) > 1 and spread[-1] < TINY and spread[-1] < spread[-2])
 
 
 def _attempt(rounds: Rounds, watch: int, place: Place, history: np.ndarray, known: Fixed | None) -> Fixed | None:
