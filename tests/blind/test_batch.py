@@ -151,8 +151,8 @@ def started(*arguments: str) -> Iterator[subprocess.Popen]:
 
 
 @contextmanager
-def cluster(folder: Path, workers: int) -> Iterator[tuple[str, list[subprocess.Popen]]]:
-    """A scheduler and workers, each a process of its own; give the address and the workers' processes."""
+def cluster(folder: Path, workers: int) -> Iterator[tuple[str, list[subprocess.Popen], subprocess.Popen]]:
+    """A scheduler and workers, each a process of its own; give the address and the processes."""
     note = folder / "scheduler.json"
     file, own = (
         ("--scheduler-file", str(note)),
@@ -168,27 +168,32 @@ def cluster(folder: Path, workers: int) -> Iterator[tuple[str, list[subprocess.P
         worker = [sys.executable, "-m", "dask", "worker", *file, *own]
         processes = [subprocess.Popen([*worker, str(folder / f"w{k}")], **quiet) for k in range(workers)]
         try:
-            yield json.loads(note.read_text())["address"], processes
+            yield json.loads(note.read_text())["address"], processes, scheduler
         finally:
             for process in processes:
                 process.kill()
                 process.wait()
 
 
+def wait_for(address: str, workers: int) -> None:
+    from distributed import Client
+
+    with Client(address, timeout=60, set_as_default=False) as client:
+        client.wait_for_workers(workers, timeout=60)
+
+
 @pytest.mark.slow  # some ten seconds until all processes stand
 @pytest.mark.filterwarnings("default")  # of dask and tornado; none of ours
 def test_a_cluster_that_loses_a_worker_gives_the_same_score(tmp_path, sealed, straw_with, reference):
     pytest.importorskip("distributed", reason="dask.distributed is not installed (the extra `cluster`)")
-    from distributed import Client
 
     def linger(level: float) -> None:
         import time
 
         time.sleep(0.5)
 
-    with cluster(tmp_path, workers=3) as (address, workers):
-        with Client(address, timeout=30, set_as_default=False) as client:
-            client.wait_for_workers(3, timeout=60)
+    with cluster(tmp_path, workers=3) as (address, workers, _):
+        wait_for(address, 3)
         alive: list[int] = []
 
         def kill(text: str) -> None:
@@ -203,6 +208,38 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_score(tmp_path, sealed, st
         )  # fmt: skip
     assert alive == [2]
     assert done == 10
+    assert scored(tmp_path / "answers", sealed[1]) == reference
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("default")
+@pytest.mark.parametrize(("lost", "says"), [("workers", "has no workers"), ("scheduler", "does not answer any more")])
+def test_a_cluster_that_is_gone_is_told_and_what_is_done_stays(
+    monkeypatch, tmp_path, sealed, straw, straw_with, reference, lost, says
+):
+    pytest.importorskip("distributed", reason="dask.distributed is not installed (the extra `cluster`)")
+    monkeypatch.setattr("stribeck.blind.farm.LOOK", 0.5)
+    monkeypatch.setattr("stribeck.blind.farm.WAIT", 4.0)
+
+    def linger(level: float) -> None:
+        import time
+
+        time.sleep(0.5)
+
+    with cluster(tmp_path, workers=1) as (address, workers, scheduler):
+
+        def kill(text: str) -> None:
+            if text.startswith("2 of 10"):
+                victim = workers[0] if lost == "workers" else scheduler
+                victim.kill()
+                victim.wait()
+
+        wait_for(address, 1)
+        with pytest.raises(StribeckError, match=says):
+            diagnose_cases(
+                sealed[0], tmp_path / "answers", farm=Cluster(address), diagnoser=straw_with(linger), progress=kill
+            )
+    diagnose_cases(sealed[0], tmp_path / "answers", farm=Processes(1), diagnoser=straw)
     assert scored(tmp_path / "answers", sealed[1]) == reference
 
 

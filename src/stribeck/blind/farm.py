@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator, Sequence
+from itertools import islice
+from queue import Empty, Queue
 from typing import Any, Protocol, TypeVar
 
 from joblib import Parallel, delayed
@@ -14,6 +16,7 @@ K = TypeVar("K", bound=Hashable)
 V = TypeVar("V")
 DEATHS = 3  # of processes at the same key, alone: then it is the key that kills them
 AHEAD = 2  # pieces of work that wait for each worker; their inputs are held in memory
+LOOK = 10.0  # s, after which to see whether there are workers left
 WAIT = 30.0  # s, for a scheduler to answer and for workers to come back
 
 
@@ -136,29 +139,53 @@ class Cluster:
 
 
 def _submitted(client: Any, work: Callable[[Any], V], load: Callable[[K], Any], keys: list[K]) -> Iterator[tuple[K, V]]:
-    from distributed import KilledWorker, as_completed
+    """Keep a few pieces of work waiting for every worker; inputs are loaded as they are needed."""
+    waiting, done = iter(keys), Queue[Any]()
+    running = set[Any]()  # a future that nobody holds is work that nobody wants
 
-    waiting, futures, pending = iter(keys), as_completed([], loop=client.loop), 0
+    def top_up(count: int) -> None:
+        for key in islice(waiting, count):
+            future = client.submit(_keyed, work, key, load(key), pure=False)
+            running.add(future)
+            future.add_done_callback(done.put)
 
-    def submit() -> int:
-        for key in waiting:
-            futures.add(client.submit(_keyed, work, key, load(key), pure=False, retries=0))
-            return 1
-        return 0
-
-    client.wait_for_workers(1, timeout=WAIT)
-    for _ in range(AHEAD * max(1, sum(client.nthreads().values()))):
-        pending += submit()
-    while pending:
-        future = next(futures)
+    top_up(AHEAD * _threads(client))
+    while running:
         try:
-            key, value = future.result()
-        except KilledWorker as error:
-            raise StribeckError(
-                "a case kills worker after worker", str(error), "see whether memory runs out"
-            ) from error
-        pending += submit() - 1
-        yield key, value
+            future = done.get(timeout=LOOK)
+        except Empty:  # work may take long; without workers it would take for ever
+            _threads(client)
+            continue
+        running.remove(future)
+        yield _result(future)
+        top_up(1)
+
+
+def _threads(client: Any) -> int:
+    """Return the number of threads of all workers; wait for some to come, or come back."""
+    try:
+        client.wait_for_workers(1, timeout=WAIT)
+    except TimeoutError:
+        raise StribeckError("the cluster has no workers", "", "start some; the same command goes on") from None
+    except Exception as error:  # of many kinds, when a connection breaks
+        raise _gone(error) from error
+    return max(1, int(sum(client.nthreads().values())))
+
+
+def _result(future: Any) -> Any:
+    from distributed import KilledWorker
+
+    try:
+        return future.result()
+    except KilledWorker as error:
+        raise StribeckError("work kills worker after worker", str(error), "see whether memory runs out") from error
+    except Exception as error:  # the work itself turns errors into answers
+        raise _gone(error) from error
+
+
+def _gone(error: BaseException) -> StribeckError:
+    what = f"the cluster does not answer any more ({type(error).__name__})"
+    return StribeckError(what, str(error), "start it again; the same command goes on")
 
 
 def _keyed(work: Callable[[Any], V], key: K, given: Any) -> tuple[K, V]:
