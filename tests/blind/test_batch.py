@@ -77,6 +77,7 @@ def test_a_killed_process_loses_nothing(tmp_path, sealed, straw_with, reference)
     assert scored(tmp_path / "answers", sealed[1]) == reference
 
 
+@pytest.mark.slow
 def test_work_that_always_kills_is_reported_and_the_rest_is_kept(monkeypatch, tmp_path, sealed, straw_with):
     monkeypatch.setattr("stribeck.blind.farm.DEATHS", 1)
 

@@ -134,6 +134,17 @@ def test_intervals_are_judged_in_the_right_joint_only():
     assert judged(true, answer(cause("delay", joints=("B",), time=(0.01, [0.0, 1.0]))))["intervals"] == []
 
 
+def test_a_law_of_another_kind_does_not_count_against_intervals():
+    true = truth(effect("presliding", stiffness=100.0))
+    said = answer(cause("presliding", stiffness=(70.0, [60.0, 80.0])))
+    row = outcome(true, said, [*LIBRARY, "presliding"])
+    assert [(item["inside"], item["same_law"]) for item in row["intervals"]] == [(False, False)]
+    held = opened((true, said))
+    held.settings["library"] = [*LIBRARY, "presliding"]
+    result = score(held)["intervals"]
+    assert (result["coverage"]["n"], result["parameters"][0]["value"]) == (0, 0.0)
+
+
 def test_statements():
     rows = judged(truth(effect()), answer(cause("delay", 0.8), cause("payload", 0.3, probability=0.1)))["statements"]
     assert rows == [[0.8, True, "delay"], [0.3, False, "payload"], [pytest.approx(0.1), False, "unknown"]]

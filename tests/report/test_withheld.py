@@ -48,7 +48,9 @@ def score():
         "outside": {"abstained": rate(1, 2), "effects": {"friction_jumps": rate(1, 2)}},
         "calibration": {"likeliest": {"n": 3, "ece": 0.1, "ece_by_chance": 0.02, "ci95": [0.0, 0.2],
                                       "bins": [{"stated": 0.9, "held": rate(2, 3)}]}},
-        "intervals": {"coverage": rate(9, 10), "parameters": [{"effect": "delay", "parameter": "time", **rate(9, 10)}]},
+        "intervals": {"coverage": rate(9, 10), "parameters": [
+            {"effect": "delay", "parameter": "time", "same_law": True, **rate(9, 10)},
+            {"effect": "presliding", "parameter": "stiffness", "same_law": False, **rate(1, 10)}]},
         "shrinkage": {"within_5_points": rate(1, 2), "median_true": 0.85, "median_error": 0.05},
         "effects": {
             "delay": {**measures(2, 2), "detection_limit": limit(2.0, [1.0, 4.0], None)},

@@ -68,6 +68,11 @@ CONVERT: Mapping[str, Callable[[Values], Converted]] = {
 }
 
 
+# The plant has another law under the same name (Iwan's elements, another contact, another lag): the parameters mean
+# nearly the same, but an interval around the one need not hold the other
+RELATED = frozenset({"presliding", "backlash", "frictional_lag", "negative_damping"})
+
+
 def true_values(effect: str, parameters: Values) -> Converted:
     """Return the plant's parameters of an effect as the library would have them; empty where they do not compare."""
     return CONVERT[effect](parameters) if effect in CONVERT else {}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
-from stribeck.blind.comparable import true_values
+from stribeck.blind.comparable import RELATED, true_values
 
 Json: TypeAlias = Mapping[str, Any]
 
@@ -200,5 +200,6 @@ def _intervals(cause: Json, true: Json) -> list[dict[str, Any]]:
         if name in own and own[name]["value"] is not None:
             low, high = own[name]["ci95"]
             inside = (low is None or low <= value) and (high is None or value <= high)
-            rows.append({"effect": true["effect"], "name": name, "true": value, **own[name], "inside": inside})
+            row = {"effect": true["effect"], "name": name, "same_law": true["effect"] not in RELATED}
+            rows.append({**row, "true": value, **own[name], "inside": inside})
     return rows

@@ -8,6 +8,7 @@ from importlib.metadata import version
 from statistics import median
 from typing import Any, TypeAlias
 
+from stribeck.blind.comparable import RELATED
 from stribeck.blind.key import Opened
 from stribeck.blind.outcome import STRENGTHS, outcome
 from stribeck.blind.rates import calibration, detection_limit, rate
@@ -125,14 +126,16 @@ def _calibrated(rows: Sequence[Row]) -> dict[str, Any]:
 
 
 def _intervals(rows: Sequence[Row]) -> dict[str, Any]:
+    """Return the coverage of the intervals whose law plant and library share, and that of every parameter."""
     found = [item for row in rows for item in row["intervals"]]
     keys = sorted({(item["effect"], item["name"]) for item in found})
     each = [
-        {"effect": effect, "parameter": name,
+        {"effect": effect, "parameter": name, "same_law": effect not in RELATED,
          **rate(item["inside"] for item in found if (item["effect"], item["name"]) == (effect, name))}
         for effect, name in keys
     ]  # fmt: skip
-    return {"coverage": rate(item["inside"] for item in found), "parameters": each}
+    same = [item["inside"] for item in found if item["same_law"]]
+    return {"coverage": rate(same), "parameters": each}
 
 
 def _shrinkage(rows: Sequence[Row]) -> dict[str, Any]:

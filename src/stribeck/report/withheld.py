@@ -184,12 +184,15 @@ def _outside(score: Score) -> Table | None:
 def _intervals(score: Score) -> Table | None:
     rows = [
         Row((words.effect(row["effect"]), words.clean(row["parameter"]), share(row)),
-            "flag" if row["ci95"][1] < 0.95 else "")
+            ("flag" if row["ci95"][1] < 0.95 else "") if row["same_law"] else "muted")
         for row in score["intervals"]["parameters"]
     ]  # fmt: skip
     if not rows:
         return None
-    note = "Parameters that plant and library mean alike; flagged where fewer than 95 % is more than chance."
+    note = (
+        "Parameters that plant and library mean alike; flagged where fewer than 95 % is more than chance. Grey: the "
+        "plant has another law under that name, so that these are not counted above."
+    )
     return Table(
         "95 % intervals that hold the true value", ("effect", "parameter", "hold"), tuple(rows), frozenset({2}), note
     )
