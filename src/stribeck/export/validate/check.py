@@ -14,6 +14,7 @@ from stribeck.export.validate.binaries import binary_problems, platform_folders
 from stribeck.export.validate.compare import ALLOWED, Deviation, against_simulator, by_itself
 from stribeck.export.validate.declared import declaration_problems, unitless
 from stribeck.export.validate.opened import ARM, Opened, opened
+from stribeck.export.validate.reproduced import reproduction
 from stribeck.export.validate.sources import build_sources
 
 
@@ -70,16 +71,20 @@ def check_fmu(path: Path | str, *, run: bool = True) -> Validation:
         if arm is not None:
             found += declaration_problems(fmu, arm)
         elif not fmu.ours:
-            skipped.append("names of the contract and comparison with a simulator: the FMU holds no resources/arm.toml")
+            skipped.append("names of the contract, comparison with a simulator: the FMU holds no resources/arm.toml")
         bare = unitless(fmu)
         if bare:
             text = f"{len(bare)} of the real variables without a unit, {bare[0]} among them"
             (found if fmu.ours else skipped).append(text)
+        again, left = ([], ["reproduction: it holds no arm"]) if arm is None else reproduction(fmu, arm)
+        found += again
+        skipped += left
         with tempfile.TemporaryDirectory(prefix="stribeck.build.") as name:
             library = Path(name) / "built.so"
-            problems, left = build_sources(fmu, library)
-            found += problems
-            skipped += left
+            if again or left:  # else the sources are those that have just been built
+                problems, left = build_sources(fmu, library)
+                found += problems
+                skipped += left
             if run:
                 deviations = _run(fmu, arm, library if library.exists() else None, found, skipped)
             else:
