@@ -40,12 +40,14 @@ def simulated(engine, loop: Loop, period: float | None) -> tuple[str, float, flo
     if found.motion.status == "unbounded":
         return "unbounded", math.nan, math.nan
     q, t = found.motion.q[:, 0], found.motion.t
-    late = t > 0.66 * duration
-    amplitude = 0.5 * float(np.ptp(q[late]))
-    events = found.motion.events
-    stops = events["time"][(events["before"] == 1.0) & (events["time"] > 0.5 * duration)]
-    rounds = np.diff(stops)[np.diff(stops) > 0.5 * (period or 0.0)]
-    return ("rest" if amplitude < 2e-5 else "cycle"), amplitude, float(rounds.mean()) if len(rounds) else math.nan
+    q, t = q[t > 0.6 * duration], t[t > 0.6 * duration]
+    amplitude = 0.5 * float(np.ptp(q))
+    if amplitude < 2e-5:
+        return "rest", amplitude, math.nan
+    over = q - 0.5 * (q.max() + q.min())
+    rises = np.flatnonzero((over[:-1] < 0.0) & (over[1:] >= 0.0))
+    times = t[rises] - over[rises] * (t[rises + 1] - t[rises]) / (over[rises + 1] - over[rises])
+    return "cycle", amplitude, float(np.diff(times).mean()) if len(times) > 1 else math.nan
 
 
 def compare(engine_of, loop_of, seed: int, count: int) -> dict[str, int]:

@@ -18,6 +18,7 @@ TINY = 1e-7  # rad; a smaller motion is no cycle
 _CREEP = 1e-5  # rad; a motion of which this little is left, and ever less, comes to rest
 _FEW_SAMPLES = 4  # rounds of so many samples, and as many more for each one of delay, are chatter
 _ROWS = 801
+_MOST_FOLD = 6
 
 
 @dataclass(frozen=True)
@@ -94,6 +95,17 @@ def _joined(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     return out
 
 
+def fold_of(deviation: Floats) -> int:
+    """Return after how many turns, of which these are the deviations, the motion nearly repeats."""
+    if len(deviation) < 2 * _MOST_FOLD:
+        return 1
+    tail = deviation[-2 * _MOST_FOLD :]
+    misses = [float(np.max(np.abs(tail[m:] - tail[:-m]))) for m in range(1, _MOST_FOLD + 1)]
+    best = int(np.argmin(misses))
+    near = [m for m, miss in enumerate(misses) if miss <= 3.0 * misses[best] + 1e-9]
+    return 1 if misses[0] <= 3.0 * misses[best] else near[0] + 1
+
+
 def dies_out(mine: np.ndarray) -> bool:
     """Tell whether one joint's rounds have become too small for a cycle, or are about to: creep to rest in steps."""
     spread = 0.5 * (mine["high"] - mine["low"])
@@ -147,8 +159,11 @@ def _size(ending: Ending, mine: np.ndarray) -> tuple[float, float, float]:
     mine = whole_rounds(mine)
     if len(mine) < 2:
         return 0.5 * float(np.max(spread)), ending.span, 0.0
-    spread = 0.5 * (mine["high"] - mine["low"])
-    return weighted(spread[1:]), weighted(np.diff(mine["time"])), weighted(mine["stuck"][1:])
+    fold = fold_of(mine["deviation"][1:])
+    count = (len(mine) - 1) // fold * fold
+    high, low, stuck = (mine[key][-count:].reshape(-1, fold) for key in ("high", "low", "stuck"))
+    period = weighted(np.diff(mine["time"])[-count:].reshape(-1, fold).sum(axis=1))
+    return weighted(0.5 * (high.max(axis=1) - low.min(axis=1))), period, weighted(stuck.sum(axis=1))
 
 
 def _verdict(rounds: Rounds, j: int, period: float, stuck: float) -> Verdict:

@@ -31,15 +31,12 @@ class Fixed:
         s.
     multipliers : array (m,) of complex
         Largest first.
-    end : Place
-        After one period.
     """
 
     place: Place
     turns: np.ndarray
     period: float
     multipliers: NDArray[np.complex128]
-    end: Place
 
     @property
     def stable(self) -> bool:
@@ -132,11 +129,18 @@ def solve(section: ReturnMap, z: Floats, scale: Floats) -> Fixed | None:
         if error < _CLOSE:
             roots = np.linalg.eigvals(slopes).astype(complex)
             order = np.argsort(-np.abs(roots))
-            place = section.place(z)
-            return Fixed(place, done.turns, done.place.time - place.time, roots[order], done.place)
+            return _cycle(section, done.place, roots[order])
         first = min(first, error)
         try:
             z = z + np.linalg.solve(np.eye(len(z)) - slopes, miss)
         except np.linalg.LinAlgError:
             return None
     return None
+
+
+def _cycle(section: ReturnMap, place: Place, multipliers: NDArray[np.complex128]) -> Fixed | None:
+    """Return the period from a place on the cycle; the one before it has swept the other joints' marks clean."""
+    done = follow(section.rounds, place, section.watch, section.fold, 1e7)
+    if done.why != "enough":
+        return None
+    return Fixed(place, done.turns, done.place.time - place.time, multipliers)

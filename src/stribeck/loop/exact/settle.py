@@ -15,9 +15,10 @@ from stribeck.loop.exact.starts import starts
 from stribeck.simulate import Loop
 
 Floats = NDArray[np.float64]
-_FIRST, _LONGEST = 16, 4096  # turns of a stretch
-_LONGEST_TIME = 2e4  # s of a stretch of a sampled loop
+_FIRST, _LONGEST = 16, 2048  # turns of a stretch
+_LONGEST_TIME = 6e3  # s of a stretch of a sampled loop
 _ALIKE = {"continuous": 2e-6, "sampled": 2e-4, "noisy": 0.02}  # averages of two stretches that count as the same
+_DRIFT = 0.03  # change between the longest stretches that is still a cycle, and said
 _LEAST = {"continuous": 16, "sampled": 32, "noisy": 128}  # turns in the later one
 
 
@@ -45,6 +46,7 @@ def settle_from(rounds: Rounds, place: Place) -> Ending:
     """Return what a loop settles on from a place."""
     kind = "noisy" if rounds.noisy else "sampled" if rounds.sampled else "continuous"
     before: Floats | None = None
+    last: Floats | None = None
     turns, still, seconds = _FIRST, 0, 25.0
     while turns <= _LONGEST and (not rounds.sampled or seconds <= _LONGEST_TIME):
         done = _stretch(rounds, place, turns, seconds)
@@ -64,8 +66,12 @@ def settle_from(rounds: Rounds, place: Place) -> Ending:
         if before is not None and enough and _alike(now, before, _ALIKE[kind]):
             status = "ok" if kind == "continuous" else "mean over its rounds"
             return Ending("roughly", place, done.turns, span, status=status)
-        before = now
+        last, before = before, now
         turns, seconds = 2 * turns, max(seconds, 1.5 * span * 2.0)
+    if last is not None and before is not None and _alike(before, last, _DRIFT):
+        off = float(np.nanmax(np.abs(before[:, :2] / last[:, :2] - 1.0)))
+        told = f"mean over its rounds; amplitude or period still changes by {100.0 * off:.2g} %"
+        return Ending("roughly", place, done.turns, span, status=told)
     return Ending("undetermined", place, status="not settled in the longest simulation")
 
 

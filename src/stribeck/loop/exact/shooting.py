@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from stribeck.arm import Arm
 from stribeck.loop.cycle import Cycle
-from stribeck.loop.exact.ending import TINY, Ending, answers, dies_out, gather
+from stribeck.loop.exact.ending import TINY, Ending, answers, dies_out, fold_of, gather
 from stribeck.loop.exact.place import Place
 from stribeck.loop.exact.rest import follow
 from stribeck.loop.exact.rounds import Rounds, RoundsEngine
@@ -22,7 +22,6 @@ from stribeck.simulate import Loop
 
 Floats = NDArray[np.float64]
 _NEAR = 0.02  # of the cycle's size: so close a motion is drawn in
-_MOST_FOLD = 6
 _STRETCHES = (4, 4, 8, 8, 16, 32, 64, 128, 256, 256)  # turns between looks
 
 
@@ -92,7 +91,7 @@ def _attempt(rounds: Rounds, watch: int, place: Place, history: np.ndarray, know
     if known is not None and _drawn_in(rounds, watch, place, known):
         return known
     mine = history[history["joint"] == watch]
-    section = ReturnMap(rounds, watch, place, _fold(mine["deviation"]))
+    section = ReturnMap(rounds, watch, place, fold_of(mine["deviation"]))
     z = section.coordinates(place)
     size = 0.5 * float(mine["high"][-4:].max() - mine["low"][-4:].min())
     fixed = solve(section, z, _scale(section, z, size))
@@ -112,13 +111,3 @@ def _drawn_in(rounds: Rounds, watch: int, place: Place, fixed: Fixed) -> bool:
     mine = fixed.turns[fixed.turns["joint"] == watch]
     size = 0.5 * float(mine["high"].max() - mine["low"].min())
     return bool(np.max(np.abs(here - there) / _scale(section, there, size)) < _NEAR)
-
-
-def _fold(deviation: Floats) -> int:
-    """Return after how many turns the motion nearly repeats."""
-    if len(deviation) < 2 * _MOST_FOLD:
-        return 1
-    tail = deviation[-2 * _MOST_FOLD :]
-    misses = [float(np.max(np.abs(tail[m:] - tail[:-m]))) for m in range(1, _MOST_FOLD + 1)]
-    best = int(np.argmin(misses))
-    return 1 if misses[0] <= 3.0 * misses[best] else best + 1
