@@ -43,10 +43,10 @@ def check(engine, seed: int, count: int) -> list[str]:
             if not cycle.cycles:
                 continue
             assert cycle.amplitude == pytest.approx(0.5 * np.ptp(q), rel=5e-3)
-            over = q - 0.5 * (q.max() + q.min())
-            rises = t[np.flatnonzero((over[:-1] < 0.0) & (over[1:] >= 0.0))]
-            rounds = (rises[-1] - rises[0]) / cycle.period
-            assert rounds == pytest.approx(round(rounds), abs=5e-3 * rounds)
+            # ten periods on it is where it was: a period 0.1 % off would be 6 % of a radian of phase off
+            begin = t < t[-1] - 10.0 * cycle.period
+            again = np.interp(t[begin] + 10.0 * cycle.period, t, q)
+            assert np.abs(again - q[begin]).max() < 0.05 * cycle.amplitude
     return seen
 
 
