@@ -102,6 +102,8 @@ def harmonic_balance(
         if np.isfinite(misfit) and misfit <= CLOSE and 0.0 < omega < part.highest:
             x = solved.x
             found = Harmonics(order, velocity, omega, _status(part, friction, compensator, order, velocity, omega))
+        elif count > 2:
+            break
     if found is None or len(found.order) < min(most, ENOUGH):
         return Harmonics(order, velocity, omega, "not_converged")
     return found

@@ -1,0 +1,189 @@
+"""The analysis as a whole: methods side by side, their trust, and ``limit_cycle.json``."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stribeck.arm import Arm, Friction, Joint
+from stribeck.errors import InputError
+from stribeck.loop.analyse import analyse
+from stribeck.loop.answers import Analysis, JointAnswer
+from stribeck.loop.files import limit_cycle_json, write_limit_cycle
+from stribeck.loop.surroundings import Grid, alone, grid_of
+from stribeck.loop.watched import watched
+from stribeck.simulate import Compensation, JointLoop, Loop, Reference, simulate
+
+A = Friction(5.0, 1.25, 1.5, 0.05)
+COULOMB = Friction(5.0, 0.0, 0.0, 0.05)
+METHODS = ["describing_function", "harmonic_balance", "shooting", "simulation"]
+KEYS = {
+    "verdict", "amplitude", "period", "peak_velocity", "stick_fraction", "multipliers", "stable", "steady_error",
+    "k_critical", "kp_max", "methods",
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _own_cache(tmp_path_factory: pytest.TempPathFactory):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("STRIBECK_CACHE", str(tmp_path_factory.mktemp("compiled")))
+        yield
+
+
+def arm(friction: Friction = A) -> Arm:
+    joint = Joint("A", "revolute", 0.3, 1.0, (0.0, 0.0), 0.5, 0.5, friction, friction)
+    return Arm("one joint", (0.0, 0.0), (joint,))
+
+
+def loop(step: float = 0.0, reference: Reference | None = None, **values: object) -> Loop:
+    entry = JointLoop("A", 30.0, reference or Reference("regulate", initial_error=0.2))
+    return Loop(step, 20.0, (replace(entry, **values),))  # type: ignore[arg-type]
+
+
+def answer(friction: Friction, given: Loop, grid: Grid | None = None) -> tuple[Analysis, JointAnswer]:
+    found = analyse(arm(friction), given, grid=grid or Grid(wanted=False))
+    return found, found.joints[0]
+
+
+def test_a_coulomb_cycle_by_every_method() -> None:
+    """A = (k-1)(C0/Kp) coth(pi zeta / (2 sqrt(1-zeta^2))), T = 2 pi/omega_d, cycles from k = 1 on."""
+    zeta = 0.2
+    law = Compensation("feedback", 1.3, at_zero="error_sign")
+    _, found = answer(COULOMB, loop(kv=2.0 * zeta * math.sqrt(30.0), compensation=law))
+    root = math.sqrt(1.0 - zeta**2)
+    amplitude = 0.3 * 5.0 / 30.0 / math.tanh(math.pi * zeta / (2.0 * root))
+    period = 2.0 * math.pi / (math.sqrt(30.0) * root)
+    assert found.cycle.verdict == "sliding_cycle"
+    assert list(found.methods) == METHODS
+    for name, close in zip(METHODS, (0.03, 1e-4, 1e-6, 1e-6), strict=True):
+        method = found.methods[name]
+        assert method.cycle
+        assert method.trusted, method.why
+        assert (method.amplitude, method.period) == pytest.approx((amplitude, period), rel=close)
+    assert found.methods["describing_function"].amplitude_error == pytest.approx(-0.013, abs=2e-3)
+    assert found.k_critical == pytest.approx(1.0, abs=1e-3)
+    assert found.margins.damping == pytest.approx(zeta)
+
+
+def test_damping_costs_the_describing_function_its_trust() -> None:
+    law = Compensation("feedback", 1.3, at_zero="error_sign")
+    _, found = answer(COULOMB, loop(kv=2.0 * 0.5 * math.sqrt(30.0), compensation=law))
+    method = found.methods["describing_function"]
+    assert not method.trusted
+    assert "damping ratio 0.5" in method.why
+    assert (method.amplitude_error, method.period_error) == pytest.approx((-0.0837, -0.134), abs=1e-3)
+    assert found.methods["harmonic_balance"].trusted
+    exact = 0.05 / math.tanh(math.pi * 0.5 / (2.0 * math.sqrt(0.75)))
+    assert found.cycle.amplitude == pytest.approx(exact, rel=1e-5)
+
+
+@pytest.mark.slow
+def test_hunting_is_missed_by_the_describing_function_and_it_is_said_so() -> None:
+    law = Compensation("feedback", 0.9)
+    _, found = answer(A, loop(0.0125, ki=30.0, compensation=law))
+    assert found.cycle.verdict == "hunting"
+    assert found.cycle.amplitude == pytest.approx(0.091, abs=1e-3)
+    method = found.methods["describing_function"]
+    assert (method.cycle, method.trusted) == (False, False)
+    assert "predicts no cycle where there is hunting" in method.why
+    seen = found.methods["simulation"]
+    assert seen.amplitude == pytest.approx(found.cycle.amplitude, rel=5e-3)
+
+
+@pytest.mark.slow
+def test_a_false_cycle_is_not_trusted_and_rest_is() -> None:
+    _, over = answer(A, loop(0.0125, compensation=Compensation("feedback", 1.3)))
+    assert over.cycle.verdict == "rest"
+    method = over.methods["describing_function"]
+    assert (method.cycle, method.trusted) == (True, False)
+    assert "predicts a cycle where the exact answer is rest" in method.why
+    _, under = answer(A, loop(0.0125))
+    assert under.methods["describing_function"].trusted
+    assert under.k_critical is None
+    assert under.cycle.steady_error is not None
+    assert abs(under.cycle.steady_error) <= 6.25 / 30.0
+
+
+def test_a_ramp_has_no_describing_function_but_a_fold() -> None:
+    _, found = answer(A, loop(0.0, Reference("ramp", velocity=0.02), kv=5.0))
+    assert found.cycle.verdict == "stick_slip"
+    assert found.methods["describing_function"].status == "not_applicable"
+    assert found.nyquist is None
+    assert found.fold_velocity is not None
+    assert found.fold_velocity > 0.02
+
+
+@pytest.mark.slow
+def test_gains_without_a_stable_loop_and_long_delays_are_labelled() -> None:
+    _, found = answer(A, loop(0.0125, kp=5000.0))
+    assert found.cycle.verdict in ("unbounded", "chatter")
+    assert any("no stable loop" in note for note in found.notes)
+    assert not found.margins.stable
+    assert found.kp_max.stability == pytest.approx(3150.0, rel=1e-3)
+    _, late = answer(A, loop(0.0125, delay_samples=100))
+    assert any("the delay, 1.25 s, is longer than the loop's own period, 1.147 s" in note for note in late.notes)
+    assert not late.margins.stable
+
+
+def test_json_is_the_contracts(tmp_path: Path) -> None:
+    found, _ = answer(A, loop(0.0, kv=5.0, compensation=Compensation("feedback", 1.3, at_zero="error_sign")))
+    write_limit_cycle(found, tmp_path)
+    content = json.loads((tmp_path / "limit_cycle.json").read_text())
+    assert content["schema"] == "stribeck.limit_cycle/1"
+    assert content["units"]["amplitude"] == "rad"
+    joint = content["joints"]["A"]
+    assert set(joint) >= KEYS
+    assert set(joint["kp_max"]) >= {"stability", "ms2"}
+    assert list(joint["methods"]) == METHODS
+    for method in joint["methods"].values():
+        assert set(method) >= {"status", "trusted", "why", "amplitude", "period"}
+    assert joint["amplitude"] == pytest.approx(0.0821, abs=2e-4)
+    assert joint["stable"] is True
+    assert all(isinstance(root, (float, list)) for root in joint["multipliers"])
+    assert joint["kp_max"]["stability"] is None  # continuous and critically damped: no gain is too high
+    assert limit_cycle_json(found)["joints"]["A"]["branch"]["setting"] == "k"
+
+
+def test_the_branch_and_the_map_hold_this_loop() -> None:
+    law = Compensation("feedback", 1.3, at_zero="error_sign")
+    _, found = answer(COULOMB, loop(kv=5.0, compensation=law), Grid(5, 4))
+    assert found.branch is not None
+    i = list(found.branch.values).index(1.3)
+    assert found.branch.cycles[i].amplitude == pytest.approx(found.cycle.amplitude, rel=1e-6)
+    resting = found.branch.values < 0.99
+    assert all(c.verdict == "rest" for c, r in zip(found.branch.cycles, resting, strict=True) if r)
+    assert np.isnan(found.branch.predicted[resting]).all()
+    assert found.map is not None
+    assert found.map.codes.shape == (4, 5)
+
+
+@pytest.mark.parametrize("text", ["0x0", "61x1", "61", "ax3", "-3x4", "9999x2", ""])
+def test_an_empty_or_unreadable_grid_is_refused(text: str) -> None:
+    with pytest.raises(InputError, match="grid"):
+        grid_of(text)
+    assert grid_of("none") == Grid(wanted=False)
+    assert grid_of("5x4") == Grid(5, 4)
+
+
+def test_a_reference_that_drives_the_loop_is_refused() -> None:
+    with pytest.raises(InputError, match="limit cycle is what a loop does of itself"):
+        analyse(arm(), loop(0.0, Reference("sine", amplitude=0.1, frequency=1.0)))
+
+
+def test_alone_holds_the_others_where_the_loop_has_them() -> None:
+    joints = tuple(replace(arm().joints[0], name=name) for name in "AB")
+    both = tuple(replace(loop().joints[0], joint=name, start=start) for name, start in (("A", 0.1), ("B", 0.3)))
+    single = alone(Arm("two", (0.0, 0.0), joints), Loop(0.0, 1.0, both), "A")
+    assert [entry.joint for entry in single.joints] == ["A"]
+    assert single.clamp == {"B": 0.3}
+
+
+def test_a_record_too_short_for_two_rounds_says_so() -> None:
+    given = loop(0.0125, ki=30.0, compensation=Compensation("feedback", 0.9))
+    assert isinstance(watched(simulate(arm(), replace(given, duration=6.0)), 0), str)
+    assert watched(simulate(arm(), loop(0.0125)), 0) == "rest"

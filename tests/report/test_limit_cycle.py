@@ -1,0 +1,199 @@
+"""The page, the figures and the command of a limit-cycle analysis."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stribeck.arm import Arm, Friction, Joint, save_arm
+from stribeck.cli import main
+from stribeck.loop.analyse import analyse
+from stribeck.loop.answers import Analysis
+from stribeck.loop.cycle import Cycle
+from stribeck.loop.surroundings import Grid
+from stribeck.report.cycle_tables import method_table, verdict_table
+from stribeck.report.cycle_words import answer_sentences, headline
+from stribeck.report.figures.cycle_branch import branch_figure
+from stribeck.report.figures.cycle_map import map_figure
+from stribeck.report.figures.cycle_trace import trace_figure
+from stribeck.report.figures.nyquist import nyquist_figure
+from stribeck.report.figures.portrait import portrait_figure
+from stribeck.report.limit_cycle import PLOTS, write_report
+from stribeck.report.style import finding_of
+from stribeck.simulate import Compensation, JointLoop, Loop, Reference
+
+A = Friction(5.0, 1.25, 1.5, 0.05)
+LOOP = """\
+schema = "stribeck.loop/1"
+sample_time = 0.0125
+duration = 5.0
+[[joints]]
+joint = "A"
+kp = 30.0
+kv = 5.0
+[joints.compensation]
+kind = "feedback"
+ratio = 0.8
+[joints.reference]
+kind = "regulate"
+initial_error = 0.1
+"""
+
+
+def arm(kind: str = "revolute", name: str = "A") -> Arm:
+    joint = Joint(name, kind, 0.3, 1.0, (0.0, 0.0), 0.0, 0.0, A, A)  # type: ignore[arg-type]
+    return Arm("<b>bench</b>", (0.0, 0.0), (replace(joint, inertia=0.5, rotor_inertia=0.5),))
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _own_cache(tmp_path_factory: pytest.TempPathFactory):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("STRIBECK_CACHE", str(tmp_path_factory.mktemp("compiled")))
+        yield
+
+
+@pytest.fixture(scope="module")
+def cycling(_own_cache: None) -> Analysis:
+    law = Compensation("feedback", 1.3, at_zero="error_sign")
+    entry = JointLoop("A", 30.0, Reference("regulate", initial_error=0.2), kv=5.0, compensation=law)
+    return analyse(arm(), Loop(0.0, 10.0, (entry,)), grid=Grid(7, 6))
+
+
+def test_the_page_is_whole_and_escapes_names(cycling: Analysis, tmp_path: Path) -> None:
+    write_report(cycling, tmp_path)
+    page = (tmp_path / "report.html").read_text(encoding="utf-8").replace("\u00a0", " ")
+    assert "<b>bench</b>" not in page
+    assert "&lt;b&gt;bench" in page
+    assert "sliding cycle of ±82.1" in page
+    assert "cannot be trusted here: damping ratio 0.46" in page
+    assert "http" not in re.sub(r"data:image[^\"]*", "", page)
+    names = {f"{plot.file}_1.png" for plot in PLOTS}
+    assert {path.name for path in tmp_path.iterdir()} == {"report.html", *names}
+    assert all((tmp_path / name).read_bytes().startswith(b"\x89PNG") for name in names)
+
+
+def test_every_figure_states_its_finding(cycling: Analysis) -> None:
+    answer = cycling.joints[0]
+    findings = [
+        finding_of(figure)
+        for figure in (
+            portrait_figure(cycling, 0), trace_figure(cycling, 0), branch_figure(answer), map_figure(answer),
+            nyquist_figure(answer),
+        )
+        if figure is not None
+    ]  # fmt: skip
+    texts = "\n".join(findings).replace("\u00a0", " ")
+    assert "sliding cycle of ±82.1 mrad every 1.30 s" in texts
+    assert "the error swings ±82" in texts
+    assert "cycles begin at k = 1.00" in texts
+    assert "of the map cycles, mostly as sliding cycle" in texts
+    assert "6.4 % off in amplitude and 11 % in period" in texts
+
+
+def test_the_nyquist_curves_meet_where_the_root_is(cycling: Analysis) -> None:
+    curves = cycling.joints[0].nyquist
+    assert curves is not None
+    (root,) = curves.roots
+    here = np.interp(math.log(root.omega), np.log(curves.omega), curves.response.real)
+    there = np.interp(math.log(root.velocity), np.log(curves.speed), curves.inverse.real)
+    assert here == pytest.approx(there, rel=1e-3)
+    assert np.interp(math.log(root.omega), np.log(curves.omega), curves.response.imag) == pytest.approx(0.0, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("cycle", "says"),
+    [
+        (Cycle("rest", steady_error=-0.05), "comes to rest 50.0 mrad from its reference"),
+        (Cycle("unbounded", stable=False), "unbounded"),
+        (Cycle("undetermined", status="not settled"), "undetermined (not settled)"),
+        (Cycle("hunting", 0.01, 6.0, 0.1, 0.75, (), True), "hunting of ±10.0 mrad every 6.00 s, stuck 75 % of"),
+        (Cycle("stick_slip", 0.01, 6.0, 0.1, 0.5, (0.2 + 0.1j, 0.2 - 0.1j), True), "stick-slip of ±10.0 mrad"),
+    ],
+)
+def test_every_verdict_has_words_tables_and_figures(cycling: Analysis, cycle: Cycle, says: str) -> None:
+    answer = replace(cycling.joints[0], cycle=cycle, nyquist=None, branch=None, map=None)
+    changed = replace(cycling, joints=(answer,))
+    assert says in headline(answer).replace("\u00a0", " ")
+    assert len(answer_sentences(answer, several=True)) == 3
+    assert len(verdict_table(changed).rows[0].cells) == len(verdict_table(changed).columns)
+    assert all(len(row.cells) == len(method_table(answer).columns) for row in method_table(answer).rows)
+    assert [figure(answer) for figure in (nyquist_figure, branch_figure, map_figure)] == [None, None, None]
+    assert finding_of(portrait_figure(changed, 0))
+    assert finding_of(trace_figure(changed, 0))
+
+
+def test_a_prismatic_axis_is_in_metres(cycling: Analysis) -> None:
+    answer = replace(cycling.joints[0], kind="prismatic")
+    figure = map_figure(answer)
+    assert figure is not None
+    labels = [ax.get_ylabel() for ax in figure.axes]
+    assert labels == ["Kp, N/m", "amplitude of the cycle, mm"]
+    assert "mm" in headline(answer)
+
+
+# --- the command ----------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    save_arm(arm(), "arm.toml")
+    Path("loop.toml").write_text(LOOP)
+    return tmp_path
+
+
+@pytest.mark.usefixtures("bench")
+def test_the_command_writes_its_files(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["limit-cycle", "arm.toml", "loop.toml", "--grid", "5x4", "--out", "out"]) == 0
+    content = json.loads(Path("out/limit_cycle.json").read_text())
+    assert content["joints"]["A"]["verdict"] == "rest"
+    assert abs(content["joints"]["A"]["steady_error"]) <= 6.25 / 30.0
+    assert Path("out/report.html").stat().st_size > 50_000
+    assert {path.name for path in Path("out").glob("*.png")} >= {"phase_1.png", "trace_1.png", "map_1.png"}
+    out, err = capsys.readouterr()
+    assert "comes to rest" in out
+    assert "analysing: shooting for cycles" in err
+
+
+@pytest.mark.usefixtures("bench")
+@pytest.mark.parametrize(
+    ("old", "new", "extra", "says"),
+    [
+        ("ratio = 0.8", "ratio = -0.8", "", "compensation.ratio must not be less than 0.0: found -0.8"),
+        ("kp = 30.0", "kp = -30.0", "", "kp must be greater than 0.0: found -30.0"),
+        ('"A"', '"C"', "", "is not a joint of this arm"),
+        ("duration = 5.0", "duration = nan", "", "duration must be finite"),
+        ("kv = 5.0", 'kv = 5.0\ndelay_samples = 2.5', "", "delay_samples must be a whole number"),
+        ('"regulate"', '"sine"\nfrequency = 1.0', "", "a limit cycle is what a loop does of itself"),
+        ("", "", "--grid 0x0", "the map's grid is empty or too large: found 0 x 0"),
+        ("", "", "--grid many", "--grid must be two numbers of cells: found 'many'"),
+        ("", "", "--gird 3x3", "No such option: --gird"),
+    ],
+)  # fmt: skip
+def test_bad_input_is_one_line_and_no_folder(
+    old: str, new: str, extra: str, says: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("loop.toml").write_text(LOOP.replace(old, new, 1) if old else LOOP)
+    assert main(["limit-cycle", "arm.toml", "loop.toml", "--out", "out", *extra.split()]) == 2
+    lines = [line for line in capsys.readouterr().err.splitlines() if not line.startswith("analysing: ")]
+    assert len(lines) == 1
+    assert says in lines[0]
+    assert sorted(path.name for path in Path().iterdir()) == ["arm.toml", "loop.toml"]
+
+
+def test_ctrl_c_leaves_nothing(
+    bench: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def stop(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("stribeck.loop.analyse.shoot", stop)
+    assert main(["limit-cycle", "arm.toml", "loop.toml", "--out", "out"]) == 130
+    assert "interrupted; nothing was written" in capsys.readouterr().err
+    assert sorted(path.name for path in bench.iterdir()) == ["arm.toml", "loop.toml"]
