@@ -9,6 +9,8 @@ from matplotlib.ticker import FuncFormatter
 
 from stribeck.report.style import COLOUR, drawn, grid, heading, new_figure
 
+PLAIN = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}  # a label stays legible on a dashed line
+
 
 @drawn
 def importers_figure(found: Mapping[str, float | str]) -> Figure:
@@ -19,7 +21,9 @@ def importers_figure(found: Mapping[str, float | str]) -> Figure:
     colours = ["retuned" if "Exchange" in name else "corrected" for name in runs]
     for row, (value, colour) in enumerate(zip(runs.values(), colours, strict=True)):
         ax.plot([value], [row], "o", color=COLOUR[colour], markersize=5)
-        ax.annotate(f"{value:.1e}", (value, row), (6, 0), textcoords="offset points", va="center", fontsize=8)
+        ax.annotate(
+            f"{value:.1e}", (value, row), (6, 0), textcoords="offset points", va="center", fontsize=8, bbox=PLAIN
+        )
     for bound, colour in ((1e-8, "corrected"), (1e-6, "retuned")):
         ax.axvline(bound, color=COLOUR[colour], linewidth=0.9, linestyle="--")
     ax.set_yticks(range(len(runs)), list(runs))
