@@ -88,6 +88,11 @@ def test_what_cannot_be_hidden_is_said(arm, runs):
         own_maker(replace(arm, effects=(EffectEntry("delay", ("A",)),)), runs)
 
 
+def test_a_motion_of_a_moment_is_refused(arm, runs):
+    with pytest.raises(InputError, match=r"run_01.csv: too short to track: found 0\.5 s"):
+        own_maker(arm, [first(runs[0], 0.5)])
+
+
 @pytest.fixture(scope="module")
 def stand(arm, runs):
     maker = own_maker(arm, runs)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -61,8 +60,6 @@ def answer_case(files: Files, diagnoser: Diagnoser = diagnosed, leave_out: Seque
         The diagnoser's, or ``error``; with ``files`` (digest of what was read), ``leave_out``, ``code`` (digest of the
         source), ``seconds`` and ``processor_seconds``.
     """
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):  # cases run side by side; threads under them would collide
-        os.environ.setdefault(name, "1")
     started, busy = time.perf_counter(), time.process_time()
     without = sorted({*leave_out, *left_out_of(files)})
     try:

@@ -25,6 +25,7 @@ from stribeck.withheld.plant import Array
 BANDWIDTH = 3.0  # Hz, of the controller: a recording does not tell it
 KNOTS = 200.0  # Hz, of the curve that is tracked
 TRACKED = 8.0  # Hz, up to which a recorded motion is tracked where there is no reference
+SHORTEST = 1.0  # s, of a motion
 LONGEST = 60.0  # s, of one motion
 LEAD = 1.0  # s, from rest to the state in which a recording begins
 TELLING = 3  # motions on which effects are sized: a slow one, a fast one, one in between
@@ -88,11 +89,15 @@ def own_maker(arm: Arm, runs: Sequence[Run]) -> OwnMaker:
     Raises
     ------
     InputError
-        For an arm whose file names effects, which the recording plant does not know.
+        For an arm whose file names effects, which the recording plant does not know, or too short a run.
     """
     if arm.effects:
         what = "an arm with effects of its own cannot be recorded"
         raise InputError(what, arm.effects[0].effect, "give the nominal arm, without [[effects]]")
+    for run in runs:
+        if run.duration < SHORTEST:
+            what = f"{run.name}: too short to track"
+            raise InputError(what, f"{run.duration:.3g} s", f"record {SHORTEST:g} s or more")
     if arm.n > 4:
         raise InputError("the recording plant takes at most 4 joints", str(arm.n), "give a shorter chain")
     resolution = tuple(_resolution(arm, runs, k) for k in range(arm.n))
