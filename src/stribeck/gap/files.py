@@ -13,8 +13,10 @@ import numpy as np
 
 from stribeck.arm import save_arm
 from stribeck.gap.result import Candidate, Cause, Diagnosis, Estimate, Place, Region, Stage, Tuned
+from stribeck.run import save_run
 
 SCHEMA = "stribeck.diagnosis/1"
+NEXT_REFERENCE = "next_reference.csv"
 DIGITS = 6  # significant; more would be noise, fewer would show in a parameter that is read back
 
 
@@ -47,12 +49,12 @@ def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
 
 
 def write_diagnosis(diagnosis: Diagnosis, folder: Path | str) -> None:
-    """Write ``diagnosis.json`` and ``corrected.toml`` into an existing folder.
+    """Write ``diagnosis.json`` and ``corrected.toml`` into an existing folder, and the next reference if there is one.
 
     Parameters
     ----------
     diagnosis : Diagnosis
-        Its ``models["corrected"]`` becomes the arm file.
+        Its ``models["corrected"]`` becomes the arm file, its ``next_reference`` the run ``next_reference.csv``.
     folder : path
         Made whole by the caller (:func:`stribeck.outputs.whole_folder`).
     """
@@ -61,6 +63,8 @@ def write_diagnosis(diagnosis: Diagnosis, folder: Path | str) -> None:
     # a file name that is not UTF-8 holds lone surrogates: written as JSON escapes, not refused
     (folder / "diagnosis.json").write_bytes((text + "\n").encode("utf-8", "backslashreplace"))
     save_arm(diagnosis.models["corrected"], folder / "corrected.toml")
+    if diagnosis.next_reference is not None:
+        save_run(diagnosis.next_reference, folder / NEXT_REFERENCE)
 
 
 def _gap(diagnosis: Diagnosis) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from stribeck.arm import Arm
+from stribeck.run import Run
 
 VERDICTS = ("no_gap", "explained", "partly_explained", "unexplained")
 
@@ -133,7 +134,8 @@ class Diagnosis:
     """The whole answer.
 
     ``closed`` is the part of the closable gap that the named effects close on held-out runs (None: nothing
-    closable). ``models`` holds the arms ``as_given``, ``retuned`` and ``corrected``.
+    closable). ``models`` holds the arms ``as_given``, ``retuned`` and ``corrected``. ``next_reference`` is what a
+    controller is to follow in the ``next_experiment``; its torque is what the best model needs for that.
     """
 
     arm: str
@@ -155,4 +157,5 @@ class Diagnosis:
     notes: tuple[str, ...]
     warnings: tuple[str, ...]
     next_experiment: Mapping[str, object] | None = None
+    next_reference: Run | None = None
     settings: Mapping[str, float | str] = field(default_factory=dict)

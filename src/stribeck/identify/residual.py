@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from functools import cached_property
 
 import numpy as np
@@ -42,6 +43,17 @@ class Residual:
     def rows(self) -> int:
         """Number of analysis samples."""
         return sum(len(run.analysis_index) for run in self.runs)
+
+    def along(self, runs: Sequence[Conditioned]) -> Residual:
+        """Return the same residual along other runs; what was compiled for a sample time is used again."""
+        for run in runs:
+            key = round(run.sample_time, 9)
+            if key not in self._machines:
+                self._machines[key] = _Machine(Cut(self.path, run.sample_time, self.columns))
+        other = copy(self)
+        other.__dict__.pop("rows", None)
+        other.runs = tuple(runs)
+        return other
 
     def __call__(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the residual (M, n) and its Jacobian (M, n, columns) at physical parameter values (p,)."""

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
-from stribeck.gap.files import package_version
+from stribeck.gap.files import NEXT_REFERENCE, package_version
 from stribeck.gap.result import Diagnosis
 from stribeck.report import sentences, tables, words
 from stribeck.report.figures.candidates import candidates_figure
@@ -104,7 +104,7 @@ def page_sections(diagnosis: Diagnosis, pictures: list[Picture]) -> list[Section
         tables.tuned_table(diagnosis) if diagnosis.tuned else None,
         tables.search_path(diagnosis),
         tables.method(diagnosis, package_version()),
-        _files(pictures),
+        _files(pictures, diagnosis),
     ]
     return [section for section in sections if section is not None]
 
@@ -120,10 +120,12 @@ def _answer(diagnosis: Diagnosis) -> Answer:
     return Answer(words.clean(diagnosis.arm), badge, tone, subtitle, sentences.answers(diagnosis))
 
 
-def _files(pictures: list[Picture]) -> Files:
+def _files(pictures: list[Picture], diagnosis: Diagnosis) -> Files:
+    further = [(NEXT_REFERENCE, "what a controller is to follow next")] if diagnosis.next_reference else []
     files = [
         ("diagnosis.json", "all of the above for programs"),
         ("corrected.toml", "the re-tuned arm with the named effects, for simulate, predict and export-fmu"),
+        *further,
         *((picture.file, picture.title) for picture in pictures),
     ]
     return Files("Files beside this page", tuple(files))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 from stribeck.effects.registry import registry
 from stribeck.gap.result import Cause, Diagnosis, Estimate
@@ -151,10 +152,21 @@ def next_experiment(diagnosis: Diagnosis) -> Facts | None:
     """Return what to record next to tell apart what these data cannot; None where there is nothing."""
     if not diagnosis.next_experiment:
         return None
-    pairs = tuple(
-        (words.clean(key).replace("_", " "), _plain(value)) for key, value in diagnosis.next_experiment.items()
+    told = dict(diagnosis.next_experiment)
+    gain = told.pop("expected_gain", None)
+    pairs = [(words.clean(key).replace("_", " "), _plain(value)) for key, value in told.items()]
+    if isinstance(gain, dict):
+        pairs.append(("expected gain", _promise(gain)))
+    return Facts("The next experiment", tuple(pairs))
+
+
+def _promise(gain: Mapping[str, float]) -> str:
+    """Return what the next experiment promises as a sentence."""
+    return (
+        f"The nearest two come out {number(gain['t'])} standard deviations apart, and are told apart with probability "
+        f"{probability(gain['probability_resolved'])}; a D-optimal motion gives {number(gain['t_d_optimal'])}, one at "
+        f"random {number(gain['t_random'])}."
     )
-    return Facts("The next experiment", pairs)
 
 
 def laws(diagnosis: Diagnosis) -> Laws | None:

@@ -1,0 +1,123 @@
+"""Physical changes of the arm or its stand that a second recording can be made with, as known stages of the path."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import final
+
+from stribeck.arm import Arm
+from stribeck.effects.rigid_body.payload import Payload
+from stribeck.model.effect import (
+    ActuatorEffect,
+    Body,
+    Expression,
+    Parameters,
+    RigidBodyEffect,
+    Scale,
+    Signals,
+    States,
+)
+from stribeck.model.layout import Placed
+
+PAYLOAD = 0.3  # of the last link's mass
+STANDARD_GRAVITY = 9.81  # m/s^2
+
+
+class _Known:
+    """A stage without parameters: what is changed is known."""
+
+    parameters = ()
+    equation = symptom = source = ""
+
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        return ({},)
+
+
+@final
+class Turned(_Known, RigidBodyEffect):
+    """The base turned by half a turn in the arm's plane: gravity, a tilt included, points the other way."""
+
+    name = "turned"
+    channel = "rigid_body"
+
+    def body(self, body: Body, joint: int, p: Parameters) -> Body:
+        return replace(body, gravity=(-body.gravity[0], -body.gravity[1]))
+
+
+@final
+class Raised(_Known, RigidBodyEffect):
+    """A horizontal arm stood on its side."""
+
+    name = "raised"
+    channel = "rigid_body"
+
+    def body(self, body: Body, joint: int, p: Parameters) -> Body:
+        return replace(body, gravity=(body.gravity[0] + STANDARD_GRAVITY, body.gravity[1]))
+
+
+@final
+class Reversed(_Known, ActuatorEffect):
+    """The sign of the drive's torque turned; placed before and after a drive it turns the drive around."""
+
+    name = "reversed"
+    channel = "actuator"
+
+    def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
+        return -torque
+
+    def command_scale(self, p: Parameters) -> Expression:
+        return -1.0
+
+
+@final
+class Loaded(_Known, RigidBodyEffect):
+    """A known mass (kg) at the tip."""
+
+    name = "loaded"
+    channel = "rigid_body"
+
+    def __init__(self, mass: float) -> None:
+        self.mass = mass
+
+    def body(self, body: Body, joint: int, p: Parameters) -> Body:
+        return Payload().body(body, joint, {"mass": self.mass})
+
+
+@dataclass(frozen=True)
+class Change:
+    """A known change: stages that come ``before`` and ``after`` those of a model, and in words what is to be done."""
+
+    words: str
+    before: tuple[Placed, ...] = ()
+    after: tuple[Placed, ...] = ()
+
+    def around(self, placed: Sequence[Placed]) -> tuple[Placed, ...]:
+        """Return a model's placed effects with the change around them."""
+        return (*self.before, *placed, *self.after)
+
+
+def changes(arm: Arm, joints: Sequence[int]) -> tuple[Change, ...]:
+    """Return the changes that can be made to an arm, those of a drive at each of ``joints`` (indices).
+
+    A second set of gains is not among them: along a given motion it changes the torque of no candidate.
+    """
+    last = arm.n - 1
+    out = []
+    for j in dict.fromkeys(joints):
+        turn = Placed(Reversed(), j)
+        what = f"reverse the polarity of the drive of joint {arm.names[j]} (motor leads, and the command's sign)"
+        out.append(Change(what, (turn,), (turn,)))
+    if arm.joints[0].kind == "revolute":
+        mass = float(f"{PAYLOAD * arm.joints[last].mass:.2g}")
+        out.append(Change(f"fix a known payload of {mass:g} kg at the tip", (), (Placed(Loaded(mass), last),)))
+    if any(arm.gravity):
+        out.append(Change("turn the base by half a turn, so that gravity pulls the other way", (), (_at(Turned()),)))
+    elif arm.joints[0].kind == "revolute":
+        out.append(Change("stand the arm on its side, so that gravity pulls along its plane", (), (_at(Raised()),)))
+    return tuple(out)
+
+
+def _at(effect: RigidBodyEffect) -> Placed:
+    return Placed(effect, 0)
+
