@@ -31,6 +31,7 @@ class _Known:
     equation = symptom = source = ""
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        """Return nothing to start from."""
         return ({},)
 
 
@@ -42,6 +43,7 @@ class Turned(_Known, RigidBodyEffect):
     channel = "rigid_body"
 
     def body(self, body: Body, joint: int, p: Parameters) -> Body:
+        """Return the changed body."""
         return replace(body, gravity=(-body.gravity[0], -body.gravity[1]))
 
 
@@ -53,6 +55,7 @@ class Raised(_Known, RigidBodyEffect):
     channel = "rigid_body"
 
     def body(self, body: Body, joint: int, p: Parameters) -> Body:
+        """Return the changed body."""
         return replace(body, gravity=(body.gravity[0] + STANDARD_GRAVITY, body.gravity[1]))
 
 
@@ -64,9 +67,11 @@ class Reversed(_Known, ActuatorEffect):
     channel = "actuator"
 
     def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
+        """Return the torque with the other sign, N m."""
         return -torque
 
     def command_scale(self, p: Parameters) -> Expression:
+        """Return the sign."""
         return -1.0
 
 
@@ -81,6 +86,7 @@ class Loaded(_Known, RigidBodyEffect):
         self.mass = mass
 
     def body(self, body: Body, joint: int, p: Parameters) -> Body:
+        """Return the changed body."""
         return Payload().body(body, joint, {"mass": self.mass})
 
 
@@ -120,4 +126,3 @@ def changes(arm: Arm, joints: Sequence[int]) -> tuple[Change, ...]:
 
 def _at(effect: RigidBodyEffect) -> Placed:
     return Placed(effect, 0)
-

@@ -10,7 +10,7 @@ from scipy import stats
 
 from stribeck.gap.changes import Change, changes
 from stribeck.gap.model import Model, weights_of
-from stribeck.gap.motions import Motion, Reach, family, reaches
+from stribeck.gap.motions import Motion, family, reaches
 from stribeck.gap.prepare import Prepared
 from stribeck.gap.search import Step
 from stribeck.gap.separation import AS_IT_IS, Candidate, Prospect, prospects
@@ -124,7 +124,9 @@ class _Plan:
         self.reach = reaches(self.runs, prepared.cutoff)
         self.step = min(run.run.sample_time for run in self.runs)
         largest = np.max([np.abs(run.run.tau).max(axis=0) for run in self.runs], axis=0)
-        stated = [np.nan if joint.torque_limit is None else CAREFUL * joint.torque_limit for joint in prepared.arm.joints]
+        stated = [
+            np.nan if joint.torque_limit is None else CAREFUL * joint.torque_limit for joint in prepared.arm.joints
+        ]
         self.limit = np.where(np.isnan(stated), STRONGER * largest, stated)
         self.candidates = [Candidate(prepared.arm, model, self.weights) for model in models]
 

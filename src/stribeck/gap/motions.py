@@ -22,9 +22,18 @@ MOST_BAND, BAND = 8.0, 0.5  # Hz, and of the analysis cutoff: what is commanded 
 
 @dataclass(frozen=True)
 class Reach:
-    """What one joint was seen to do: positions ``low`` to ``high`` (rad), ``speed`` (rad/s), ``acceleration`` (rad/s^2).
+    """What one joint was seen to do.
 
-    ``finest`` is the smallest motion that the encoder shows well (rad), ``band`` the highest frequency (Hz).
+    Attributes
+    ----------
+    low, high : float
+        Range of positions, rad.
+    speed, acceleration : float
+        The largest but for outliers, rad/s and rad/s^2.
+    finest : float
+        Smallest motion that the encoder shows well, rad.
+    band : float
+        Highest frequency, Hz.
     """
 
     low: float
@@ -139,7 +148,7 @@ def quick_reversals(t: Floats, reach: Reach) -> Floats:
 
 
 def chirp(t: Floats, reach: Reach) -> Floats:
-    """A sine whose frequency rises to the end of the band at a constant peak speed."""
+    """Sine whose frequency rises to the end of the band at a constant peak speed."""
     span, low = float(t[-1] - t[0]), 0.3
     rate = np.log(max(reach.band / low, 1.5)) / span
     pace = low * np.exp(rate * (t - t[0]))
