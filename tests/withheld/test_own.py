@@ -46,8 +46,8 @@ def test_the_laboratory_is_read_off_the_recordings(arm, runs):
 
 
 def test_smooth_angles_have_no_count(arm):
-    t = 0.002 * np.arange(500)
-    smooth = Run("smooth", t, np.sin(3.0 * t)[:, None] * [1.0, 0.5], np.zeros((500, 2)))
+    t = 0.002 * np.arange(600)
+    smooth = Run("smooth", t, np.sin(3.0 * t)[:, None] * [1.0, 0.5], np.zeros((600, 2)))
     unstated = replace(arm, joints=tuple(replace(j, encoder_resolution=None) for j in arm.joints))
     maker = own_maker(unstated, [smooth])
     assert maker.resolution == (0.0, 0.0)
