@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from stribeck.arm import Arm, Friction, Tolerance
-from stribeck.identify.blocks import block_of_rows, correlation_rows
+from stribeck.identify.blocks import BLOCK, block_of_rows, correlation_rows
 from stribeck.identify.conditioning import Conditioned
 from stribeck.identify.confidence import Intervals, intervals
 from stribeck.identify.fitted import arm_with
@@ -28,6 +28,7 @@ Floats = NDArray[np.float64]
 FRICTION_TOLERANCE = 2.0  # relative, of the constants read off the recordings, as a prior; three times that is reached
 ALPHAS = np.geomspace(0.003, 0.3, 25)  # of the fastest velocity, tried for the start
 EVALUATIONS = 250  # a decay that the recordings hardly show takes many
+MANY_RUNS = 12  # from so many on each run is a block of its own
 ROUNDS = 2  # of weights and fit in turn
 LEAST = {"C0": 0.3, "C1": 0.1, "C2": 0.1}  # of the friction there is: a start at zero would have no tolerance at all
 
@@ -65,7 +66,8 @@ def fit_runs(arm: Arm, runs: Sequence[Conditioned], moved: Sequence[tuple[bool, 
         known = fit(residual, weights, None if known is None else known.p, evaluations=EVALUATIONS)
         rest = known.residual
     assert known is not None
-    found = intervals(known, weights, block_of_rows(runs))
+    # friction that differs from trial to trial does not average out within one: whole runs are the blocks, where many
+    found = intervals(known, weights, block_of_rows(runs, np.inf if len(runs) >= MANY_RUNS else BLOCK))
     return RunFit(arm_with(start, known), known, found, np.asarray(np.sqrt(np.mean(known.residual**2, axis=0))))
 
 

@@ -165,7 +165,8 @@ def _method(found: Identification) -> Facts:
         ("least squares", least),
         ("readings", "steady sliding of half a second or more, and break-away under a torque that rises slowly; what "
                      "gravity, the other joints and acceleration need is taken off"),
-        ("intervals", "readings: profile of the sum of squares, trials independent; whole runs: blocks of one second"),
+        ("intervals", "readings: profile of the sum of squares, trials independent; whole runs: blocks of one "
+                      "second, or of one run each where there are a dozen or more"),
         ("fit to whole runs", found.whole.fit.status.replace("_", " ").lower()),
         *(("note", words.clean(note)) for note in found.notes),
         ("stribeck", package_version()),
