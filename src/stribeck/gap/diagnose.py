@@ -12,8 +12,9 @@ from stribeck.effects.registry import placed_effects
 from stribeck.errors import InputError, StribeckError
 from stribeck.gap.blocks import bayesian_bootstrap, block_of_rows
 from stribeck.gap.corrected import arm_of
+from stribeck.gap.experiment import Experiment, next_experiment, open_question
 from stribeck.gap.floor import noise_floor
-from stribeck.gap.model import Model, retune, weights_of
+from stribeck.gap.model import Model, fit_model, retune, weights_of
 from stribeck.gap.motion import motion_gap
 from stribeck.gap.observed import Observation, observe
 from stribeck.gap.places import places
@@ -115,8 +116,9 @@ class _Assembly:
         arm, prepared = self.prepared.arm, self.prepared
         causes, left_over = causes_of(self.steps, arm.names, self.floor)
         in_torque = tuple(cause.effect for cause in causes if (cause.presence or 0.0) > NAMED_OVER)
-        final = self.models[-1] if in_torque else self.base
         causes = [self._with_details(cause) for cause in causes]
+        chain = self._chain(in_torque)
+        final = chain[-1]
         verdict, rest = self._verdict(final, in_torque, left_over)
         closed = self._closes(self.base, final) if in_torque else None
         verdict, causes = with_observed(verdict, [*causes, *rest], self.seen.causes, len(in_torque))
@@ -126,6 +128,7 @@ class _Assembly:
             "retuned": arm_of(arm, self.base.fit, self.base.placed),
             "corrected": arm_of(arm, final.fit, (*final.placed, *self.seen.placed)),
         }
+        experiment = self._experiment(causes, unexplained=verdict == "unexplained")
         regions_ = regions(prepared, self.base.held, final.held, self.noise, self.seed)
         return Diagnosis(
             arm=arm.name,
@@ -135,9 +138,9 @@ class _Assembly:
             verdict=verdict,
             named=named,
             horizon=HORIZON,
-            stages=self._stages(final),
+            stages=self._stages(chain),
             closed=closed,
-            where=places(prepared, self.models if in_torque else [self.base], self.noise, regions_, self.seed),
+            where=places(prepared, chain, self.noise, regions_, self.seed),
             regions=regions_,
             causes=tuple(causes),
             candidates=self._candidates(),
@@ -146,8 +149,24 @@ class _Assembly:
             models=arms,
             notes=prepared.notes,
             warnings=tuple(self.warnings + self._limits()),
+            next_experiment=experiment.plain() if experiment else None,
+            next_reference=experiment.reference if experiment else None,
             settings={"seed": self.seed, "cutoff_hz": prepared.cutoff, "horizon_s": HORIZON},
         )
+
+    def _chain(self, named: Sequence[str]) -> list[Model]:
+        """Return the models from the re-tuned one to that with all named effects, one effect more each."""
+        first = len(self.base.placed)
+        added = self.models[-1].placed[first:]
+        kept = [place for place in added if place.effect.name in named]
+        if len(kept) == len(added):
+            return self.models
+        chain = [self.base]
+        for i in range(len(kept)):
+            placed = (*self.base.placed, *kept[: i + 1])
+            weights = weights_of(chain[-1].fit.residual, self.prepared, self.floor)
+            chain.append(fit_model(self.prepared, placed, weights, chain[-1].fit, evaluations=40))
+        return chain
 
     def _verdict(self, final: Model, named: tuple[str, ...], left_over: float) -> tuple[str, list[Cause]]:
         ratio = float(np.max(final.rms() / self.floor))
@@ -161,6 +180,12 @@ class _Assembly:
         none = no_gap_probability(self.steps[0], self.floor)
         rest = [Cause("none", none), Cause("unknown", 1.0 - none)]
         return ("no_gap" if none > NAMED_OVER else "unexplained"), rest
+
+    def _experiment(self, causes: Sequence[Cause], *, unexplained: bool) -> Experiment | None:
+        """Return what would tell apart what these data cannot, where there is such a question."""
+        ambiguous = any((c.presence or 0.0) > NAMED_OVER and len(c.equivalent) > 1 for c in causes)
+        models = open_question(self.steps, unexplained=unexplained) if ambiguous or unexplained else ()
+        return next_experiment(self.prepared, models, self.floor) if models else None
 
     def _closes(self, before: Model, after: Model) -> Estimate:
         return closes_estimate(before.held, after.held, self.floor, self.block, self.draws)
@@ -195,14 +220,13 @@ class _Assembly:
         spread = max((at[id(after)].high - at[id(after)].low) / 2 for _, after in pairs)
         return Estimate(value, value - spread, value + spread)
 
-    def _stages(self, final: Model) -> tuple[Stage, ...]:
+    def _stages(self, chain: Sequence[Model]) -> tuple[Stage, ...]:
         arm = self.prepared.arm
         rows: list[tuple[str, np.ndarray, Arm | None]] = [
             ("as_given", self.given, arm),
             ("retuned", self.base.held, arm_of(arm, self.base.fit, self.base.placed)),
         ]
-        if final is not self.base:
-            rows += [(m.placed[-1].effect.name, m.held, arm_of(arm, m.fit, m.placed)) for m in self.models[1:]]
+        rows += [(m.placed[-1].effect.name, m.held, arm_of(arm, m.fit, m.placed)) for m in chain[1:]]
         stages = [Stage(name, self._per_joint(held), self._motion(name, model)) for name, held, model in rows]
         floor = {name: float(self.floor[j]) for j, name in enumerate(arm.names)}
         noise = {name: float(self.prepared.held[0].noise[j]) for j, name in enumerate(arm.names)}

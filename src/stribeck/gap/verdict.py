@@ -15,6 +15,8 @@ from stribeck.gap.search import Step
 AT_FLOOR = 1.4  # residual over noise floor up to which nothing is left to explain
 HALFWAY, STEEPNESS = 0.77, 20.0  # explained part at which "unknown" is as likely as not, and how fast that turns
 EACH_MORE = 0.05  # on the former for each further effect: several together fit much that they are not
+PLAIN_T, PLAIN_CHANCE, PLAIN_GAIN = 5.0, 0.95, 0.1  # block-robust t, against its rivals, and sure held-out gain
+PLAIN = 0.6  # presence of an effect that plain, however much others leave unexplained
 NAMED_OVER = 0.5  # probability of presence from which an effect is named
 
 
@@ -48,6 +50,14 @@ def unknown_probability(part: float, effects: int = 1) -> float:
     return float(1.0 / (1.0 + np.exp(STEEPNESS * (part - HALFWAY - EACH_MORE * (effects - 1)))))
 
 
+def _plain(step: Step, chance: float) -> bool:
+    """Return whether an effect shows so plainly that what else is unexplained speaks against it no more."""
+    r = step.ranking
+    turned_down = sum(r.probability[k] for k in range(1, len(r.probability)) if k not in {*step.passing, *r.twins()})
+    clear = chance * (1.0 - turned_down) > PLAIN_CHANCE
+    return bool(clear and r.t[r.best] > PLAIN_T and r.gain[r.best, 1] > PLAIN_GAIN)
+
+
 def _explained(base: Model, final: Model, floor: np.ndarray) -> np.ndarray:
     """Return the part explained (n,) on the held-out runs or on all, whichever is less."""
     whole = [np.concatenate([model.fit.residual, model.held]) for model in (final, base)]
@@ -69,6 +79,8 @@ def causes_of(steps: Sequence[Step], names: Sequence[str], floor: np.ndarray) ->
         chance = float(sum(r.probability[k] for k in r.twins()) / max(able, 1e-12))
         share = -float(np.log(max(1.0 - r.gain[r.best, 0], 1e-6)))
         presence = chance * (1.0 - unknown_probability(float(part[place.joint]), len(taken)))
+        if step is taken[0] and _plain(step, chance):
+            presence = max(presence, PLAIN * chance)
         gathered.setdefault(place.effect.name, []).append(
             (place.joint, presence, share, tuple(dict.fromkeys([place.effect.name, *[t.effect.name for t in twins]])))
         )
