@@ -1,4 +1,4 @@
-"""Question: how large may Kp be before a sampled loop turns unstable or fragile? Each sample of delay halves it.
+"""Question: how large may Kp be before a sampled loop turns unstable or fragile? Every sample of delay costs half.
 
 Method: one joint of 1 kg m^2, friction left out, for it helps only where it is; critical damping, Kv = 2 sqrt(Kp), at
 80 Hz with velocity by finite difference; hold, delay and lag by exact discretisation. The largest Kp by stability and
@@ -24,7 +24,9 @@ from stribeck.report.figures.log_ticks import plain_log
 from stribeck.report.style import COLOUR, drawn, grid, heading, new_figure
 from stribeck.simulate import JointLoop, Loop, Reference, close_loop
 
-CASES = {"none": (0, 0.0), "1 sample": (1, 0.0), "2 samples": (2, 0.0), "1 sample, lag 20 ms": (1, 0.02)}
+CASES = {"no delay": (0, 0.0), "1 sample": (1, 0.0), "2 samples": (2, 0.0), "1 sample, lag 20 ms": (1, 0.02)}
+
+LABELS = {"no delay": 4.0, "1 sample": 5.0, "2 samples": 12.0, "1 sample, lag 20 ms": 6.0}  # at which Ms each is named
 
 
 def main(cases: int = 24) -> None:
@@ -66,7 +68,8 @@ def draw(curves: dict[str, tuple[np.ndarray, np.ndarray]]) -> Figure:
     for axis in (ax.xaxis, ax.yaxis):
         plain_log(axis)
     for (name, (gains, peak)), colour in zip(curves.items(), colours, strict=True):
-        ax.annotate(name, (gains[-1], peak[-1]), color=colour, fontsize=9, ha="right", va="bottom")
+        at, high = np.interp(LABELS[name], peak, gains), LABELS[name]
+        ax.annotate(f"{name} ", (at, high), color=colour, fontsize=9, fontweight="bold", ha="right", va="bottom")
     grid(ax, "both")
     heading(figure, "Each sample of delay costs a factor of two to four in Kp at Ms = 2")
     return figure
