@@ -60,6 +60,12 @@ def replaced(old: str, new: str) -> Callable[[Path], Path]:
 C_FILES = '<CoSimulation modelIdentifier="tiny"><SourceFiles><File name="{}"/></SourceFiles></CoSimulation>'
 PLAIN = '<CoSimulation modelIdentifier="tiny" canHandleVariableCommunicationStepSize="true"/>'
 
+
+def sourced(text: str) -> Callable[[Path], Path]:
+    listed = DESCRIPTION.replace(PLAIN, C_FILES.format("tiny.c"))
+    return lambda path: tiny(path, {"sources/tiny.c": text}, description=listed)
+
+
 LIES: dict[str, tuple[Callable[[Path], Path], str]] = {
     "token": (replaced("{tiny}", "{another}"), "Failed to instantiate"),
     "output not listed": (replaced('<Outputs><Unknown index="2"/></Outputs>', ""), "ModelStructure/Outputs"),
@@ -70,12 +76,16 @@ LIES: dict[str, tuple[Callable[[Path], Path], str]] = {
     "schema": (replaced("<ModelVariables>", "<ModelVariables><Real/>"), "not expected"),
     "identifier": (replaced('modelIdentifier="tiny"', 'modelIdentifier="../../evil"'), "is not a name in C"),
     "other identifier": (replaced('modelIdentifier="tiny"', 'modelIdentifier="other"'), "other.so is missing"),
+    "experiment": (replaced('stopTime="0.5"', 'stopTime="soon"'), "DefaultExperiment: stopTime is not a number"),
+    "backwards": (replaced('stopTime="0.5"', 'stopTime="-1"'), "DefaultExperiment makes no sense"),
     "another machine": (lambda path: tiny(path, {"binaries/win64/tiny.dll": binary()}), "is built for linux on"),
     "no binary": (lambda path: tiny(path, {"binaries/win32/tiny.dll": b"MZ" + bytes(200)}), "is built for something"),
     "short binary": (lambda path: tiny(path, {"binaries/win32/tiny.dll": b""}), "is not a binary"),
     "function missing": (lambda path: tiny(path, {HERE: binary(0, "fmi2Reset")}), "lacks fmi2Reset"),
     "no source file": (replaced(PLAIN, C_FILES.format("tiny.c")), "source file 'tiny.c' is not in the archive"),
     "source outside": (replaced(PLAIN, C_FILES.format("../../../etc/passwd")), "leaves the FMU"),
+    "endless include": (sourced('#include "/dev/zero"'), "sources/tiny.c includes '/dev/zero', which leaves the FMU"),
+    "include upwards": (sourced("#  include <../../../x.h>"), "includes '../../../x.h', which leaves the FMU"),
     "source as option": (replaced(PLAIN, C_FILES.format("-v")), "leaves the FMU"),
 }
 

@@ -51,6 +51,20 @@ def test_no_problems_and_a_deviation_in_numbers(exported: Path) -> None:
         assert one.events >= 4
 
 
+BIG = "".join(
+    f"""[[joints]]
+name = "{i}"
+kind = "revolute"
+length = 0.1
+mass = 1.0
+com = [0.0, 0.0]
+inertia = 1.0
+rotor_inertia = 0.0
+friction = {{ C0 = 0.0, C1 = 0.0, C2 = 0.0, alpha = 1.0 }}
+"""
+    for i in range(40)
+)  # an arm whose modes nobody could search
+
 CHANGES: dict[str, tuple[str, Callable[[bytes], bytes], str]] = {
     "mass": (
         "resources/arm.toml",
@@ -72,6 +86,7 @@ CHANGES: dict[str, tuple[str, Callable[[bytes], bytes], str]] = {
     ),
     "token": ("modelDescription.xml", swap('guid="{', 'guid="{0'), "Failed to instantiate"),
     "source": ("sources/step.h", swap("static", "statik"), "the sources do not build: sources/"),
+    "another arm": ("resources/arm.toml", swap("[[joints]]", BIG + "[[joints]]"), "variable tau[41] is missing"),
     "arm file": ("resources/arm.toml", swap("mass = 1.0", "mass = -1.0"), "joints[0].mass must be greater than 0"),
 }
 
@@ -79,7 +94,7 @@ CHANGES: dict[str, tuple[str, Callable[[bytes], bytes], str]] = {
 @pytest.mark.parametrize("name", CHANGES)
 def test_change_is_noticed(exported: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     file, change, says = CHANGES[name]
-    runs = name in ("friction", "token")
+    runs = name in ("friction", "token", "another arm")
     if name != "source":  # a build takes seconds
         monkeypatch.setattr("stribeck.export.validate.check.build_sources", lambda fmu, target: ([], []))
     problems = validate_fmu(changed(exported, tmp_path / "changed.fmu", {file: change}), run=runs)

@@ -49,7 +49,7 @@ def declaration_problems(fmu: Opened, arm: Arm) -> list[str]:
             problems.append(f"variable {name} must have causality {causality}: found {variable.causality}")
         if dimension is not None:
             problems += _unit_problems(variable, dimension, units)
-        if value is not None and (variable.start is None or float(variable.start) != value):
+        if value is not None and _number(variable.start) != value:
             problems.append(f"variable {name} starts at {variable.start}; {value!r} stands in resources/arm.toml")
         if causality == "parameter" and name.startswith(("joint", "effect")) and variable.variability != "tunable":
             problems.append(f"parameter {name} must be tunable: found {variable.variability}")
@@ -98,6 +98,13 @@ def _unit_problems(variable: Any, dimension: Dimension, units: dict[str, Any]) -
     if found != wanted or float(base.factor) != 1.0 or float(base.offset) != 0.0:
         return [f"variable {variable.name} has the unit {unit}, which is not that of the contract in SI"]
     return []
+
+
+def _number(text: object) -> float | None:
+    try:
+        return float(str(text))
+    except ValueError:
+        return None
 
 
 def _unit(variable: Any) -> str | None:

@@ -16,6 +16,9 @@ from stribeck.export.validate.binaries import header_functions
 from stribeck.export.validate.opened import Opened
 
 _LONGEST_BUILD = 300.0  # s
+_LONGEST_COMPUTING = 60  # s of processor time
+_INCLUDE = re.compile(rb"""#\s*include\s*["<]([^">\n]{1,500})[">]""")
+_MEMORY = 4 << 30  # bytes of address space
 _C_WORD = re.compile(r"[A-Za-z_]\w{0,99}", re.ASCII)
 
 
@@ -37,6 +40,9 @@ def build_sources(fmu: Opened, target: Path) -> tuple[list[str], list[str]]:
     if not configurations:
         held = any(file.startswith("sources/") for file in fmu.files)
         return [], ["build of the sources: the FMU does not say how" if held else "build of the sources: it has none"]
+    outside = _outside(fmu)
+    if outside:
+        return [outside], []
     arguments: list[str] = []
     for files in configurations[0].sourceFileSets:
         if (files.language or "C99").startswith("C++"):
@@ -74,6 +80,19 @@ def _leaves(name: str) -> bool:
     return path.is_absolute() or ".." in path.parts or ":" in name or name.startswith("-")
 
 
+def _outside(fmu: Opened) -> str:
+    """Name a source that includes a file from outside the FMU, a device that never ends, say; empty where none does."""
+    for file in fmu.files:
+        if not file.startswith("sources/"):
+            continue
+        for found in _INCLUDE.findall((fmu.folder / file).read_bytes()):
+            name = found.decode("utf-8", "replace").replace("\\", "/")
+            target = os.path.normpath(f"{os.path.dirname(file)}/{name}")
+            if name.startswith("/") or ":" in name or target.startswith(".."):
+                return f"{file} includes {name[:80]!r}, which leaves the FMU"
+    return ""
+
+
 def _build(fmu: Opened, arguments: list[str], target: Path) -> tuple[list[str], list[str]]:
     headers = Path(fmpy.__file__).parent / "c-code"  # importers bring FMI's headers where the FMU does not
     command = [
@@ -84,8 +103,9 @@ def _build(fmu: Opened, arguments: list[str], target: Path) -> tuple[list[str], 
     surroundings = {**os.environ, "ZIG_LOCAL_CACHE_DIR": str(target.parent / "zig")}
     try:
         done = subprocess.run(
-            command, capture_output=True, timeout=_LONGEST_BUILD, check=False, cwd=target.parent, env=surroundings
-        )
+            command, capture_output=True, timeout=_LONGEST_BUILD, check=False, cwd=target.parent, env=surroundings,
+            preexec_fn=None if platform.system() == "Windows" else _limit,
+        )  # fmt: skip
     except (OSError, subprocess.TimeoutExpired) as error:
         return [], [f"build of the sources: the compiler could not be run ({error})"]
     if done.returncode != 0:
@@ -94,6 +114,15 @@ def _build(fmu: Opened, arguments: list[str], target: Path) -> tuple[list[str], 
         data = stream.read()
     lacks = [name for name in header_functions(fmu.version) if name.encode() + b"\0" not in data] if fmu.ours else []
     return [f"the library built from the sources lacks {lacks[0]}"] if lacks else [], []
+
+
+def _limit() -> None:
+    """Bound what the compiler may take: macros and includes from someone else can ask for anything."""
+    import resource
+
+    resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
+    resource.setrlimit(resource.RLIMIT_CPU, (_LONGEST_COMPUTING, _LONGEST_COMPUTING + 1))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 28, 1 << 28))
 
 
 def _first_error(text: bytes, folder: Path) -> str:
