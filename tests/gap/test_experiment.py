@@ -1,16 +1,23 @@
-"""The next experiment: what it promises, that it holds on recordings of the independent plant, and that it is doable."""
+"""The next experiment: what it promises, that it holds on the independent plant, and that it can be done."""
 
 from __future__ import annotations
 
+import json
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
 import pytest
 
-from stribeck.gap.experiment import DURATION, Experiment, _Plan, next_experiment, resolved
+from stribeck.effects.registry import registry
+from stribeck.gap.diagnose import diagnose
+from stribeck.gap.experiment import DURATION, Experiment, _Plan, next_experiment, open_question, resolved
+from stribeck.gap.files import write_diagnosis
 from stribeck.gap.motions import KINDS, Motion, Reach, family
+from stribeck.gap.search import Step
 from stribeck.gap.separation import AS_IT_IS, Prospect, _excess
-from stribeck.run import Run, save_run
+from stribeck.report.tables import next_experiment as next_section
+from stribeck.run import Run, load_run, save_run
 from stribeck.simulate import simulate
 from stribeck.simulate.loopfile import load_loop
 from stribeck.withheld.injections import Injection
@@ -186,3 +193,51 @@ def test_most_ambiguous_cases_are_resolved_in_one_go() -> None:
 def test_change_that_changes_nothing() -> None:
     placed = late().models[0].placed
     assert AS_IT_IS.around(placed) == placed
+
+
+@dataclass(frozen=True)
+class Rated:
+    """A ranking as far as the question looks at it."""
+
+    overall: np.ndarray
+    best: int = 0
+    alike: tuple[int, ...] = ()
+
+    def twins(self) -> list[int]:
+        return list(self.alike)
+
+
+def step(overall: list[float], best: int = 0, alike: tuple[int, ...] = ()) -> Step:
+    rivals = tuple(replace(late().models[0], held=np.full((1, 1), k)) for k in range(1, len(overall)))
+    ranking = Rated(np.array(overall), best, alike)
+    return Step(late().base, rivals, ranking, bool(best), ())  # type: ignore[arg-type]
+
+
+def asked(steps: list[Step], *, unexplained: bool) -> list[int]:
+    return [int(model.held[0, 0]) for model in open_question(steps, unexplained=unexplained)]
+
+
+def test_question_is_asked_only_where_there_is_one() -> None:
+    alone, alike, lost = step([0, 0.2, 0.5], 2, (2,)), step([0, 0.4, 0.3, 0.6], 3, (1, 2, 3)), step([0, 0.1, -0.2, 0.3])
+    assert asked([alone], unexplained=False) == []
+    assert asked([alike], unexplained=False) == [3, 1, 2]
+    assert asked([alike, alone], unexplained=False) == [3, 1, 2]
+    assert asked([lost], unexplained=True) == [3, 1]  # those that gain at all, the best first
+    assert asked([step([0, 0.1, -0.2])], unexplained=True) == []
+
+
+def test_diagnosis_proposes_and_writes_it(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    few = [name for name in registry() if name not in set(late().names)]
+    found = diagnose(NOMINAL, recorded(LAG), jobs=1, leave_out=few)
+    assert len(found.named) == 1
+    write_diagnosis(found, tmp_path)
+    told = json.loads((tmp_path / "diagnosis.json").read_text())["next_experiment"]
+    assert told["kind"] == "motion"
+    assert set(told["separates"]) == set(found.causes[0].equivalent) == {"delay", "actuator_lag"}
+    assert told["expected_gain"]["probability_resolved"] > 0.9
+    written = load_run(tmp_path / told["reference"], 1)
+    assert written.q_ref is not None
+    assert written.dq_ref is not None
+    section = next_section(found)
+    assert section is not None
+    assert dict(section.pairs)["expected gain"].startswith("The nearest two come out")

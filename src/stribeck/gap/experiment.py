@@ -132,7 +132,7 @@ class _Plan:
 
     def planned(self, motion: Motion, duration: float) -> Conditioned:
         """Return a motion as if it had been recorded."""
-        t = self.step * np.arange(round(duration / self.step) + 1)
+        t = self.step * np.arange(round(duration / self.step) + 1, dtype=np.float64)
         q = motion.course(t, self.reach)
         noise = np.median([run.noise for run in self.runs], axis=0)
         run = Run(motion.kind, t, q, np.zeros_like(q))
