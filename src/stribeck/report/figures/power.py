@@ -52,7 +52,8 @@ def draw_power(ax: Axes, names: Sequence[str], rows: Sequence[Mapping[str, Any]]
     for strength, style in ((1.0, ":"), (3.0, "--")):
         ax.axvline(strength, color=MUTED, linewidth=0.8, linestyle=style, zorder=0)
     ax.set_xscale("log")
-    ax.set_xlim(left=LEAST * 0.85)
+    shown = [max(row["strength"], LEAST) for row in rows if row["strength"] is not None]
+    ax.set_xlim(left=min([0.7, *(0.8 * strength for strength in shown)]))
     ax.xaxis.set_major_formatter(lambda x, _: f"{x:g}")
     ax.minorticks_off()
     ax.set_yticks(range(len(names)), [words.effect(name) for name in names])
