@@ -14,6 +14,7 @@ from stribeck.arm import Arm, Friction, Joint, load_arm
 from stribeck.cli import main
 from stribeck.errors import InputError
 from stribeck.export import PLATFORMS, export_fmu
+from stribeck.export.build import _undated
 from stribeck.export.documents import identifier_of
 from stribeck.export.export import describe, documents
 from stribeck.export.units import unit_of
@@ -190,3 +191,12 @@ def test_seven_platforms_in_a_small_file(fmi: int, made: Callable[[Arm, int], Pa
         binaries = [n for n in archive.namelist() if n.startswith("binaries/")]
     assert len(binaries) == (len(PLATFORMS) if fmi == 3 else len(PLATFORMS) - 1)
     assert validate_fmu(str(tmp_path / "a.fmu")) == []
+
+
+def test_windows_binaries_carry_no_date() -> None:
+    head = bytearray(b"MZ".ljust(0x80, b"\0") + b"PE\0\0" + bytes(range(40)))
+    head[0x3C] = 0x80
+    found = _undated(bytes(head))
+    assert found[0x88:0x8C] == bytes(4)
+    assert found[:0x88] + head[0x88:0x8C] + found[0x8C:] == head
+    assert _undated(b"\x7fELF rest") == b"\x7fELF rest"

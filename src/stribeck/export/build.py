@@ -99,7 +99,9 @@ def binary(sources: Mapping[str, str], main: str, identifier: str, platform: Pla
     kept = folder / f"{key}{platform.suffix}"
     if not kept.exists():
         with tempfile.TemporaryDirectory(prefix="build.", dir=folder) as part:
-            _make(sources, main, name, platform, Path(part)).replace(kept)
+            made = _make(sources, main, name, platform, Path(part))
+            made.write_bytes(_undated(made.read_bytes()))
+            made.replace(kept)
     return kept.read_bytes()
 
 
@@ -112,6 +114,14 @@ def _make(sources: Mapping[str, str], main: str, name: str, platform: Platform, 
     _zig([*FLAGS, *platform.compile, "-c", "-o", "model.o", main], platform, work)
     _zig(["-shared", "-s", "-o", name, "model.o", *link], platform, work)
     return work / name
+
+
+def _undated(data: bytes) -> bytes:
+    """Return a binary without the time of its linking, which Windows' format carries and zig cannot leave out."""
+    if data[:2] != b"MZ":
+        return data
+    at = int.from_bytes(data[0x3C:0x40], "little") + 8  # of the COFF header's TimeDateStamp
+    return data[:at] + bytes(4) + data[at + 4 :]
 
 
 def _zig(arguments: list[str], platform: Platform, work: Path) -> None:
