@@ -54,5 +54,12 @@ def test_velocity_without_a_lag_shows_nothing() -> None:
     assert VelocityFilter().observed(record()) is None
 
 
+@pytest.mark.parametrize("samples", [5, 14])
+def test_a_late_velocity_is_no_filter(samples: int) -> None:
+    plain = record()
+    late = tuple(np.concatenate([np.full(samples, dq[0]), dq[:-samples]]) for dq in plain.velocity)
+    assert VelocityFilter().observed(Record(plain.position, late, plain.sample_time, plain.resolution)) is None
+
+
 def test_without_a_velocity_nothing_can_be_seen() -> None:
     assert VelocityFilter().observed(record(lag=0.05, velocity=False)) is None

@@ -48,7 +48,7 @@ def strained(place: Placed) -> bool:
     """Return whether an effect's fit rests on a bound of its parameters that is not their null."""
     for parameter in place.effect.parameters:
         value = place.values.get(parameter.name, parameter.null)
-        for bound in (parameter.lower, parameter.upper):
+        for bound in (parameter.upper,) if parameter.firm else (parameter.lower, parameter.upper):
             if np.isfinite(bound) and bound != parameter.null and abs(value - bound) <= 1e-3 * abs(bound):
                 return True
     return False

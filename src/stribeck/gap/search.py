@@ -22,6 +22,7 @@ LEAST_SURVIVORS, LEAST_AT_JOINT = 3, 2
 MOST_SURVIVORS = 8
 HOPEFUL = 0.3  # of the best promise: candidates with less are not fitted
 MOST_EFFECTS = 3
+RELIEVED = 0.5  # of a joint's residual: an effect that leaves less is fitted once more, with weights of its own
 
 
 @dataclass(frozen=True)
@@ -146,7 +147,7 @@ def _step(setting: _Setting, base: Model, known: dict[tuple[str, int], dict[str,
     setting.progress(f"fitting {len({trial.key for trial in best_trials})} candidates")
     order = list(registry())
     best_trials = sorted(best_trials, key=lambda trial: (order.index(trial.effect.name), trial.joint))
-    fitted = pool(delayed(_fit_trial)(prepared, base, weights, trial) for trial in best_trials)
+    fitted = pool(delayed(_fit_trial)(prepared, base, weights, trial, floor) for trial in best_trials)
     rivals = _best_of_each(fitted)
     ranking = rank(prepared, [base, *rivals], floor, setting.seed)
     passing = tuple(k for k in ranking.order if earns_its_place(ranking, k, rivals[k - 1], further=known_before))
@@ -171,10 +172,17 @@ def _survivors(tried: Sequence[Trial]) -> list[Trial]:
     return kept
 
 
-def _fit_trial(prepared: Prepared, base: Model, weights: Weights, trial: Trial) -> Model | None:
+def _fit_trial(prepared: Prepared, base: Model, weights: Weights, trial: Trial, floor: np.ndarray) -> Model | None:
     placed = (*base.placed, Placed(trial.effect, trial.joint))
     model = fit_model(prepared, placed, weights, base.fit, trial.start, evaluations=20)
-    return model if np.all(np.isfinite(model.held)) else None
+    if not np.all(np.isfinite(model.held)):
+        return None
+    # a gap that is gone had made the whole joint count for little: what is left deserves its own weights
+    own = weights_of(model.fit.residual, prepared, floor)
+    if np.any(own.sd < RELIEVED * weights.sd):
+        again = fit_model(prepared, model.placed, own, model.fit, evaluations=15)
+        model = again if np.all(np.isfinite(again.held)) else model
+    return model
 
 
 def _best_of_each(models: Sequence[Model | None]) -> list[Model]:

@@ -40,6 +40,8 @@ class Parameter:
         Physical bounds. Both must be positive where ``log`` is set.
     log : bool
         Fitted in its logarithm: for positive values whose order of magnitude is unknown.
+    firm : bool
+        The lower bound is itself a likely value (once per turn): a fit that rests on it is no worse for that.
     """
 
     name: str
@@ -49,6 +51,7 @@ class Parameter:
     lower: float = -math.inf
     upper: float = math.inf
     log: bool = False
+    firm: bool = False
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ class PositionDependentFriction(FrictionEffect):
     parameters = (
         Parameter("sine", "1", "relative amplitude of the sine", 0.0, -2.0, 2.0),
         Parameter("cosine", "1", "relative amplitude of the cosine", 0.0, -2.0, 2.0),
-        Parameter("harmonic", "1/rad", "cycles per turn", 1.0, 0.8, 60.0),
+        Parameter("harmonic", "1/rad", "cycles per turn", 1.0, 1.0, 60.0, firm=True),
     )
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:

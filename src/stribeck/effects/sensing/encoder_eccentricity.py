@@ -21,9 +21,7 @@ class EncoderEccentricity(SensingEffect):
     parameters = (
         Parameter("sine", "rad", "amplitude of the sine", 0.0, -0.3, 0.3),
         Parameter("cosine", "rad", "amplitude of the cosine", 0.0, -0.3, 0.3),
-        Parameter(
-            "harmonic", "1/rad", "cycles per turn: 1 off centre, 2 with two heads or an oval disc", 1.0, 0.8, 8.0
-        ),
+        Parameter("harmonic", "1/rad", "cycles per turn: 1 off centre, 2 with an oval disc", 1.0, 1.0, 8.0, firm=True),
     )
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:

@@ -13,6 +13,7 @@ from stribeck.model.effect import Observed, Parameter, Record, Scale, SensingEff
 TOP = 20.0  # Hz: what is compared lies below this, and below a fifth of the sample rate
 LONGEST = 0.5  # s
 LEAST = 0.5  # of the squared difference that a lag must explain
+RATHER = 1.5  # times what a delay leaves, a lag may leave: a late record, of either channel, is not a filter
 LATER = 0.6  # samples: a difference quotient alone is half a sample late
 
 
@@ -42,6 +43,8 @@ class VelocityFilter(SensingEffect):
         time, left = _best(runs)
         if left > (1.0 - LEAST) * alone or time < LATER * min(record.sample_time):
             return None
+        if left > RATHER * _best(runs, late=True)[1]:
+            return None
         each = np.array([_best([run])[0] for run in runs])
         spread = 2.0 * float(np.std(each)) / np.sqrt(len(each)) + 0.02 * time
         return Observed({"time": (time, max(time - spread, 0.0), time + spread)}, 1.0 - left / alone)
@@ -59,10 +62,11 @@ class _Compared:
     def _smooth(self, values: np.ndarray) -> np.ndarray:
         return np.asarray(signal.sosfiltfilt(self.low_pass, values))
 
-    def misfit(self, time: float) -> float:
-        """Return the squared difference that is left with the slope lagged by a time (s)."""
+    def misfit(self, time: float, *, late: bool = False) -> float:
+        """Return the squared difference that is left with the slope lagged, or late, by a time (s)."""
         edge = min(len(self.slope) // 4, round(0.2 / self.step))
-        left = (self._smooth(self._lagged(time)) - self.seen)[edge : -edge or None]
+        moved = self._late(time) if late else self._lagged(time)
+        left = (self._smooth(moved) - self.seen)[edge : -edge or None]
         return float(left @ left)
 
     def _lagged(self, time: float) -> np.ndarray:
@@ -72,12 +76,16 @@ class _Compared:
         mean = 0.5 * (self.slope + np.concatenate([self.slope[:1], self.slope[:-1]]))  # between two samples
         return np.asarray(signal.lfilter([1.0 - keep], [1.0, -keep], mean, zi=[mean[0] * keep])[0])
 
+    def _late(self, time: float) -> np.ndarray:
+        t = self.step * np.arange(len(self.slope))
+        return np.asarray(np.interp(t - time, t, self.slope))
 
-def _best(runs: list[_Compared]) -> tuple[float, float]:
+
+def _best(runs: list[_Compared], *, late: bool = False) -> tuple[float, float]:
     """Return the time (s) that leaves least, and what it leaves."""
 
     def left(time: float) -> float:
-        return float(sum(run.misfit(time) for run in runs))
+        return float(sum(run.misfit(time, late=late) for run in runs))
 
     times = np.concatenate([[0.0], np.geomspace(0.25 * min(run.step for run in runs), LONGEST, 16)])
     k = int(np.argmin([left(time) for time in times]))
