@@ -162,7 +162,7 @@ def test_refused(tmp_path: Path, name: str) -> None:
     assert not Path("/tmp/evil").exists()
 
 
-@pytest.mark.parametrize("name", ["bomb", "lying size", "long directory", "entity bomb", "wide XML", "long XML"])
+@pytest.mark.parametrize("name", ["bomb", "lying size", "long directory", "entity bomb", "long XML"])
 def test_memory_stays_small(tmp_path: Path, name: str) -> None:
     path = HOSTILE[name][0](tmp_path / "model.fmu")
     tracemalloc.start()
