@@ -28,7 +28,7 @@ RULES = ("zero", "hold", "error_sign", "set_valued")
 HUNTING = [(kp, ki) for kp in (30.0, 60.0, 120.0) for ki in (10.0, 30.0, 90.0)]
 
 
-def main(cases: int = 160, seed: int = 1) -> None:
+def main(cases: int = 60, seed: int = 1) -> None:
     """Compare on Coulomb friction, on random loops (``--cases N``) and on hunting."""
     curve = {zeta: errors(zeta) for zeta in ZETAS}
     rng = np.random.default_rng(seed)
@@ -59,7 +59,7 @@ def draw(curve: dict[float, dict[str, float | None]], counted: dict[str, int]) -
         ax.set(xlabel="damping ratio", ylabel=f"error of the {what}, %")
         grid(ax)
         title(ax, what, 3.5)
-    key(ax, [("one harmonic", COLOUR["as_given"]), ("20 and more", COLOUR["corrected"])])
+    key(ax, [("one harmonic", COLOUR["as_given"]), ("20 harmonics", COLOUR["corrected"])])
     made_up, rest = counted["df_made_up"], counted["determined"] - counted["cycles"]
     heading(figure, f"A describing function drifts with damping, and makes up {made_up} cycles in {rest} loops at rest")
     return figure

@@ -32,7 +32,7 @@ Floats = NDArray[np.float64]
 
 MOST_DAMPING = 0.3  # up to here one harmonic is within 3 % in amplitude and 5 % in period of an exact Coulomb cycle
 MOST_ERROR = 0.05
-HARMONICS = 40
+HARMONICS = 20
 SLOWEST, FASTEST = 2e-3, 30.0  # of the frequencies shown, relative to sqrt(Kp/J)
 
 

@@ -90,7 +90,7 @@ def method_facts() -> Facts:
         (
             ("describing function", "one harmonic of Tustin friction in closed form, intersected with the linear part; "
              "roots above the Nyquist frequency are left out"),
-            ("harmonic balance", "odd harmonics up to the Nyquist frequency, 40 at most, with exact zero crossings; "
+            ("harmonic balance", "odd harmonics up to the Nyquist frequency, 20 at most, with exact zero crossings; "
              "no sticking phase"),
             ("shooting", "Newton's method on the return map of the event-driven simulation, sticking phases included; "
              "a sampled loop, which repeats only on average, is followed until its averages stand still"),

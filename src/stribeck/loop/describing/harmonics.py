@@ -23,6 +23,7 @@ NODES, FINE = 160, 2000
 GROWTH = (1, 2, 4, 8, 16, 32)
 ENOUGH = 16  # harmonics without which a balance says little
 CLOSE = 1e-9
+RIPPLE = 2e-3  # of the largest velocity: what harmonics that are left out may still miss
 FAR = 1e5  # times the loop's own frequency: only inertia is left there
 
 
@@ -91,19 +92,22 @@ def harmonic_balance(
     allowed = int((part.highest / start.omega - 1.0) // 2.0) + 1 if math.isfinite(part.highest) else harmonics
     most = max(1, min(harmonics, allowed))
     delta = -float(np.angle(part.estimator(np.array(start.omega)))) if compensator.ratio else 0.0
-    x = _pack(np.array([start.velocity + 0j]), start.omega, delta, start)
+    first = x = _pack(np.array([start.velocity + 0j]), start.omega, delta, start)
     found: Harmonics | None = None
-    for count in [*(n for n in GROWTH if n < most), most]:  # each begins where fewer harmonics ended
+    for count in [*(n for n in GROWTH if n < most), most]:  # each begins where fewer harmonics ended, or anew
         order = 2 * np.arange(count) + 1
-        x = _padded(x, count)
-        solved = root(lambda v, m=order: _misfit(v, part, friction, compensator, start, m), x, tol=1e-12)
-        misfit = np.abs(_misfit(solved.x, part, friction, compensator, start, order)).max()
-        velocity, omega, _ = _unpack(solved.x, start)
-        if np.isfinite(misfit) and misfit <= CLOSE and 0.0 < omega < part.highest:
-            x = solved.x
-            found = Harmonics(order, velocity, omega, _status(part, friction, compensator, order, velocity, omega))
-        elif count > 2:
-            break
+        for guess in (x, first):
+            solved = root(
+                lambda v, m=order: _misfit(v, part, friction, compensator, start, m), _padded(guess, count), tol=1e-12
+            )
+            velocity, omega, _ = _unpack(solved.x, start)
+            misfit = np.abs(_misfit(solved.x, part, friction, compensator, start, order)).max()
+            if np.isfinite(misfit) and misfit <= CLOSE and 0.0 < omega < part.highest:
+                x = solved.x
+                found = Harmonics(order, velocity, omega, _status(part, friction, compensator, order, velocity, omega))
+                break
+            if guess is first or len(x) == len(first):
+                break
     if found is None or len(found.order) < min(most, ENOUGH):
         return Harmonics(order, velocity, omega, "not_converged")
     return found
@@ -116,7 +120,7 @@ def _status(
     angle = np.linspace(0.0, math.pi, FINE)[1:-1]
     size, _ = _jump(part, friction, compensator, omega)
     inner = _wave(angle, order, velocity) + size * _rest(angle, order)
-    return "ok" if inner.min() > -1e-9 * np.abs(inner).max() else "sticks"
+    return "ok" if inner.min() > -RIPPLE * np.abs(inner).max() else "sticks"
 
 
 def _padded(x: Floats, count: int) -> Floats:
