@@ -137,7 +137,9 @@ def test_what_a_controller_cannot_carry(arm: Arm, tmp_path: Path, name: str) -> 
 def test_every_law_and_reference_in_a_controller_fmu(arm: Arm, tmp_path: Path, arm_fmu: Path) -> None:
     sine = Reference("sine", amplitude=0.2, frequency=0.7, phase=0.3)
     steps = Reference("steps", times=(0.2, 0.6), values=(0.1, -0.1))
-    followed = Reference("file", times=tuple(np.linspace(0, 1, 11)), values=tuple(0.1 * np.sin(np.linspace(0, 3, 11))))
+    followed = Reference(
+        "file", file="run.csv", times=tuple(np.linspace(0, 1, 11)), values=tuple(0.1 * np.sin(np.linspace(0, 3, 11)))
+    )
     laws = (
         Compensation("adaptive", ratio=0.7), Compensation("feedback", at_zero="hold", dead_band=0.01),
         Compensation("robust", inner=1e-3), Compensation("dither", amplitude=1.0, frequency=10.0),
