@@ -104,6 +104,6 @@ def _recorded(motions: list[Motion], hidden: Sequence[Injection], gains: Gains, 
 CASES = [
     *product(["actuator_lag"], [{"time": 0.005}, {"time": 0.008}], [("delay", "actuator_lag")]),
     *product(["delay"], [{"time": 0.005}, {"time": 0.008}], [("delay", "actuator_lag")]),
-    ("joint_flexibility", {"stiffness": 1500.0}, ("joint_flexibility", "backlash")),
-    ("backlash", {"gap": 0.008}, ("joint_flexibility", "backlash")),
+    ("joint_flexibility", {"stiffness": 5000.0}, ("joint_flexibility", "backlash")),
+    ("backlash", {"gap": 0.003}, ("joint_flexibility", "backlash")),
 ]
