@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from stribeck.arm import Friction
+from stribeck.loop.exact.ending import FRAGILE
 from stribeck.loop.exact.settle import settle
 from stribeck.loop.exact.shooting import shoot
 from stribeck.simulate import Loop, close_loop
@@ -61,6 +62,8 @@ def compare(engine_of, loop_of, seed: int, count: int) -> dict[str, int]:
         seen[shot.verdict] = seen.get(shot.verdict, 0) + 1
         if shot.verdict == "undetermined":
             continue
+        if shot.status == FRAGILE and loop.sample_time:
+            continue  # in the engine's sampled record it is rounding that starts the cycle
         own = shot.basin["own"]
         if own != shot.verdict:  # the engine starts where the loop file says
             shot = replace(shot, verdict=own, amplitude=None, period=None)

@@ -14,11 +14,13 @@ from stribeck.loop.exact.rest import deviations
 from stribeck.loop.exact.rounds import Rounds
 
 Floats = NDArray[np.float64]
+FRAGILE = "creeps to rest without ever stopping: noise, or rounding, would start a cycle"
 TINY = 1e-7  # rad; a smaller motion is no cycle
 _CREEP = 1e-5  # rad; a motion of which this little is left, and ever less, comes to rest
 _FEW_SAMPLES = 4  # rounds of so many samples, and as many more for each one of delay, are chatter
 _ROWS = 801
 _MOST_FOLD = 6
+_SAME_ROUND = 0.03  # of the range: between turns of a sampled loop, as they fall within an interval
 
 
 @dataclass(frozen=True)
@@ -95,15 +97,18 @@ def _joined(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     return out
 
 
-def fold_of(deviation: Floats) -> int:
-    """Return after how many turns, of which these are the deviations, the motion nearly repeats."""
+def fold_of(deviation: Floats, alike: float) -> int:
+    """Return after how many turns, of which these are the deviations, the motion nearly repeats.
+
+    Turns within ``alike`` (rad) of each other are the same: one round after the other.
+    """
     if len(deviation) < 2 * _MOST_FOLD:
         return 1
     tail = deviation[-2 * _MOST_FOLD :]
     misses = [float(np.max(np.abs(tail[m:] - tail[:-m]))) for m in range(1, _MOST_FOLD + 1)]
     best = int(np.argmin(misses))
-    near = [m for m, miss in enumerate(misses) if miss <= 3.0 * misses[best] + 1e-9]
-    return 1 if misses[0] <= 3.0 * misses[best] else near[0] + 1
+    near = next(m for m, miss in enumerate(misses, 1) if miss <= 3.0 * misses[best])
+    return 1 if misses[0] <= alike else near
 
 
 def dies_out(mine: np.ndarray) -> bool:
@@ -129,7 +134,12 @@ def answers(rounds: Rounds, ending: Ending) -> dict[str, Cycle]:
 def _answer(rounds: Rounds, ending: Ending, j: int) -> Cycle:
     steady = -float(deviations(rounds, ending.place)[j])
     if ending.kind == "rest":
-        return Cycle("rest", steady_error=steady, stick_fraction=None, status=ending.status)
+        creeps = ending.place.values[rounds.layout.modes][j] != 0.0 and not rounds.engine.forward.bristles[j]
+        ratio = rounds.axes[j].ratio if rounds.entry(rounds.arm.names[j]).compensation.kind == "feedback" else 0.0
+        fragile = creeps and rounds.rate(j) == 0.0 and ratio > 1.0
+        return Cycle(
+            "rest", steady_error=steady, status=FRAGILE if fragile and ending.status == "ok" else ending.status
+        )
     if ending.kind == "unbounded":
         return Cycle("unbounded", stable=False, status=ending.status)
     if ending.kind == "undetermined":
@@ -159,7 +169,7 @@ def _size(ending: Ending, mine: np.ndarray) -> tuple[float, float, float]:
     mine = whole_rounds(mine)
     if len(mine) < 2:
         return 0.5 * float(np.max(spread)), ending.span, 0.0
-    fold = fold_of(mine["deviation"][1:])
+    fold = fold_of(mine["deviation"][1:], _SAME_ROUND * float(mine["high"].max() - mine["low"][1:].min()))
     count = (len(mine) - 1) // fold * fold
     high, low, stuck = (mine[key][-count:].reshape(-1, fold) for key in ("high", "low", "stuck"))
     period = weighted(np.diff(mine["time"])[-count:].reshape(-1, fold).sum(axis=1))

@@ -19,6 +19,7 @@ from stribeck.loop.exact.rounds import Rounds
 Floats = NDArray[np.float64]
 _LONGEST = 60.0  # time constants of the slowest mode within which it comes back, if it does
 _GRID = 600
+_SAMPLES = 64
 _MOST_HOPS = 10  # over quiet stretches, without a turn
 _AWAY = 1000.0  # s in which an unstable place is left
 
@@ -60,8 +61,10 @@ def judge(rounds: Rounds, place: Place) -> Rest:
     n = rounds.n
     modes, y = place.values[rounds.layout.modes], place.values[rounds.layout.state]
     sliding = [rounds.index(e.joint) for e in rounds.loop.joints if modes[rounds.index(e.joint)] != 0.0]
-    if rounds.sampled or not sliding:
+    if not sliding:
         return Rest(True, here)
+    if rounds.sampled:
+        return Rest(not _swings(rounds, place, sliding), here)
     stuck = {rounds.index(e.joint) for e in rounds.loop.joints} - set(sliding)
     kept = [i for i in active_states(rounds) if i not in stuck and i - n not in stuck]
     rate, slopes = rounds.slopes(place)
@@ -86,6 +89,19 @@ def judge(rounds: Rounds, place: Place) -> Rest:
     values[rounds.layout.state][n + kept[passed]] = 0.0
     values[0], values[1] = values[0] + after, 1.0
     return Rest(False, here, replace(place, values=values))
+
+
+def _swings(rounds: Rounds, place: Place, sliding: list[int]) -> bool:
+    """Tell whether a sampled loop that dies away does so swinging, so that it comes back: by its last two modes."""
+    velocity = rounds.run(place, -2, rows=_SAMPLES, quiet=False).record[:, 1]
+    for j in sliding:
+        v = velocity[:, j] - rounds.rate(j)
+        if rounds.rate(j) != 0.0 or not np.isfinite(v).all() or not v.any():
+            continue
+        a, b = np.linalg.lstsq(np.stack([v[8:-8], v[:-16]], axis=1), v[16:], rcond=None)[0]
+        if a * a + 4.0 * b < 0.0:
+            return True
+    return False
 
 
 def _augmented(matrix: Floats, f: Floats) -> Floats:

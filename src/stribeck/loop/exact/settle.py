@@ -76,9 +76,7 @@ def settle_from(rounds: Rounds, place: Place) -> Ending:
 
 
 def _stretch(rounds: Rounds, place: Place, turns: int, seconds: float) -> Stretch:
-    if not rounds.sampled:
-        return follow(rounds, place, -1, turns, 1e7)
-    return rounds.run(place, -1, most=turns, duration=seconds)
+    return follow(rounds, place, -1, turns, seconds if rounds.sampled else 1e7)
 
 
 def _stopped(why: str, place: Place) -> Ending:

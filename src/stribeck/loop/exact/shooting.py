@@ -91,9 +91,9 @@ def _attempt(rounds: Rounds, watch: int, place: Place, history: np.ndarray, know
     if known is not None and _drawn_in(rounds, watch, place, known):
         return known
     mine = history[history["joint"] == watch]
-    section = ReturnMap(rounds, watch, place, fold_of(mine["deviation"]))
-    z = section.coordinates(place)
     size = 0.5 * float(mine["high"][-4:].max() - mine["low"][-4:].min())
+    section = ReturnMap(rounds, watch, place, fold_of(mine["deviation"], 1e-3 * size))
+    z = section.coordinates(place)
     fixed = solve(section, z, _scale(section, z, size))
     if fixed is None or not fixed.stable:
         return None

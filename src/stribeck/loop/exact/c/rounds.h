@@ -198,13 +198,14 @@ static int sb_rounds_sampled(sb_rounds *w, sb_loop *loop, sb_memory *memory, dou
         s->fresh = 0;
         sb_settle(s);
         if (record) sb_keep(w, record, k - first);
-        double change = 0.0;
+        double change = 0.0, quiet = w->quiet;
         for (int j = 0; k > 0 && j < SB_N; j++) {
             if (!loop->axis[j].controlled) continue;
+            if (s->mode[j] != 0.0 && !sb_bristle[j]) quiet = w->quiet_slide;
             change = fmax(change, fabs(s->y[SB_N + j] - w->rate[j]));
             change = fmax(change, fabs(computed[k * SB_N + j] - computed[(k - 1) * SB_N + j]));
         }
-        still = k > first && change < w->quiet ? still + 1 : 0;
+        still = k > first && change < quiet ? still + 1 : 0;
         *reached = k;
         if (still > calm) return SB_QUIET;
         while (s->t < loop->times[k + 1]) {

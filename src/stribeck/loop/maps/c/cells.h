@@ -115,7 +115,7 @@ static void look(const cell *c, track *k) {
 
 /* Whether the rounds repeat: exactly, or on average over blocks of them. Gives a verdict's numbers. */
 static int repeats(track *k, double *amplitude, double *period, double *stuck, int exact) {
-    enum { BLOCK = 8 };
+    enum { BLOCK = 6 };
     if (exact && k->rounds >= 3) {
         int same = 1;
         for (int i = 0; i < 2; i++)
@@ -126,10 +126,10 @@ static int repeats(track *k, double *amplitude, double *period, double *stuck, i
             return 1;
         }
     }
-    if (k->in_block < (exact ? 4 : 1) * BLOCK) return 0;
+    if (k->in_block < (exact ? 6 : 1) * BLOCK) return 0;
     double *now = k->sums[0], *before = k->sums[1];
     const int n = k->in_block;
-    const double share = exact ? 1e-4 : 4e-3;
+    const double share = exact ? 1e-4 : 2e-3;
     const int same = k->blocks > 0 && fabs(now[0] - before[0]) < share * now[0] && fabs(now[1] - before[1]) < share * now[1];
     *amplitude = now[0] / n, *period = now[1] / n, *stuck = now[2] / n;
     memcpy(before, now, 3 * sizeof(double)), memset(now, 0, 3 * sizeof(double));
@@ -407,6 +407,53 @@ static int run_continuous(const cell *c, double error, double velocity, double *
     return UNDETERMINED;
 }
 
+/* One step of third order (Bogacki & Shampine) of a joint that slides under a constant torque. Past a stop friction keeps
+ * its level, so that a step too far still points back to where it is. */
+static double held_step(const cell *c, const track *k, const double *f, double m, double k1, double h, double *x) {
+    const double v = k->y[V], j = 1.0 / c->inertia, u = k->u - m * f[0], bend = -1.0 / f[3];
+    const double v2 = v + 0.5 * h * k1, k2 = j * (u - m * f[1] * exp(bend * fmax(m * v2, 0.0)) - f[2] * v2);
+    const double v3 = v + 0.75 * h * k2, k3 = j * (u - m * f[1] * exp(bend * fmax(m * v3, 0.0)) - f[2] * v3);
+    *x = k->y[X] + h * (v - c->rate) + h * h * (k1 + 2 * k2) / 6;
+    return v + h * (2 * k1 + 3 * k2 + 4 * k3) / 9;
+}
+
+static double held_rate(const cell *c, const track *k, const double *f, double m, double v) {
+    return (k->u - m * (f[0] + f[1] * exp(-fmax(m * v, 0.0) / f[3])) - f[2] * v) / c->inertia;
+}
+
+/* As slide, under a constant torque: two states, steps as short as the bend of the friction wants them. */
+static void slide_held(const cell *c, track *k, double end) {
+    const double m = k->mode;
+    const double *f = c->friction + (m < 0.0 ? 4 : 0);
+    const double longest = 0.25 * c->inertia / (f[1] / f[3] + f[2] + 1e-300);
+    int begun = k->y[V] == 0.0;
+    while (k->t < end) {
+        const double k1 = held_rate(c, k, f, m, k->y[V]), before = k->y[V];
+        double h = fmin(end - k->t, longest), x, v = held_step(c, k, f, m, k1, h, &x);
+        const int stops = m * v < 0.0 || (v == 0.0 && !begun);
+        const int turns = c->rate != 0.0 && !stops && k->above != (k->sign * (v - c->rate) > 0.0) && before != c->rate;
+        if (stops || turns) {
+            const double target = stops ? 0.0 : c->rate;
+            h *= stops && begun ? 1.0 : crossing(before - target, h * k1, v - target, h * held_rate(c, k, f, m, v));
+            const double most = fmin(end - k->t, longest);
+            for (int i = 0; i < 3; i++) {
+                v = held_step(c, k, f, m, k1, h, &x);
+                const double slope = held_rate(c, k, f, m, v);
+                if (slope == 0.0 || fabs(v - target) < 1e-12) break;
+                h = fmax(0.0, fmin(h + (target - v) / slope, most));
+            }
+            held_step(c, k, f, m, k1, h, &x);
+            v = target;
+        }
+        k->y[X] = x, k->y[V] = v, k->t = end - k->t - h < 1e-13 ? end : k->t + h, begun = 0;
+        look(c, k);
+        if (stops) {
+            settle(c, k);
+            return;
+        }
+    }
+}
+
 /* Go on to `end` under the command in force. */
 static int sampled_interval(const cell *c, track *k, double end, double *h) {
     for (int n = 0; k->t < end; n++) {
@@ -422,18 +469,28 @@ static int sampled_interval(const cell *c, track *k, double end, double *h) {
             k->y[X] -= c->rate * left, k->t += left, k->since += left;
             look(c, k);
             if (k->t < end) k->mode = k->held = k->u > 0.0 ? 1 : -1;
-        } else if (slide(c, k, end, h, 0) == 2) return 2;
+        } else if (c->lag == 0.0) slide_held(c, k, end);
+        else if (slide(c, k, end, h, 0) == 2) return 2;
         if (end - k->t < 1e-12 * (1.0 + end)) k->t = end;
     }
     return 0;
 }
 
+/* Whether velocities that die away do so swinging, so that the joint comes back: from four of them, the last two modes. */
+static int swings(const double *past, long n) {
+    const double v0 = past[(n - 24) & 31], v1 = past[(n - 16) & 31], v2 = past[(n - 8) & 31], v3 = past[n & 31];
+    const double d = v1 * v1 - v0 * v2;
+    if (d == 0.0 || v3 == 0.0) return 0;
+    const double a = (v1 * v2 - v0 * v3) / d, b = (v1 * v3 - v2 * v2) / d;
+    return a * a + 4 * b < 0.0;
+}
+
 static int run_sampled(const cell *c, double error, double velocity, double *out) {
     track k;
-    double queue[MOST_DELAY] = {0}, h = 1e-3, last = 0.0, filtered = 0.0, integral = 0.0, previous = 0.0, stuck = 0.0;
+    double queue[MOST_DELAY] = {0}, past[32] = {0}, h = 1e-3, last = 0.0, filtered = 0.0, integral = 0.0, previous = 0.0, stuck = 0.0;
     const double smooth = c->filter > 0.0 ? -expm1(-c->sample / c->filter) : 1.0;
-    const int delay = (int)c->delay, calm_enough = 20 + delay;
-    int held = 0, calm = 0, seen = 0;
+    const int delay = (int)c->delay, calm_enough = 25 + delay;
+    int held = 0, calm = 0, seen = 0, place = 0;
     begin(c, &k, error, velocity);
     for (long n = 0; n < 400000; n++) {
         const double e = -k.y[X], q = k.y[X] + c->rate * k.t;
@@ -447,10 +504,12 @@ static int run_sampled(const cell *c, double error, double velocity, double *out
         if (direction != 0.0) held = (int)direction;
         const double command = limited(c, wanted);
         const double change = fmax(fabs(k.y[V] - c->rate), fabs(command - previous));
-        calm = n > 0 && change < 1e-10 ? calm + 1 : 0, previous = command;
-        if (calm > calm_enough) return REST;
-        queue[n % (delay + 1)] = command;
-        k.u = n >= delay ? queue[(n + 1) % (delay + 1)] : 0.0;
+        calm = n > 0 && change < (k.mode ? 1e-6 : 1e-10) ? calm + 1 : 0, previous = command;
+        past[n & 31] = k.y[V];
+        if (calm > calm_enough && (c->rate != 0.0 || !swings(past, n))) return REST;
+        queue[place] = command;
+        if (++place > delay) place = 0;
+        k.u = queue[place]; /* what was asked for `delay` samples ago; nothing before the first */
         if (k.y[V] == 0.0) settle(c, &k);
         if (sampled_interval(c, &k, (n + 1) * c->sample, &h)) return UNDETERMINED;
         if (over(&k)) return UNBOUNDED;
