@@ -36,7 +36,9 @@ def late() -> Question:
 
 @cache
 def next_of_late() -> Experiment:
-    return next_experiment(late().prepared, late().models, late().floor)
+    found = next_experiment(late().prepared, late().models, late().floor)
+    assert found is not None
+    return found
 
 
 @cache
@@ -179,10 +181,9 @@ def test_most_ambiguous_cases_are_resolved_in_one_go() -> None:
         hidden = [Injection(effect, "A", values)]
         runs = recorded((effect, values))
         q = question(runs, names)
-        new: dict[str, Run] = {
-            "proposed": followed(next_experiment(q.prepared, q.models, q.floor).reference, hidden),
-            "random": at_random(hidden, 5 + number),
-        }
+        found = next_experiment(q.prepared, q.models, q.floor)
+        assert found is not None
+        new: dict[str, Run] = {"proposed": followed(found.reference, hidden), "random": at_random(hidden, 5 + number)}
         for kind, run in new.items():
             after = question([*runs, run], names)
             told[kind].append(after.told_apart() and after.best() == effect)

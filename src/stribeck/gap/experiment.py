@@ -97,8 +97,8 @@ def open_question(steps: Sequence[Step], *, unexplained: bool) -> tuple[Model, .
     return ()
 
 
-def next_experiment(prepared: Prepared, models: Sequence[Model], floor: np.ndarray) -> Experiment:
-    """Return the experiment that tells models apart best.
+def next_experiment(prepared: Prepared, models: Sequence[Model], floor: np.ndarray) -> Experiment | None:
+    """Return the experiment that tells models apart best; None where no motion is within the arm's torque.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def next_experiment(prepared: Prepared, models: Sequence[Model], floor: np.ndarr
     """
     plan = _Plan(prepared, tuple(models), floor)
     tried = plan.tried(family(prepared.arm, [model.placed[-1].joint for model in models]))
-    return plan.chosen(tried)
+    return plan.chosen(tried) if tried else None
 
 
 class _Plan:

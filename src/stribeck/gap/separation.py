@@ -19,7 +19,7 @@ from stribeck.model.path import SignalPath
 
 Floats = NDArray[np.float64]
 
-ROUNDS = 4  # of turning a law of the drive around: each leaves the part w T of the last, for a lag T and w in the band
+ROUNDS = 5  # of turning a law of the drive around: each leaves the part w T of the last, for a lag T and w in the band
 AS_IT_IS = Change("")
 
 
@@ -86,11 +86,15 @@ class Candidate:
         """Return runs with the commands under which this model makes their motions; at rest, one of the many."""
         bare = [replace(run, command=np.zeros_like(run.command), taps=np.ones(1), decimation=1) for run in runs]
         edges = np.cumsum([len(run.time) for run in runs])[:-1]
+        best, least = [run.command for run in bare], np.full(len(runs), np.inf)
         for _ in range(ROUNDS):
             missing, _ = self.balance.along(bare)(self.p)
             parts = np.split(missing, edges)
+            for i, part in enumerate(parts):
+                if (size := float(np.sum(part**2))) < least[i]:  # beyond a third of a turn a delay makes it grow
+                    best[i], least[i] = bare[i].command, size
             bare = [replace(run, command=run.command - part) for run, part in zip(bare, parts, strict=True)]
-        return [replace(run, command=one.command) for run, one in zip(runs, bare, strict=True)]
+        return [replace(run, command=command) for run, command in zip(runs, best, strict=True)]
 
     def misfit(self, runs: Sequence[Conditioned]) -> tuple[list[Floats], list[Floats]]:
         """Return residuals (M n,) and their derivatives (M n, f) per run, in units of the noise and of the priors."""
