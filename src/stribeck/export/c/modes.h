@@ -5,6 +5,7 @@
 #include "command.h"
 
 #define FM_EDGE 1e-10 /* rad/s past zero at which a sliding joint's indicator changes sign: never zero at its start */
+#define FM_PAST 1e-9  /* N m past break-away at which a stuck joint's does: found from either side, it lies past it */
 #define FM_BEYOND 1e-3 /* rad/s past zero beyond which the equations see standstill no farther behind */
 #define FM_SLOW 1e-9  /* rad/s: a joint that brakes and is slower at an event has come to rest */
 
@@ -55,7 +56,7 @@ static void fm_begin(fm_instance *f) {
 static double fm_indicator(const sb_sim *s, int j) {
     if (sb_bristle[j]) return 1.0;
     if (s->mode[j] != 0.0) return s->mode[j] * s->y[SB_N + j] + FM_EDGE;
-    return fmin(s->margin[j], s->margin[SB_N + j]);
+    return fmin(s->margin[j], s->margin[SB_N + j]) + FM_PAST;
 }
 
 /* Bring the modes up to date at the present instant, to the end in this one call. Tells whether a state jumped. */
