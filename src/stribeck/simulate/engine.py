@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.arm import Arm
+from stribeck.compiler import build, load
 from stribeck.effects.registry import placed_effects
 from stribeck.errors import StribeckError
 from stribeck.model.forward import Forward
 from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
-from stribeck.compiler import build, load
 from stribeck.simulate.motion import BOUND, EVENT, STATUS, Trajectory, Windows
 from stribeck.simulate.source import library_source
 
