@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from stribeck.errors import StribeckError
 from stribeck import compiler
+from stribeck.errors import StribeckError
 
 SOURCE = "double answer(void) { return 42.0; }\n"
 

@@ -282,7 +282,7 @@ def export(
         ),
     ] = None,
 ) -> None:
-    """Write an arm as an FMU, for Model Exchange and Co-Simulation, with binaries for every platform and its sources."""
+    """Write an arm as an FMU, for Model Exchange and Co-Simulation, binaries for every platform and sources."""
     arm = load_arm(model)
 
     from stribeck.export import export_fmu

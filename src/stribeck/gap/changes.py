@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import final
+from typing import ClassVar, final
 
 from stribeck.arm import Arm
 from stribeck.effects.rigid_body.payload import Payload
@@ -12,6 +12,7 @@ from stribeck.model.effect import (
     ActuatorEffect,
     Body,
     Expression,
+    Parameter,
     Parameters,
     RigidBodyEffect,
     Scale,
@@ -27,8 +28,10 @@ STANDARD_GRAVITY = 9.81  # m/s^2
 class _Known:
     """A stage without parameters: what is changed is known."""
 
-    parameters = ()
-    equation = symptom = source = ""
+    parameters: ClassVar[tuple[Parameter, ...]] = ()
+    equation: ClassVar[str] = ""
+    symptom: ClassVar[str] = ""
+    source: ClassVar[str] = ""
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         """Return nothing to start from."""

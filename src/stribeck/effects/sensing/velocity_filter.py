@@ -71,7 +71,7 @@ class _Compared:
 
     def _lagged(self, time: float) -> np.ndarray:
         if time <= 0.0:
-            return self.slope
+            return np.asarray(self.slope)
         keep = np.exp(-self.step / time)
         mean = 0.5 * (self.slope + np.concatenate([self.slope[:1], self.slope[:-1]]))  # between two samples
         return np.asarray(signal.lfilter([1.0 - keep], [1.0, -keep], mean, zi=[mean[0] * keep])[0])
