@@ -31,6 +31,6 @@ def importers_figure(found: Mapping[str, float | str]) -> Figure:
     ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.0e}"))
     ax.invert_yaxis()
     grid(ax, "x")
-    stepped = [value for name, value in runs.items() if "Exchange" not in name and "less" not in name]
+    stepped = [value for name, value in runs.items() if name.startswith("C, ") or name[-5:-2] == "FMI"]
     heading(figure, f"{len(stepped)} Co-Simulations within {max(stepped):.1g} rad of the simulator over 5 s")
     return figure
