@@ -73,7 +73,7 @@ def test_commands_make_the_motion() -> None:
     runs = [p.planned(Motion("a chirp", (0,)), 4.0)]
     for candidate in p.candidates:
         driven, bare = candidate.misfit(candidate.driven(runs))[0][0], candidate.misfit(runs)[0][0]
-        assert np.sqrt(np.mean(driven**2)) < 0.02 * np.sqrt(np.mean(bare**2))
+        assert np.sqrt(np.mean(driven**2)) < 0.03 * np.sqrt(np.mean(bare**2))  # of a chirp up to the cutoff
 
 
 def test_lag_or_delay_asks_for_a_motion() -> None:

@@ -21,7 +21,15 @@ from stribeck.gap.places import places
 from stribeck.gap.prepare import Prepared, prepare
 from stribeck.gap.result import Candidate, Cause, Diagnosis, Estimate, Stage, Trace, Tuned
 from stribeck.gap.search import Progress, Step, search
-from stribeck.gap.verdict import AT_FLOOR, NAMED_OVER, causes_of, closes_estimate, no_gap_probability, with_observed
+from stribeck.gap.verdict import (
+    AT_FLOOR,
+    NAMED_OVER,
+    NONE_HELD,
+    causes_of,
+    closes_estimate,
+    no_gap_probability,
+    with_observed,
+)
 from stribeck.gap.where import analysis_signals, regions
 from stribeck.identify.confidence import Intervals, intervals
 from stribeck.identify.residual import Residual
@@ -178,7 +186,7 @@ class _Assembly:
         if any(step.taken for step in self.steps):
             return "unexplained", [Cause("unknown", left_over)]
         none = no_gap_probability(self.steps[0], self.floor)
-        rest = [Cause("none", none), Cause("unknown", 1.0 - none)]
+        rest = [Cause("none", NONE_HELD * none), Cause("unknown", 1.0 - NONE_HELD * none)]
         return ("no_gap" if none > NAMED_OVER else "unexplained"), rest
 
     def _experiment(self, causes: Sequence[Cause], *, unexplained: bool) -> Experiment | None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
+from scipy.ndimage import convolve1d
 
 from stribeck.arm import Arm
 from stribeck.gap.changes import Change
@@ -19,7 +20,7 @@ from stribeck.model.path import SignalPath
 
 Floats = NDArray[np.float64]
 
-ROUNDS = 5  # of turning a law of the drive around: each leaves the part w T of the last, for a lag T and w in the band
+ROUNDS = 20  # of turning a law of the drive around: in the band, each leaves a part of the last
 AS_IT_IS = Change("")
 
 
@@ -87,11 +88,15 @@ class Candidate:
         bare = [replace(run, command=np.zeros_like(run.command), taps=np.ones(1), decimation=1) for run in runs]
         edges = np.cumsum([len(run.time) for run in runs])[:-1]
         best, least = [run.command for run in bare], np.full(len(runs), np.inf)
+        turned = False
         for _ in range(ROUNDS):
             missing, _ = self.balance.along(bare)(self.p)
             parts = np.split(missing, edges)
+            if turned:  # beyond a third of a turn a delay makes it grow: only what is looked at is mended further
+                parts = [_in_band(part, run.taps) for part, run in zip(parts, runs, strict=True)]
+            turned = True
             for i, part in enumerate(parts):
-                if (size := float(np.sum(part**2))) < least[i]:  # beyond a third of a turn a delay makes it grow
+                if (size := float(np.sum(part**2))) < least[i]:
                     best[i], least[i] = bare[i].command, size
             bare = [replace(run, command=run.command - part) for run, part in zip(bare, parts, strict=True)]
         return [replace(run, command=command) for run, command in zip(runs, best, strict=True)]
@@ -102,6 +107,11 @@ class Candidate:
         edges = np.cumsum([len(run.analysis_index) for run in runs])[:-1]
         left = [(part * self.scale).ravel() for part in np.split(residual, edges)]
         return left, [self._columns(part) for part in np.split(jacobian, edges)]
+
+
+def _in_band(values: Floats, taps: Floats) -> Floats:
+    """Return values (N, n) low-passed, as many as before."""
+    return np.asarray(convolve1d(values, taps, axis=0, mode="nearest"))
 
 
 def prospects(candidates: Sequence[Candidate], runs: Sequence[Conditioned]) -> list[Prospect]:

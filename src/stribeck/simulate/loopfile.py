@@ -7,6 +7,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pydantic import TypeAdapter
 
 from stribeck.arm import Arm
@@ -136,6 +137,6 @@ def _follow_file(entry: JointLoop, arm: Arm, path: Path, duration: float) -> Joi
     j = arm.names.index(entry.joint)
     position = run.q[:, j] if run.q_ref is None else run.q_ref[:, j]
     times = run.t - run.t[0]
-    keep = times <= duration
-    reference = replace(entry.reference, times=tuple(times[keep].tolist()), values=tuple(position[keep].tolist()))
+    kept = int(np.searchsorted(times, duration)) + 1  # the row at the end, or the first one behind it
+    reference = replace(entry.reference, times=tuple(times[:kept].tolist()), values=tuple(position[:kept].tolist()))
     return replace(entry, reference=reference)
