@@ -91,8 +91,9 @@ def test_real_pendulum():
         pytest.skip("the recordings of the DFKI double pendulum are not at hand")
     result = run("real_pendulum")
     for row in result.values():
-        for joint, part in row["corrected_below_published"].items():
-            assert part >= row["retuned_below_published"][joint]
+        more = [part - row["retuned_below_published"][joint] for joint, part in row["corrected_below_published"].items()]
+        assert min(more) > -0.01  # an effect at one joint moves the other's re-tuned values a little
+        assert max(more) > 0.05 or not row["named"]
 
 
 @pytest.mark.slow
