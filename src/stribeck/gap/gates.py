@@ -14,6 +14,7 @@ LEAST_FURTHER = 0.3  # the same for a further effect: less may be what the first
 LARGE_GAIN, SURE = 0.25, 0.99  # a large gain needs no t value where any choice of blocks has it: few may excite it
 ELUSIVE_T, ELUSIVE_GAIN = 3.5, 0.2  # for laws that also fit what filters do around rest
 ABOVE = 0.7  # of the noise floor's power: less is no gap
+FAINT, FAINT_T = 0.35, 4.0  # the same for a large gain of at least such a t value
 LEAST_POWER = 0.15  # of the noise floor's power, that an effect removes from a joint whose residual is above it
 LEAST_PRIOR = 8.0  # cost that the prior must save for an effect that the residual alone does not show
 KEPT_T = 2.0  # block-robust t value below which an effect is dropped again
@@ -25,7 +26,9 @@ def earns_its_place(ranking: Ranking, k: int, rival: Model, *, further: bool) ->
         return False
     gain, held, t = ranking.overall[k], ranking.gain[k, 0], ranking.t[k]
     before, after = ranking.power[0], ranking.power[k]
-    above = bool(np.any((before > ABOVE) & (before - after > LEAST_POWER)))
+    # the floor is known to a factor of 1.5: what is plain may lie below it
+    least_power = FAINT if t > FAINT_T and gain > LARGE_GAIN else ABOVE
+    above = bool(np.any((before > least_power) & (before - after > LEAST_POWER)))
     large = bool(gain > LARGE_GAIN and ranking.sure[k] > SURE and not further)
     elusive = rival.placed[-1].effect.elusive
     sure = (t > ELUSIVE_T and gain > ELUSIVE_GAIN) if elusive else (t > LEAST_T or large)

@@ -22,7 +22,7 @@ class TorqueRipple(ActuatorEffect):
     parameters = (
         Parameter("sine", "1", "relative amplitude of the sine", 0.0, -0.9, 0.9),
         Parameter("cosine", "1", "relative amplitude of the cosine", 0.0, -0.9, 0.9),
-        Parameter("harmonic", "1/rad", "cycles per turn", 1.0, 1.0, 200.0, firm=True),
+        Parameter("harmonic", "1/rad", "cycles per turn", 1.0, 1.0, 200.0),
     )
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
