@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
+from stribeck.identify.callbacks import Cost, Gradient, Hessian, Stop
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import Entry, values_of
 
@@ -137,90 +138,6 @@ class _Problem:
         return cost, columns.T @ weighted + prior, columns.T @ columns + np.diag(self.has_prior.astype(float))
 
 
-class _Gradient(ca.Callback):  # type: ignore[misc]
-    """(z, p) -> cost and gradient, in the form that CasADi's NLP interface asks for."""
-
-    def __init__(self, problem: _Problem) -> None:
-        ca.Callback.__init__(self)
-        self.problem = problem
-        self.construct("gradient", {})
-
-    def get_n_in(self) -> int:
-        return 2
-
-    def get_n_out(self) -> int:
-        return 2
-
-    def get_sparsity_in(self, i: int) -> ca.Sparsity:
-        return ca.Sparsity.dense(len(self.problem.free), 1) if i == 0 else ca.Sparsity(0, 0)
-
-    def get_sparsity_out(self, i: int) -> ca.Sparsity:
-        return ca.Sparsity.dense(1 if i == 0 else len(self.problem.free), 1)
-
-    def eval(self, arg: Sequence[Any]) -> list[Any]:
-        cost, gradient, _ = self.problem.evaluate(arg[0].full().ravel())
-        return [cost, gradient]
-
-
-class _Stop(ca.Callback):  # type: ignore[misc]
-    """Ends IPOPT between iterations once the evaluations are used up; a kinked law can eat any number of them."""
-
-    def __init__(self, problem: _Problem, limit: int) -> None:
-        ca.Callback.__init__(self)
-        self.problem, self.limit = problem, limit
-        self.construct("stop", {})
-
-    def get_n_in(self) -> int:
-        return int(ca.nlpsol_n_out())
-
-    def get_sparsity_in(self, i: int) -> ca.Sparsity:
-        name, width = ca.nlpsol_out(i), len(self.problem.free)
-        if name in ("x", "lam_x"):
-            return ca.Sparsity.dense(width, 1)
-        return ca.Sparsity.dense(1, 1) if name == "f" else ca.Sparsity(0, 0)
-
-    def eval(self, arg: Sequence[Any]) -> list[Any]:
-        return [1 if self.problem.evaluations >= self.limit else 0]
-
-
-class _Cost(ca.Callback):  # type: ignore[misc]
-    """z -> cost."""
-
-    def __init__(self, problem: _Problem) -> None:
-        ca.Callback.__init__(self)
-        self.problem = problem
-        self.construct("cost", {})
-
-    def get_sparsity_in(self, i: int) -> ca.Sparsity:
-        return ca.Sparsity.dense(len(self.problem.free), 1)
-
-    def eval(self, arg: Sequence[Any]) -> list[Any]:
-        return [self.problem.evaluate(arg[0].full().ravel())[0]]
-
-
-class _Hessian(ca.Callback):  # type: ignore[misc]
-    """(z, p, lam_f, lam_g) -> upper triangle of the Gauss-Newton Hessian."""
-
-    def __init__(self, problem: _Problem) -> None:
-        ca.Callback.__init__(self)
-        self.problem = problem
-        self.construct("hessian", {})
-
-    def get_n_in(self) -> int:
-        return 4
-
-    def get_sparsity_in(self, i: int) -> ca.Sparsity:
-        return [ca.Sparsity.dense(len(self.problem.free), 1), ca.Sparsity(0, 0), ca.Sparsity.dense(1, 1),
-                ca.Sparsity(0, 1)][i]  # fmt: skip
-
-    def get_sparsity_out(self, i: int) -> ca.Sparsity:
-        return ca.Sparsity.upper(len(self.problem.free))
-
-    def eval(self, arg: Sequence[Any]) -> list[Any]:
-        hessian = self.problem.evaluate(arg[0].full().ravel())[2]
-        return [ca.triu(ca.DM(hessian * float(arg[2])))]
-
-
 def fit(
     residual: Residual,
     weights: Weights,
@@ -252,9 +169,9 @@ def fit(
     """
     p0 = values_of(residual.path.entries) if start is None else start
     problem = _Problem(residual, weights, p0, scales or {})
-    cost, gradient, hessian = _Cost(problem), _Gradient(problem), _Hessian(problem)
+    cost, gradient, hessian = Cost(problem), Gradient(problem), Hessian(problem)
     z = ca.MX.sym("z", len(problem.free))
-    stop = _Stop(problem, evaluations)
+    stop = Stop(problem, evaluations)
     options = {
         "grad_f": gradient,
         "iteration_callback": stop,

@@ -1,0 +1,259 @@
+"""A finished search put together as a diagnosis: stages, causes, probabilities, traces and corrected arms."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from stribeck.arm import Arm
+from stribeck.errors import StribeckError
+from stribeck.gap.blocks import bayesian_bootstrap, block_of_rows
+from stribeck.gap.corrected import arm_of
+from stribeck.gap.experiment import Experiment, next_experiment, open_question
+from stribeck.gap.model import Model, fit_model, weights_of
+from stribeck.gap.motion import motion_gap
+from stribeck.gap.observed import Observation
+from stribeck.gap.places import places
+from stribeck.gap.prepare import Prepared
+from stribeck.gap.result import Candidate, Cause, Diagnosis, Estimate, Stage, Trace, Tuned
+from stribeck.gap.search import Step
+from stribeck.gap.verdict import (
+    AT_FLOOR,
+    NAMED_OVER,
+    NONE_HELD,
+    causes_of,
+    closes_estimate,
+    no_gap_probability,
+    with_observed,
+)
+from stribeck.gap.where import analysis_signals, regions
+from stribeck.identify.confidence import Intervals, intervals
+
+HORIZON = 0.5  # s
+
+
+class Assembly:
+    """The parts of a finished search, put together as a :class:`Diagnosis`."""
+
+    def __init__(
+        self,
+        prepared: Prepared,
+        seen: Observation,
+        given: np.ndarray,
+        noise: np.ndarray,
+        floor: np.ndarray,
+        steps: Sequence[Step],
+        seed: int,
+    ) -> None:
+        self.prepared, self.given, self.noise, self.floor, self.seed = prepared, given, noise, floor, seed
+        self.seen = seen
+        self.steps = tuple(steps)
+        self.base = steps[0].base
+        taken = [step.best for step in steps if step.taken and step.best is not None]
+        again = [step.base for step in self.steps[1:]]  # what was taken, fitted once more with weights of its own
+        self.models: list[Model] = [self.base, *again, *taken[len(again) :]]
+        self.block = block_of_rows(prepared.held)
+        self.draws = bayesian_bootstrap(int(self.block.max()) + 1, 400, np.random.default_rng(seed))
+        self.warnings = list(prepared.warnings)
+
+    def diagnosis(self) -> Diagnosis:
+        """Return the diagnosis."""
+        arm, prepared = self.prepared.arm, self.prepared
+        causes, left_over = causes_of(self.steps, arm.names, self.floor)
+        in_torque = tuple(cause.effect for cause in causes if (cause.presence or 0.0) > NAMED_OVER)
+        causes = [self._with_details(cause) for cause in causes]
+        chain = self._chain(in_torque)
+        final = chain[-1]
+        verdict, rest = self._verdict(final, in_torque, left_over)
+        closed = self._closes(self.base, final) if in_torque else None
+        verdict, causes = with_observed(verdict, [*causes, *rest], self.seen.causes, len(in_torque))
+        named = (*(cause.effect for cause in self.seen.causes), *in_torque)
+        arms = {
+            "as_given": arm,
+            "retuned": arm_of(arm, self.base.fit, self.base.placed),
+            "corrected": arm_of(arm, final.fit, (*final.placed, *self.seen.placed)),
+        }
+        experiment = self._experiment(causes, unexplained=verdict == "unexplained")
+        regions_ = regions(prepared, self.base.held, final.held, self.noise, self.seed)
+        return Diagnosis(
+            arm=arm.name,
+            joints=arm.names,
+            fit_runs=tuple(dict.fromkeys(run.name for run in prepared.fit)),
+            held_out_runs=tuple(dict.fromkeys(run.name for run in prepared.held)),
+            verdict=verdict,
+            named=named,
+            horizon=HORIZON,
+            stages=self._stages(chain),
+            closed=closed,
+            where=places(prepared, chain, self.noise, regions_, self.seed),
+            regions=regions_,
+            causes=tuple(causes),
+            candidates=self._candidates(),
+            tuned=self._tuned(),
+            traces=self._traces(final),
+            models=arms,
+            notes=prepared.notes,
+            warnings=tuple(self.warnings + self._limits()),
+            next_experiment=experiment.plain() if experiment else None,
+            next_reference=experiment.reference if experiment else None,
+            settings={"seed": self.seed, "cutoff_hz": prepared.cutoff, "horizon_s": HORIZON},
+        )
+
+    def _chain(self, named: Sequence[str]) -> list[Model]:
+        """Return the models from the re-tuned one to that with all named effects, one effect more each."""
+        first = len(self.base.placed)
+        added = self.models[-1].placed[first:]
+        kept = [place for place in added if place.effect.name in named]
+        if len(kept) == len(added):
+            return self.models
+        chain = [self.base]
+        for i in range(len(kept)):
+            placed = (*self.base.placed, *kept[: i + 1])
+            weights = weights_of(chain[-1].fit.residual, self.prepared, self.floor)
+            chain.append(fit_model(self.prepared, placed, weights, chain[-1].fit, evaluations=40))
+        return chain
+
+    def _verdict(self, final: Model, named: tuple[str, ...], left_over: float) -> tuple[str, list[Cause]]:
+        ratio = float(np.max(final.rms() / self.floor))
+        if named:
+            verdict = (
+                "explained" if ratio < AT_FLOOR or self._closes(self.base, final).value > 0.9 else "partly_explained"
+            )
+            return verdict, [Cause("unknown", left_over)]
+        if any(step.taken for step in self.steps):
+            return "unexplained", [Cause("unknown", left_over)]
+        none = no_gap_probability(self.steps[0], self.floor)
+        rest = [Cause("none", NONE_HELD * none), Cause("unknown", 1.0 - NONE_HELD * none)]
+        return ("no_gap" if none > NAMED_OVER else "unexplained"), rest
+
+    def _experiment(self, causes: Sequence[Cause], *, unexplained: bool) -> Experiment | None:
+        """Return what would tell apart what these data cannot, where there is such a question."""
+        ambiguous = any((c.presence or 0.0) > NAMED_OVER and len(c.equivalent) > 1 for c in causes)
+        models = open_question(self.steps, unexplained=unexplained) if ambiguous or unexplained else ()
+        return next_experiment(self.prepared, models, self.floor) if models else None
+
+    def _closes(self, before: Model, after: Model) -> Estimate:
+        return closes_estimate(before.held, after.held, self.floor, self.block, self.draws)
+
+    def _intervals(self, model: Model) -> Intervals:
+        weights = weights_of(model.fit.residual, self.prepared, self.floor)
+        return intervals(model.fit, weights, block_of_rows(self.prepared.fit))
+
+    def _with_details(self, cause: Cause) -> Cause:
+        """Return a cause with its parameters from the final model and what its own steps close."""
+        final = self.models[-1]
+        bounds = self._intervals(final)
+        parameters: dict[str, dict[str, Estimate]] = {}
+        for i, entry in enumerate(final.fit.entries):
+            if isinstance(entry.owner, int) and final.placed[entry.owner].effect.name == cause.effect:
+                joint = self.prepared.arm.names[entry.joint]
+                estimate = Estimate(float(final.fit.p[i]), float(bounds.low[i]), float(bounds.high[i]), entry.unit)
+                parameters.setdefault(joint, {})[entry.name] = estimate
+        closes = self._closed_by(cause.effect)
+        return replace(cause, parameters=parameters, closes=closes)
+
+    def _closed_by(self, effect: str) -> Estimate:
+        """Return the part of the whole closable gap that an effect's own steps close, joints scaled by their floor."""
+        pairs = [
+            (before, after)
+            for before, after in zip(self.models[:-1], self.models[1:], strict=True)
+            if after.placed[-1].effect.name == effect
+        ]
+        closed = [Estimate(0.0, 0.0, 0.0), *(self._closes(self.base, model) for model in self.models[1:])]
+        at = {id(model): estimate for model, estimate in zip(self.models, closed, strict=True)}
+        value = sum(at[id(after)].value - at[id(before)].value for before, after in pairs)
+        spread = max((at[id(after)].high - at[id(after)].low) / 2 for _, after in pairs)
+        return Estimate(value, value - spread, value + spread)
+
+    def _stages(self, chain: Sequence[Model]) -> tuple[Stage, ...]:
+        arm = self.prepared.arm
+        rows: list[tuple[str, np.ndarray, Arm | None]] = [
+            ("as_given", self.given, arm),
+            ("retuned", self.base.held, arm_of(arm, self.base.fit, self.base.placed)),
+        ]
+        rows += [(m.placed[-1].effect.name, m.held, arm_of(arm, m.fit, m.placed)) for m in chain[1:]]
+        stages = [Stage(name, self._per_joint(held), self._motion(name, model)) for name, held, model in rows]
+        floor = {name: float(self.floor[j]) for j, name in enumerate(arm.names)}
+        noise = {name: float(self.prepared.held[0].noise[j]) for j, name in enumerate(arm.names)}
+        return (*stages, Stage("noise_floor", floor, noise))
+
+    def _per_joint(self, held: np.ndarray) -> dict[str, float]:
+        rms = np.sqrt(np.mean(held**2, axis=0))
+        return {name: float(rms[j]) for j, name in enumerate(self.prepared.arm.names)}
+
+    def _motion(self, stage: str, arm: Arm | None) -> dict[str, float]:
+        if arm is None:
+            return {}
+        try:
+            motion, failed = motion_gap(arm, self.prepared.held, self.prepared.cutoff, HORIZON)
+        except StribeckError as error:
+            self.warnings.append(f"{stage}: no motion gap: {error}")
+            return {}
+        if failed:
+            self.warnings.append(f"{stage}: {failed} windows could not be simulated and are left out of the motion gap")
+        return motion
+
+    def _candidates(self) -> tuple[Candidate, ...]:
+        names = self.prepared.arm.names
+        rows = []
+        for number, step in enumerate(self.steps, 1):
+            for k, model in enumerate(step.rivals, 1):
+                place, gain = model.placed[-1], step.ranking.gain[k]
+                chosen = step.taken and k == step.ranking.best
+                estimate = Estimate(float(gain[0]), float(gain[1]), float(gain[2]))
+                t = float(step.ranking.t[k])
+                rows.append(
+                    Candidate(number, place.effect.name, names[place.joint], estimate, t, model.fit.status, chosen)
+                )
+            nothing = Estimate(np.nan, np.nan, np.nan)
+            rows.extend(
+                Candidate(number, effect, names[joint], nothing, np.nan, "screened out")
+                for effect, joint in step.screened_out
+            )
+        return tuple(rows)
+
+    def _tuned(self) -> tuple[Tuned, ...]:
+        fit, bounds = self.base.fit, self._intervals(self.base)
+        return tuple(
+            Tuned(
+                entry.key,
+                entry.unit,
+                entry.value,
+                entry.sd,
+                Estimate(float(fit.p[i]), float(bounds.low[i]), float(bounds.high[i]), entry.unit),
+                entry.key in fit.at_limit,
+                bool(bounds.identified[i]),
+            )
+            for i, entry in enumerate(fit.entries)
+            if entry.owner in ("inertial", "friction")
+        )
+
+    def _limits(self) -> list[str]:
+        return [
+            f"{key}: the data push it to three standard deviations from its nominal value; it is held there"
+            for key in self.models[-1].fit.at_limit
+        ]
+
+    def _traces(self, final: Model) -> tuple[Trace, ...]:
+        signals = analysis_signals(self.prepared.held)
+        traces = []
+        start = 0
+        for run in self.prepared.held:
+            rows = slice(start, start + len(run.analysis_index))
+            start = rows.stop
+            measured = signals["command"][rows]
+            traces.append(
+                Trace(
+                    run.name,
+                    signals["time"][rows],
+                    signals["position"][rows],
+                    signals["velocity"][rows],
+                    measured,
+                    measured - self.given[rows],
+                    measured - self.base.held[rows],
+                    measured - final.held[rows],
+                )
+            )
+        return tuple(traces)
