@@ -19,11 +19,11 @@ from stribeck.model.effect import (
     ExternalEffect,
     FrictionEffect,
     RigidBodyEffect,
-    Scale,
     SensingEffect,
     TransmissionEffect,
 )
 from stribeck.model.layout import layout, values_of
+from stribeck.model.values import Scale
 
 from .bench import nominal_arm, starts
 

@@ -11,10 +11,11 @@ from stribeck.arm import EffectEntry
 from stribeck.effects.registry import placed_effects, registry
 from stribeck.identify.conditioning import Conditioned
 from stribeck.identify.residual import Residual
-from stribeck.model.effect import Effect, Parameter, TransmissionEffect
+from stribeck.model.effect import Effect, TransmissionEffect
 from stribeck.model.forward import Forward
 from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
+from stribeck.model.values import Parameter
 from stribeck.simulate.engine import path_of, vanishes
 
 from .bench import arm_for, clean, everywhere, nominal_arm, smooth, starts

@@ -6,7 +6,7 @@ from scipy import signal
 
 from stribeck.effects.sensing.encoder_quantisation import EncoderQuantisation
 from stribeck.effects.sensing.velocity_filter import VelocityFilter
-from stribeck.model.effect import Record
+from stribeck.model.values import Record
 
 STEP = 2e-3
 

@@ -11,7 +11,8 @@ from stribeck.arm import Arm, EffectEntry
 from stribeck.effects.registry import registry
 from stribeck.errors import InputError
 from stribeck.export import export_fmu
-from stribeck.model.effect import Effect, Scale
+from stribeck.model.effect import Effect
+from stribeck.model.values import Scale
 from stribeck.simulate import Engine, path_of
 
 from .conftest import two_links

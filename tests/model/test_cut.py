@@ -7,7 +7,8 @@ import pytest
 
 from stribeck.arm import Arm, Friction, Joint
 from stribeck.effects.registry import registry
-from stribeck.model.cut import DRIVE, Cut
+from stribeck.model.cut import Cut
+from stribeck.model.drive import DRIVE
 from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
 

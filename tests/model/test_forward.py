@@ -8,11 +8,14 @@ import pytest
 
 from stribeck.arm import Arm, Friction, Joint
 from stribeck.effects.registry import registry
-from stribeck.model.cut import DRIVE, Cut, Drive
-from stribeck.model.effect import Effect, Scale
+from stribeck.model.balance import Balance
+from stribeck.model.cut import Cut
+from stribeck.model.drive import DRIVE, Drive
+from stribeck.model.effect import Effect
 from stribeck.model.forward import Forward
 from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
+from stribeck.model.values import Scale
 
 SCALE = Scale(torque=4.0, friction=2.0, speed=1.0, travel=2.0, inertia=0.3, sample_time=0.01, length=0.3)
 
@@ -57,12 +60,12 @@ def test_forward_balances_the_cut(effect: Effect, values: dict[str, float]) -> N
     rng = np.random.default_rng(1)
     sites = effect.sites(2)
     path = SignalPath(arm(), [Placed(effect, joint, values) for joint in sites])
-    forward, cut, p = Forward(path), Cut(path, 0.01), values_of(path.entries)
+    forward, sample, p = Forward(path), Balance(path), values_of(path.entries)
     drive = Drive.symbols(2)
     balance = ca.Function(
         "balance",
-        [drive.stacked, path.x, path.p, cut.delay_at],
-        [cut.residual(drive, path.x)[0], cut.derivatives(drive, path.x)],
+        [drive.stacked, path.x, path.p, sample.delay_at],
+        [sample.residual(drive, path.x)[0], sample.derivatives(drive, path.x)],
     )
     for _ in range(8):
         y = np.concatenate([rng.normal(size=2), rng.normal(size=2), 0.3 * rng.normal(size=path.x.numel())])

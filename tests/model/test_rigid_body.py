@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stribeck.model.effect import Body
 from stribeck.model.rigid_body import inverse_dynamics, mass_matrix
+from stribeck.model.values import Body
 
 ANGLE = st.floats(-7.0, 7.0)
 SPEED = st.floats(-8.0, 8.0)

@@ -7,9 +7,9 @@ import pytest
 
 from stribeck.arm import EffectEntry, Friction
 from stribeck.effects.registry import registry
-from stribeck.model.effect import Scale
 from stribeck.model.layout import Placed
 from stribeck.model.path import SignalPath
+from stribeck.model.values import Scale
 from stribeck.simulate import Engine, path_of
 
 from .conftest import entry, two_links

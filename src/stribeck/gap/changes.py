@@ -8,18 +8,9 @@ from typing import ClassVar, final
 
 from stribeck.arm import Arm
 from stribeck.effects.rigid_body.payload import Payload
-from stribeck.model.effect import (
-    ActuatorEffect,
-    Body,
-    Expression,
-    Parameter,
-    Parameters,
-    RigidBodyEffect,
-    Scale,
-    Signals,
-    States,
-)
+from stribeck.model.effect import ActuatorEffect, RigidBodyEffect
 from stribeck.model.layout import Placed
+from stribeck.model.values import Body, Expression, Parameter, Parameters, Scale, Signals, States
 
 PAYLOAD = 0.3  # of the last link's mass
 STANDARD_GRAVITY = 9.81  # m/s^2

@@ -10,8 +10,8 @@ import numpy as np
 from stribeck.arm import Arm
 from stribeck.effects.registry import placed_effects, registry
 from stribeck.gap.result import Cause, Estimate
-from stribeck.model.effect import Record
 from stribeck.model.layout import Placed
+from stribeck.model.values import Record
 from stribeck.run import Run
 
 

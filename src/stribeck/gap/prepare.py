@@ -12,10 +12,10 @@ from stribeck.arm import Arm
 from stribeck.grid import uniform
 from stribeck.identify.conditioning import Conditioned, condition, cutoff_frequency
 from stribeck.identify.stretches import part, shortened
-from stribeck.model.effect import Scale
 from stribeck.model.layout import values_of
 from stribeck.model.path import SignalPath
 from stribeck.model.rigid_body import mass_matrix
+from stribeck.model.values import Scale
 from stribeck.run import Run
 
 HELD_SHARE = 0.3  # of the runs, or of a single run

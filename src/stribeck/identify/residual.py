@@ -11,7 +11,8 @@ from scipy.interpolate import CubicSpline
 
 from stribeck.identify.conditioning import Conditioned, emphasised
 from stribeck.identify.tape import Tape
-from stribeck.model.cut import DRIVE, RATES, Cut
+from stribeck.model.cut import Cut
+from stribeck.model.drive import DRIVE, RATES
 from stribeck.model.path import SignalPath
 
 SAMPLES = 40_000  # evaluated at a time: bounds the memory of the Jacobian

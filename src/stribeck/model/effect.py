@@ -7,151 +7,13 @@ passes its stage through unchanged.
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any, ClassVar
 
-import casadi as ca
-import numpy as np
-
+from stribeck.model.values import Body, Expression, Observed, Parameter, Parameters, Record, Scale, Signals, States
 from stribeck.model.waves import Trace
-
-Expression = Any
-"""A CasADi expression (``casadi.SX``, scalar unless said otherwise) or a float."""
-
-Parameters = Mapping[str, Expression]
-States = Mapping[str, Expression]
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """One parameter of an effect.
-
-    Attributes
-    ----------
-    name, unit, description : str
-        As they appear in the arm file and in reports.
-    null : float
-        The value at which the effect vanishes; infinite where it vanishes in a limit (a stiffness).
-    lower, upper : float
-        Physical bounds. Both must be positive where ``log`` is set.
-    log : bool
-        Fitted in its logarithm: for positive values whose order of magnitude is unknown.
-    firm : bool
-        The lower bound is itself a likely value (once per turn): a fit that rests on it is no worse for that.
-    """
-
-    name: str
-    unit: str
-    description: str
-    null: float = 0.0
-    lower: float = -math.inf
-    upper: float = math.inf
-    log: bool = False
-    firm: bool = False
-
-
-@dataclass(frozen=True)
-class Scale:
-    """Typical magnitudes of one joint in the data at hand, from which an effect takes its starting values.
-
-    Attributes
-    ----------
-    torque, friction : float
-        Root mean square command and Coulomb friction, N m.
-    speed : float
-        Root mean square velocity, rad/s.
-    travel : float
-        Range of position, rad.
-    inertia : float
-        Inertia that the joint moves, others held, kg m^2.
-    sample_time : float
-        s.
-    """
-
-    torque: float
-    friction: float
-    speed: float
-    travel: float
-    inertia: float
-    sample_time: float
-    length: float = 1.0
-
-
-@dataclass(frozen=True)
-class Record:
-    """What was recorded of one joint: one entry a run, uniform in time.
-
-    Attributes
-    ----------
-    position : tuple of array (N,)
-        rad, as the encoder gave it.
-    velocity : tuple of array (N,)
-        rad/s, as the drive gave it; empty where no run has it.
-    sample_time : tuple of float
-        s.
-    resolution : float or None
-        Of the encoder, as the arm file has it, rad.
-    """
-
-    position: tuple[np.ndarray, ...]
-    velocity: tuple[np.ndarray, ...]
-    sample_time: tuple[float, ...]
-    resolution: float | None
-
-
-@dataclass(frozen=True)
-class Observed:
-    """What records show of an effect without a model: value and 95 % interval of each parameter, and the evidence."""
-
-    values: Mapping[str, tuple[float, float, float]]
-    probability: float
-
-
-@dataclass(frozen=True)
-class Signals:
-    """What a law may depend on at one joint and one instant (CasADi scalars, SI).
-
-    ``position``, ``velocity``, ``acceleration`` are true ones on the motor side; ``link_position`` and
-    ``link_velocity`` those of the link; ``torque`` is the actuator's, ``load`` the torque handed to the link.
-    """
-
-    time: Expression
-    position: Expression
-    velocity: Expression
-    acceleration: Expression
-    link_position: Expression
-    link_velocity: Expression
-    torque: Expression = 0.0
-    load: Expression = 0.0
-
-    def at(self, **changes: Expression) -> Signals:
-        """Return a copy with some signals replaced."""
-        return replace(self, **changes)
-
-
-@dataclass(frozen=True)
-class Body:
-    """Inertial parameters of a planar chain, each a tuple over joints, and gravity in the base frame."""
-
-    mass: tuple[Expression, ...]
-    com_x: tuple[Expression, ...]
-    com_y: tuple[Expression, ...]
-    inertia: tuple[Expression, ...]
-    length: tuple[Expression, ...]
-    gravity: tuple[Expression, Expression]
-
-    def with_link(self, joint: int, **values: Expression) -> Body:
-        """Return a copy with values of one link replaced (``mass``, ``com_x``, ``com_y``, ``inertia``)."""
-        changed = {name: _put(getattr(self, name), joint, value) for name, value in values.items()}
-        return replace(self, **changed)
-
-
-def _put(values: tuple[Expression, ...], index: int, value: Expression) -> tuple[Expression, ...]:
-    return (*values[:index], value, *values[index + 1 :])
 
 
 class Effect(ABC):
@@ -288,8 +150,3 @@ class SensingEffect(Effect):
     def measured(self, position: Expression, p: Parameters) -> Expression:
         """Return the recorded position from the true one, rad."""
         return position
-
-
-def positive_part(value: Expression) -> Expression:
-    """Return max(value, 0)."""
-    return ca.fmax(value, 0.0)

@@ -15,19 +15,15 @@ from stribeck.arm import Arm
 from stribeck.errors import StribeckError
 from stribeck.model.effect import (
     ActuatorEffect,
-    Body,
-    Expression,
     ExternalEffect,
     FrictionEffect,
-    Parameters,
     RigidBodyEffect,
     SensingEffect,
-    Signals,
-    States,
     TransmissionEffect,
 )
 from stribeck.model.layout import Placed, layout
 from stribeck.model.tustin import tustin_level, tustin_viscous
+from stribeck.model.values import Body, Expression, Parameters, Signals, States
 
 INVERSION_STEPS = 4  # fixed-point steps that undo a sensor's law; the error falls by its slope at each
 
@@ -146,6 +142,12 @@ class SignalPath:
             level = effect.level(level, direction, s, self.states(k, x), self.parameters(k))
         return level
 
+    def present_level(self, joint: int, s: Signals, x: Any) -> Expression:
+        """Return the sliding friction level G (N m) of a joint at its own speed and direction."""
+        speed = ca.fabs(s.velocity)
+        forward, backward = (self.level(joint, speed, way, s, x) for way in (1.0, -1.0))
+        return ca.if_else(s.velocity >= 0, forward, backward)
+
     def viscous(self, joint: int, s: Signals, x: Any) -> Expression:
         """Return the friction torque of a joint that has no sign function, N m."""
         forward, backward = self.constants(joint, 1.0)["C2"], self.constants(joint, -1.0)["C2"]
@@ -164,6 +166,29 @@ class SignalPath:
         torque: Expression = 0.0
         for k, effect in self.at(joint, ExternalEffect):
             torque = torque + effect.torque(s, self.states(k, x), self.parameters(k))
+        return torque
+
+    def rates(self, k: int, command: Expression, s: Signals, x: Any) -> list[Expression]:
+        """Return the time derivatives of the k-th placed effect's states, in order."""
+        effect, states, values = self.placed[k].effect, self.states(k, x), self.parameters(k)
+        if not effect.states:
+            return []
+        if isinstance(effect, FrictionEffect) and effect.bristle:
+            level = self.present_level(self.placed[k].joint, s, x)
+            rates = effect.bristle_derivatives(level, s, states, values)
+        else:
+            rates = effect.derivatives(s.at(torque=self._upstream(k, command, s, x)), states, values)
+        return [rates[name] for name in effect.states]
+
+    def _upstream(self, k: int, command: Expression, s: Signals, x: Any) -> Expression:
+        """Return the torque that enters the k-th effect: the actuator's output for all but actuator effects."""
+        if not isinstance(self.placed[k].effect, ActuatorEffect):
+            return s.torque
+        torque = command
+        for other, effect in self.at(self.placed[k].joint, ActuatorEffect):
+            if other == k:
+                break
+            torque = effect.torque(torque, s, self.states(other, x), self.parameters(other))
         return torque
 
     def transmission(self, joint: int) -> tuple[int, TransmissionEffect] | None:

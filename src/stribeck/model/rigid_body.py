@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import casadi as ca
 
-from stribeck.model.effect import Body, Expression
+from stribeck.model.values import Body, Expression
 
 
 def inverse_dynamics(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 
-from stribeck.model.effect import Expression, Parameters
+from stribeck.model.values import Expression, Parameters
 
 
 def tustin_level(speed: Expression, constants: Parameters) -> Expression:

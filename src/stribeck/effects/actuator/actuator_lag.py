@@ -5,7 +5,8 @@ from __future__ import annotations
 from types import MappingProxyType
 from typing import final
 
-from stribeck.model.effect import ActuatorEffect, Expression, Parameter, Parameters, Scale, Signals, States
+from stribeck.model.effect import ActuatorEffect
+from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
 
 
 @final

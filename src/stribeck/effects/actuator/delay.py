@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import final
 
-from stribeck.model.effect import ActuatorEffect, Parameter, Scale
+from stribeck.model.effect import ActuatorEffect
+from stribeck.model.values import Parameter, Scale
 
 
 @final

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import final
 
-from stribeck.model.effect import Expression, ExternalEffect, Parameter, Parameters, Scale, Signals, States
+from stribeck.model.effect import ExternalEffect
+from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
 
 
 @final

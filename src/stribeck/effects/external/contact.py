@@ -7,7 +7,8 @@ from typing import final
 import casadi as ca
 import numpy as np
 
-from stribeck.model.effect import Expression, ExternalEffect, Parameter, Parameters, Scale, Signals, States
+from stribeck.model.effect import ExternalEffect
+from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
 from stribeck.model.waves import Trace
 
 SHARES = (0.5, 0.65, 0.75, 0.85, 0.92, 0.97)  # of the samples: where a wall may begin

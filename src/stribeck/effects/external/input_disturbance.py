@@ -8,7 +8,8 @@ from typing import final
 import casadi as ca
 import numpy as np
 
-from stribeck.model.effect import Expression, ExternalEffect, Parameter, Parameters, Scale, Signals, States
+from stribeck.model.effect import ExternalEffect
+from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
 from stribeck.model.waves import Trace, strongest_waves
 
 

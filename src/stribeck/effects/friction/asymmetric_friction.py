@@ -6,16 +6,8 @@ from typing import final
 
 import casadi as ca
 
-from stribeck.model.effect import (
-    Expression,
-    FrictionEffect,
-    Parameter,
-    Parameters,
-    Scale,
-    Signals,
-    States,
-    positive_part,
-)
+from stribeck.model.effect import FrictionEffect
+from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
 
 
 @final
@@ -37,7 +29,7 @@ class AsymmetricFriction(FrictionEffect):
         return ({"coulomb": size, "viscous": 0.0}, {"coulomb": 0.0, "viscous": size / scale.speed})
 
     def level(self, level: Expression, direction: float, s: Signals, x: States, p: Parameters) -> Expression:
-        return positive_part(level + direction * p["coulomb"])
+        return ca.fmax(level + direction * p["coulomb"], 0.0)
 
     def viscous(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         return torque + p["viscous"] * ca.fabs(s.velocity)

@@ -6,7 +6,8 @@ from typing import Any, final
 
 import casadi as ca
 
-from stribeck.model.effect import Expression, FrictionEffect, Parameter, Parameters, Scale, Signals, States
+from stribeck.model.effect import FrictionEffect
+from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
 
 
 @final

@@ -6,16 +6,8 @@ from typing import final
 
 import casadi as ca
 
-from stribeck.model.effect import (
-    Expression,
-    FrictionEffect,
-    Parameter,
-    Parameters,
-    Scale,
-    Signals,
-    States,
-    positive_part,
-)
+from stribeck.model.effect import FrictionEffect
+from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
 
 
 @final
@@ -39,4 +31,4 @@ class PositionDependentFriction(FrictionEffect):
 
     def level(self, level: Expression, direction: float, s: Signals, x: States, p: Parameters) -> Expression:
         phase = p["harmonic"] * s.position
-        return positive_part(level * (1.0 + p["sine"] * ca.sin(phase) + p["cosine"] * ca.cos(phase)))
+        return ca.fmax(level * (1.0 + p["sine"] * ca.sin(phase) + p["cosine"] * ca.cos(phase)), 0.0)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from typing import final
 
-from stribeck.model.effect import Expression, Parameter, Parameters, Scale, TransmissionEffect
+from stribeck.model.effect import TransmissionEffect
+from stribeck.model.values import Expression, Parameter, Parameters, Scale
 
 
 @final

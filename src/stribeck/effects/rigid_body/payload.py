@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import final
 
-from stribeck.model.effect import Body, Parameter, Parameters, RigidBodyEffect, Scale
+from stribeck.model.effect import RigidBodyEffect
+from stribeck.model.values import Body, Parameter, Parameters, Scale
 
 
 @final

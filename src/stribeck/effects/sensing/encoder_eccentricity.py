@@ -6,7 +6,8 @@ from typing import final
 
 import casadi as ca
 
-from stribeck.model.effect import Expression, Parameter, Parameters, Scale, SensingEffect
+from stribeck.model.effect import SensingEffect
+from stribeck.model.values import Expression, Parameter, Parameters, Scale
 
 
 @final

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any, final
 
-from stribeck.model.effect import Expression, Parameter, Parameters, Scale, SensingEffect
+from stribeck.model.effect import SensingEffect
+from stribeck.model.values import Expression, Parameter, Parameters, Scale
 
 
 @final

@@ -6,7 +6,8 @@ import math
 from typing import final
 
 from stribeck.grid import smallest_step
-from stribeck.model.effect import Observed, Parameter, Record, Scale, SensingEffect
+from stribeck.model.effect import SensingEffect
+from stribeck.model.values import Observed, Parameter, Record, Scale
 
 COARSER = 1.5  # than the arm file's resolution
 COARSE = 2.0 * math.pi / 4096  # rad, where the arm file has none: below twelve bits an encoder is news

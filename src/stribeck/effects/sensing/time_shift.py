@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import final
 
-from stribeck.model.effect import Parameter, Scale, SensingEffect
+from stribeck.model.effect import SensingEffect
+from stribeck.model.values import Parameter, Scale
 
 
 @final

@@ -8,7 +8,8 @@ import numpy as np
 from scipy import signal
 from scipy.optimize import minimize_scalar
 
-from stribeck.model.effect import Observed, Parameter, Record, Scale, SensingEffect
+from stribeck.model.effect import SensingEffect
+from stribeck.model.values import Observed, Parameter, Record, Scale
 
 TOP = 20.0  # Hz: what is compared lies below this, and below a fifth of the sample rate
 LONGEST = 0.5  # s

@@ -7,7 +7,8 @@ from typing import final
 
 import casadi as ca
 
-from stribeck.model.effect import Expression, Parameter, Parameters, Scale, TransmissionEffect
+from stribeck.model.effect import TransmissionEffect
+from stribeck.model.values import Expression, Parameter, Parameters, Scale
 
 ONSET = 0.3  # of the gap: the penetration over which the damper comes in; less is too sudden for the cut's steps
 

@@ -1,0 +1,102 @@
+"""The states of a cut path one sample later; motion and command run linearly between the samples."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+
+from stribeck.model.balance import Balance
+from stribeck.model.drive import Drive
+from stribeck.model.effect import FrictionEffect
+from stribeck.model.path import SignalPath
+
+SUBSTEP = 1e-3  # s, longest step of a flexible joint's link
+
+
+def advance(balance: Balance, sample_time: float, now: Drive, after: Drive, x: Any) -> Any:
+    """Return the states (nx, 1) one sample later.
+
+    Parameters
+    ----------
+    balance : Balance
+    sample_time : float
+        Between the two drives, s.
+    now, after : Drive
+    x : casadi.SX (nx, 1)
+        States now.
+    """
+    path = balance.path
+    mean = (after.position - now.position) / sample_time
+    first, last = now.at(velocity=mean), after.at(velocity=mean)
+    links = 2 * len(path.flexible)
+    out = [_swing(balance, sample_time, first, last, x)] if links else []
+    if len(path.state_names) > links:
+        # a bristle follows the distance moved, the mean velocity's; other laws the velocity of the instant
+        slid, moved = (_relax(balance, sample_time, *pair, x) for pair in ((first, last), (now, after)))
+        bristles = _bristles(path)
+        out += [slid[i] if name in bristles else moved[i] for i, name in enumerate(path.state_names) if i >= links]
+    return ca.vertcat(*out)
+
+
+def _bristles(path: SignalPath) -> frozenset[str]:
+    """Return the names of the states that carry a joint's friction."""
+    placed = [(k, place.effect) for k, place in enumerate(path.placed) if isinstance(place.effect, FrictionEffect)]
+    return frozenset(f"{k}.{state}" for k, effect in placed if effect.bristle for state in effect.states)
+
+
+def _swing(balance: Balance, sample_time: float, now: Drive, after: Drive, x: Any) -> Any:
+    """Advance the link states by the implicit midpoint rule: A-stable, second order.
+
+    One Newton step solves it for a linear compliance. A contact needs two: with one, a step across its edge
+    throws the link, and the sensitivities grow without bound.
+    """
+    path = balance.path
+    links = 2 * len(path.flexible)
+    steps = max(1, round(sample_time / SUBSTEP))
+    h = sample_time / steps
+    middle, start, drive = ca.SX.sym("middle", links), ca.SX.sym("start", links), Drive.symbols(path.n, "_mid")
+    rate = balance.derivatives(drive, ca.vertcat(middle, x[links:]))[:links]
+    slope = ca.jacobian(rate, middle)
+    correction = ca.solve(ca.SX.eye(links) - h / 2 * slope, middle - start - h / 2 * rate)
+    known = [drive.stacked, x[links:], path.p, balance.delay_at]
+    newton = ca.Function("newton", [middle, start, *known], [middle - correction])
+    contacts = _contacts(path)
+    link = x[:links]
+    for i in range(steps):
+        f = (i + 0.5) / steps
+        known[0] = now.stacked + f * (after.stacked - now.stacked)
+        between = newton(link, link, *known)
+        if contacts:
+            between = newton(between, link, *known)
+        link = 2 * between - link
+    return link
+
+
+def _contacts(path: SignalPath) -> bool:
+    """Tell whether a compliance's law is not linear in its deflection."""
+    deflection, rate = ca.SX.sym("deflection"), ca.SX.sym("rate")
+    both = ca.vertcat(deflection, rate)
+    for j in path.flexible:
+        k, effect = path.transmission(j)  # type: ignore[misc]
+        torque = effect.transmitted(deflection, rate, path.parameters(k))
+        if ca.depends_on(ca.jacobian(torque, both), both):
+            return True
+    return False
+
+
+def _relax(balance: Balance, sample_time: float, now: Drive, after: Drive, x: Any) -> Any:
+    """Advance each effect state by an exponential step, exact for a linear law under linear forcing."""
+    count = len(balance.path.state_names)
+    state = ca.SX.sym("state", count)
+    h = sample_time
+    rate_now, rate_after = balance.derivatives(now, state), balance.derivatives(after, state)
+    middle = 0.5 * (rate_now + rate_after)
+    slope = ca.vertcat(*[ca.jacobian(middle[i], state[i]) for i in range(count)])
+    z = h * slope
+    near = ca.fabs(z) < 1e-4
+    safe = ca.if_else(near, 1.0, z)
+    phi1 = ca.if_else(near, 1 + z / 2 + z**2 / 6, ca.expm1(safe) / safe)
+    phi2 = ca.if_else(near, 0.5 + z / 6, (phi1 - 1) / safe)
+    step = state + h * (phi1 * rate_now + phi2 * (rate_after - rate_now))
+    return ca.substitute(step, state, x)

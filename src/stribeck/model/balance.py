@@ -1,0 +1,174 @@
+"""The balance at the measured joint at one sample: what lies before it driven by the command, behind it by the motion.
+
+Everything upstream of the cut is driven by the recorded command, everything downstream by the recorded motion.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+
+from stribeck.model.drive import Drive
+from stribeck.model.effect import ActuatorEffect, SensingEffect
+from stribeck.model.path import SignalPath
+from stribeck.model.rigid_body import inverse_dynamics, mass_matrix
+from stribeck.model.values import Expression, Signals
+
+UNSURE = 2.5  # standard deviations of velocity within which its sign, and so friction, is not known
+
+
+class Balance:
+    """Torques of a signal path at one sample of recorded motion, and the rates of its states.
+
+    Parameters
+    ----------
+    path : SignalPath
+
+    Attributes
+    ----------
+    delay_at : casadi.SX (placed, 1)
+        Delays by which the drive was moved already, s: the rest of a delay is taken to first order.
+    """
+
+    def __init__(self, path: SignalPath) -> None:
+        self.path, self.n = path, path.n
+        self.delay_at = ca.SX.sym("T0", len(path.placed))
+
+    def _command(self, d: Drive, joint: int) -> Expression:
+        """Return the command, delayed. The data are delayed by T0 already; the rest is to first order."""
+        command = d.command[joint]
+        for k, effect in self.path.at(joint, ActuatorEffect):
+            if effect.delays == "command":
+                command = command - d.command_rate[joint] * (self.path.parameters(k)["time"] - self.delay_at[k])
+        return command
+
+    def _motion(self, d: Drive) -> list[Signals]:
+        """Return the true signals of each joint on the motor side; the link's where it is rigid."""
+        signals = []
+        for j in range(self.n):
+            y, dy, ddy = self._recorded(d, j)
+            q, dq, ddq = self._true(j, y, dy, ddy)
+            signals.append(Signals(d.time, q, dq, ddq, q, dq))
+        return signals
+
+    def _true(self, joint: int, y: Expression, dy: Expression, ddy: Expression) -> tuple[Expression, ...]:
+        """Return true position, velocity and acceleration from what the sensor gave."""
+        if not self.path.at(joint, SensingEffect):
+            return y, dy, ddy
+        seen = ca.SX.sym("seen")
+        law = self.path.true_position(joint, seen)
+        slope = ca.jacobian(law, seen)
+        q, slope, curve = ca.substitute([law, slope, ca.jacobian(slope, seen)], [seen], [ca.SX(y)])
+        return q, slope * dy, slope * ddy + curve * dy**2
+
+    def _recorded(self, d: Drive, joint: int) -> tuple[Expression, Expression, Expression]:
+        """Return position, velocity and acceleration as the sensor gave them, the lateness of the record undone."""
+        y, dy, ddy = d.position[joint], d.velocity[joint], d.acceleration[joint]
+        for k, effect in self.path.at(joint, SensingEffect):
+            if effect.delays == "position":  # the data are moved by T0 already; the rest is to first order
+                ahead = self.path.parameters(k)["time"] - self.delay_at[k]
+                y, dy = y + d.position_rate[joint] * ahead, dy + d.velocity_rate[joint] * ahead
+                ddy = ddy + d.acceleration_rate[joint] * ahead
+        return y, dy, ddy
+
+    def signals(self, d: Drive, x: Any) -> tuple[list[Signals], dict[int, Expression]]:
+        """Return the signals of every joint, load included, and the link accelerations of flexible joints."""
+        path, motion = self.path, self._motion(d)
+        transmitted: dict[int, Expression] = {}
+        for j in path.flexible:
+            k, effect = path.transmission(j)  # type: ignore[misc]
+            ql, dql = x[path.state_index(f"link[{j}].position")], x[path.state_index(f"link[{j}].velocity")]
+            s = motion[j]
+            transmitted[j] = effect.transmitted(s.position - ql, s.velocity - dql, path.parameters(k))
+            motion[j] = s.at(link_position=ql, link_velocity=dql)
+        load, acceleration = self._link_torques(motion, x, transmitted)
+        full = [s.at(load=load[j]) for j, s in enumerate(motion)]
+        full = [s.at(torque=path.actuated(j, self._command(d, j), s, x)) for j, s in enumerate(full)]
+        return full, acceleration
+
+    def _link_torques(
+        self, motion: list[Signals], x: Any, transmitted: dict[int, Expression]
+    ) -> tuple[list[Expression], dict[int, Expression]]:
+        path, body = self.path, self.path.body()
+        q, dq = [s.link_position for s in motion], [s.link_velocity for s in motion]
+        external = [path.external(j, s, x) for j, s in enumerate(motion)]
+        known = [0.0 if j in transmitted else s.acceleration for j, s in enumerate(motion)]
+        bias = inverse_dynamics(body, q, dq, known, prismatic=path.prismatic)
+        load = [bias[j] + external[j] for j in range(self.n)]
+        if not transmitted:
+            return load, {}
+        flexible = list(path.flexible)
+        mass = mass_matrix(body, q, prismatic=path.prismatic)
+        # what carries the motor moves by the link's motion less the motor's, and takes its share of the torque
+        carried = {j: 0.0 if (inertia := path.carrier(j)) is None else inertia for j in flexible}
+        pushed = [transmitted[j] - load[j] + carried[j] * motion[j].acceleration for j in flexible]
+        inertia = mass[flexible, flexible] + ca.diag(ca.vertcat(*carried.values()))
+        swing = ca.solve(inertia, ca.vertcat(*pushed))
+        for j in range(self.n):
+            if j in transmitted:
+                load[j] = transmitted[j] - carried[j] * (swing[flexible.index(j)] - motion[j].acceleration)
+            else:
+                load[j] = load[j] + ca.mtimes(mass[j, flexible], swing)
+        return load, {j: swing[i] for i, j in enumerate(flexible)}
+
+    def _friction(self, joint: int, s: Signals, d: Drive, x: Any, needed: Expression) -> Expression:
+        """Return friction without its viscous part, given the torque ``needed`` to balance the joint.
+
+        At rest friction is an interval, not a value; so it is wherever noise hides the sign of the velocity.
+        """
+        path = self.path
+        bristle = path.bristle(joint)
+        if bristle is not None:
+            k, effect = bristle
+            level = path.present_level(joint, s, x)
+            return effect.bristle_torque(level, s, path.states(k, x), path.parameters(k))
+        speed = ca.fabs(s.velocity)
+        forward, backward = (path.level(joint, speed, way, s, x) for way in (1.0, -1.0))
+        z = s.velocity / d.velocity_sd[joint]
+        lowest, highest = (ca.erf((z + side * UNSURE) / ca.sqrt(2.0)) for side in (-1.0, 1.0))
+        lower, upper = (ca.fmax(way, 0.0) * forward + ca.fmin(way, 0.0) * backward for way in (lowest, highest))
+        return ca.fmin(ca.fmax(needed, lower), upper)
+
+    def residual(self, d: Drive, x: Any) -> tuple[Any, dict[str, Any]]:
+        """Return the unbalanced torque (n, 1) in units of the command, and the torques of each stage (n, 1)."""
+        path = self.path
+        signals, _ = self.signals(d, x)
+        rows, stages = [], []
+        for j, s in enumerate(signals):
+            rotor = path.rotor(j) * s.acceleration
+            needed = s.torque - rotor - s.load
+            viscous = path.viscous(j, s, x)
+            friction = self._friction(j, s, d, x, needed - viscous) + viscous
+            scale = path.command_scale(j)
+            rows.append((needed - friction) / scale)
+            stages.append((s.torque / scale, rotor / scale, s.load / scale, friction / scale))
+        names = ("actuator", "rotor", "load", "friction")
+        return ca.vertcat(*rows), {name: ca.vertcat(*[s[i] for s in stages]) for i, name in enumerate(names)}
+
+    def derivatives(self, d: Drive, x: Any) -> Any:
+        """Return the time derivative (nx, 1) of the states under the drive."""
+        signals, acceleration = self.signals(d, x)
+        out: list[Expression] = []
+        for j in self.path.flexible:
+            out += [signals[j].link_velocity, acceleration[j]]
+        for k, place in enumerate(self.path.placed):
+            out += self.path.rates(k, self._command(d, place.joint), signals[place.joint], x)
+        return ca.vertcat(*out)
+
+    def start(self, d: Drive) -> Any:
+        """Return the states (nx, 1) with which a recording starts."""
+        path = self.path
+        motion = self._motion(d)
+        body = path.body()
+        still = [0.0] * self.n
+        static = inverse_dynamics(body, [s.position for s in motion], still, still, prismatic=path.prismatic)
+        out: list[Expression] = []
+        for j in path.flexible:
+            k, effect = path.transmission(j)  # type: ignore[misc]
+            out += [motion[j].position - effect.deflection(static[j], path.parameters(k)), motion[j].velocity]
+        for k, place in enumerate(path.placed):
+            s = motion[place.joint].at(torque=self._command(d, place.joint))
+            values = place.effect.initial(s, path.parameters(k))
+            out += [values[name] for name in place.effect.states]
+        return ca.vertcat(*out)

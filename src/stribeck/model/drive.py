@@ -1,0 +1,47 @@
+"""What drives a cut path: the recorded signals of one sample."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import casadi as ca
+
+RATES = ("position_rate", "velocity_rate", "acceleration_rate", "command_rate")
+DRIVE = ("time", "position", "velocity", "acceleration", "command", *RATES, "velocity_sd")
+
+
+@dataclass(frozen=True)
+class Drive:
+    """The recorded signals of all joints at one sample, each (n, 1) symbolic but ``time`` (1, 1).
+
+    ``command`` is the command averaged over the sample before and after, as zero-order hold implies. The rates are
+    time derivatives of signals that an effect delays, zero for others: those of the curves that are read off, from
+    sample to sample, so that they differ a little from ``velocity`` and ``acceleration``. ``velocity_sd`` is the
+    uncertainty of the velocity.
+    """
+
+    time: Any
+    position: Any
+    velocity: Any
+    acceleration: Any
+    command: Any
+    position_rate: Any
+    velocity_rate: Any
+    acceleration_rate: Any
+    command_rate: Any
+    velocity_sd: Any
+
+    @staticmethod
+    def symbols(n: int, suffix: str = "") -> Drive:
+        """Return fresh symbols."""
+        return Drive(*[ca.SX.sym(f"{name}{suffix}", 1 if name == "time" else n) for name in DRIVE])
+
+    @property
+    def stacked(self) -> Any:
+        """All signals, one column (1 + 9 n, 1)."""
+        return ca.vertcat(*[getattr(self, name) for name in DRIVE])
+
+    def at(self, **changes: Any) -> Drive:
+        """Return a copy with some signals replaced."""
+        return replace(self, **changes)
