@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from stribeck.errors import StribeckError
-from stribeck.identify.tape import FEW, LANES, OPERATIONS, Tape
+from stribeck.identify.operations import OPERATIONS
+from stribeck.identify.tape import FEW, LANES, Tape
 
 UNARY = {
     "NEG": lambda x: -x, "INV": lambda x: 1 / x, "SQ": lambda x: x**2, "TWICE": lambda x: 2 * x, "SQRT": ca.sqrt,

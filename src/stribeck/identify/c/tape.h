@@ -18,7 +18,7 @@
 #define INLINE static inline
 #endif
 
-/* The same order as OPERATIONS in tape.py. */
+/* The same order as OPERATIONS in operations.py. */
 enum {
     LOAD, CONST, STORE, ADD, SUB, MUL, DIV, NEG, INV, SQ, TWICE, SQRT, EXP, LOG, POW, SIN, COS, TAN, ASIN, ACOS, ATAN,
     SINH, COSH, TANH, ASINH, ACOSH, ATANH, EXPM1, LOG1P, ERF, ATAN2, HYPOT, FLOOR, CEIL, FMOD, FABS, SIGN, COPYSIGN,
