@@ -20,7 +20,7 @@ from _paper import constants
 from _repeat_figure import repeat_figure
 from _repeats import coverage, draw, errors, repeat
 
-from stribeck.identify.identification import CLEAR, compare_curves
+from stribeck.identify.asymmetry import CLEAR, compare_curves
 
 METHODS = ("section3", "ipopt", "least_squares")
 

@@ -10,8 +10,10 @@ import pytest
 from stribeck.arm import Friction, load_arm, save_arm
 from stribeck.cli import main
 from stribeck.errors import InputError
+from stribeck.identify.asymmetry import compare_curves
 from stribeck.identify.files import identification_json
-from stribeck.identify.identification import Identification, compare_curves, identify
+from stribeck.identify.findings import Identification
+from stribeck.identify.identification import identify
 from stribeck.identify.tustin_fit import NAMES, tustin
 from stribeck.run import Run, save_run
 

@@ -10,7 +10,7 @@ import pytest
 from stribeck.arm import Arm, Friction, Joint
 from stribeck.identify.confidence import Intervals
 from stribeck.identify.curve import Point
-from stribeck.identify.identification import Direction, Identification, JointFriction
+from stribeck.identify.findings import Direction, Identification, JointFriction
 from stribeck.identify.map_fit import Fit
 from stribeck.identify.run_fit import RunFit
 from stribeck.identify.section3 import section3

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from stribeck.arm import save_arm
-from stribeck.identify.identification import Direction, Identification, JointFriction
+from stribeck.identify.findings import Direction, Identification, JointFriction
 from stribeck.identify.section3 import Section3
 from stribeck.identify.tustin_fit import NAMES, CurveFit
 

@@ -10,7 +10,7 @@ from rich.text import Text
 
 from stribeck.gap.result import Estimate
 from stribeck.identify.files import UNITS, package_version
-from stribeck.identify.identification import Direction, Identification
+from stribeck.identify.findings import Direction, Identification
 from stribeck.identify.tustin_fit import NAMES
 from stribeck.report import words
 from stribeck.report.figures.friction_curve import friction_curve_figure

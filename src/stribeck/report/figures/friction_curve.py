@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-from stribeck.identify.identification import WAYS, Direction, Identification, JointFriction
+from stribeck.identify.findings import WAYS, Direction, Identification, JointFriction
 from stribeck.identify.tustin_fit import tustin
 from stribeck.report import words
 from stribeck.report.numbers import MINUS, number, percent

@@ -1,0 +1,49 @@
+"""What to mind in an identification: each joint, direction and constant that the recordings leave open."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from stribeck.identify.findings import Direction, JointFriction
+from stribeck.identify.run_fit import RunFit
+from stribeck.identify.tustin_fit import NAMES
+
+UNEXPLAINED = 0.1  # share of the break-away torque that the fit to whole runs may leave unremarked
+
+
+def left_open(joints: Sequence[JointFriction], whole: RunFit) -> list[str]:
+    """Return every doubt in words.
+
+    Parameters
+    ----------
+    joints : sequence of JointFriction
+        One a joint of the arm.
+    whole : RunFit
+    """
+    said = []
+    if not whole.fit.ok:
+        said.append(f"the fit to whole recordings failed ({whole.fit.status}): its values are not used")
+    for joint in joints:
+        if not joint.directions:
+            said.append(f"{joint.name}: it never moved; its friction stays as the arm file has it")
+        for way, one in joint.directions.items():
+            said += [f"{joint.name}, {way}: {text}" for text in _of_direction(one)]
+    for joint, own, rms in zip(joints, whole.arm.joints, whole.rms, strict=True):
+        share = float(rms) / max(own.friction.C0 + own.friction.C1, 1e-12)
+        if joint.directions and share > UNEXPLAINED:
+            what = f"{joint.name}: friction and rigid body leave {rms:.3g} rms, {share:.0%} of its break-away torque"
+            said.append(f"{what}, unexplained; try stribeck diagnose")
+    return said + [f"{key}: the recordings want more than three tolerances" for key in whole.fit.at_limit]
+
+
+def _of_direction(one: Direction) -> Iterator[str]:
+    if one.sliding == 0:
+        yield "it never slides steadily; only the fit to whole recordings is given"
+    elif not one.curve.ok:
+        yield f"no curve through {one.curve.points} readings ({one.curve.status.replace('_', ' ')})"
+    elif not one.curve.identified.all():
+        open_ended = [name for name, sure in zip(NAMES, one.curve.identified, strict=True) if not sure]
+        yield f"the readings do not determine {', '.join(open_ended)}"
+    if one.source == "runs" and not one.runs_identified.all():
+        unsure = [name for name, sure in zip(NAMES, one.runs_identified, strict=True) if not sure]
+        yield f"the recordings do not determine {', '.join(unsure)}"
