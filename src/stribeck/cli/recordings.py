@@ -1,0 +1,139 @@
+"""The commands that read recordings: ``diagnose``, ``predict`` and ``identify``."""
+
+from __future__ import annotations
+
+import sys
+from importlib.resources import files
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from stribeck.arm import load_arm
+from stribeck.cli.shared import OutDir, load_runs, progress
+from stribeck.errors import InputError
+from stribeck.outputs import check_free, whole_folder
+from stribeck.run import save_columns
+
+app = typer.Typer()
+
+ArmFile = Annotated[
+    Path | None, typer.Argument(metavar="ARM", help="The nominal arm, a TOML file.", show_default=False)
+]
+RunFiles = Annotated[
+    list[Path] | None, typer.Argument(metavar="RUN", help="Recordings, CSV or Parquet.", show_default=False)
+]
+HeldOut = Annotated[
+    list[Path] | None,
+    typer.Option("--held-out", metavar="RUN...", help="Recordings to judge by, never fitted.", show_default=False),
+]
+
+
+@app.command(
+    epilog=(
+        "Examples:\n\n"
+        "[bold]stribeck diagnose --example --out out[/bold] - the recording that comes with the package\n\n"
+        "[bold]stribeck diagnose arm.toml run_0*.csv --out out[/bold] - keeps some runs back to judge by\n\n"
+        "[bold]stribeck diagnose arm.toml run_0.csv run_1.csv --held-out run_2.csv --out out[/bold]\n\n"
+        "Then open out/report.html; out/corrected.toml is the arm with the named effects."
+    )
+)
+def diagnose(
+    out: OutDir,
+    arm: ArmFile = None,
+    runs: RunFiles = None,
+    held_out: HeldOut = None,
+    example: Annotated[bool, typer.Option("--example", help="Use the recording that comes with the package.")] = False,
+    seed: Annotated[int, typer.Option(min=0, help="Of all resampling: the same seed gives the same answer.")] = 0,
+    jobs: Annotated[int, typer.Option(min=1, help="Processes that fit candidates at the same time.")] = 2,
+) -> None:
+    """Say where the gap between arm and recording lies, which effect causes it, and how far it shrinks.
+
+    Writes diagnosis.json, corrected.toml, report.html and the figures.
+    """
+    check_free(out)
+    if example:
+        if arm or runs or held_out:
+            raise InputError("--example brings its own arm and runs", str(arm or held_out), "leave one of them out")
+        arm, runs = _example()
+    if arm is None or not runs:
+        raise InputError(
+            "diagnose needs an arm file and at least one run", "", "or --example; see stribeck diagnose --help"
+        )
+    nominal = load_arm(arm)
+    fitted, judged = load_runs(nominal, runs, held_out or [])
+
+    from stribeck.gap import diagnose as find
+    from stribeck.gap.files import write_diagnosis
+    from stribeck.report.diagnosis import write_report
+    from stribeck.report.summary import summary
+
+    with whole_folder(out) as folder, progress("diagnosing") as told:
+        found = find(nominal, fitted, judged, seed=seed, jobs=jobs, progress=told)
+        told("drawing the report")
+        write_diagnosis(found, folder)
+        write_report(found, folder)
+    console = Console()
+    console.print(summary(found))
+    console.print(f"report: {out / 'report.html'}", highlight=False, soft_wrap=True)
+
+
+@app.command(
+    epilog="Example: [bold]stribeck predict out/corrected.toml run_03.csv --horizon 0.5 --out ahead.csv[/bold]"
+)
+def predict(
+    model: Annotated[Path, typer.Argument(metavar="MODEL", help="An arm file, nominal or corrected.")],
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="A recording, CSV or Parquet.")],
+    horizon: Annotated[float, typer.Option("--horizon", metavar="S", help="Length of each simulated window, s.")],
+    out: Annotated[Path, typer.Option("--out", metavar="FILE.csv", help="The table to write.")],
+) -> None:
+    """Start at the recorded state every S seconds and simulate on under the recorded commanded torque."""
+    if not 0.0 < horizon < float("inf"):
+        raise InputError("--horizon must be a positive time", f"{horizon:g} s", "give seconds, for instance 0.5")
+    arm = load_arm(model)
+    (recorded,), _ = load_runs(arm, [run], [])
+
+    from stribeck.simulate.predict import predict as ahead
+
+    prediction = ahead(arm, recorded, horizon)
+    columns = {f"{key}{k + 1}": getattr(prediction, key)[:, k] for key in ("q", "dq", "tau") for k in range(arm.n)}
+    save_columns({"t": prediction.t, "window": prediction.window, **columns}, out)
+    for window in prediction.failed:
+        print(f"warning: window {window} ended early: {prediction.status[window]}", file=sys.stderr)
+
+
+@app.command(epilog="Example: [bold]stribeck identify arm.toml run_*.csv --out out[/bold]")
+def identify(
+    arm: Annotated[Path, typer.Argument(metavar="ARM", help="The nominal arm, a TOML file.")],
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN", help="Recordings, CSV or Parquet.")],
+    out: OutDir,
+) -> None:
+    """Identify each joint's friction, by the paper's Section 3 and by IPOPT.
+
+    Writes fitted.toml, identification.json, report.html and the figure.
+    """
+    check_free(out)
+    nominal = load_arm(arm)
+    recorded, _ = load_runs(nominal, runs, [])
+
+    from stribeck.identify.files import write_identification
+    from stribeck.identify.identification import identify as find
+    from stribeck.report.identification import summary, write_report
+
+    with whole_folder(out) as folder, progress("identifying") as told:
+        found = find(nominal, recorded, told)
+        told("drawing the report")
+        write_identification(found, folder)
+        write_report(found, folder)
+    console = Console()
+    console.print(summary(found))
+    for text in found.warnings:
+        print(f"warning: {text}", file=sys.stderr)
+    console.print(f"report: {out / 'report.html'}", highlight=False, soft_wrap=True)
+
+
+def _example() -> tuple[Path, list[Path]]:
+    """Return the arm and the runs that come with the package."""
+    folder = Path(str(files("stribeck") / "example"))
+    return folder / "arm.toml", sorted(folder.glob("run_*.csv"))

@@ -1,0 +1,46 @@
+"""What several commands share: arguments, progress on screen, and the loading of recordings."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+from stribeck.arm import Arm
+from stribeck.errors import InputError
+from stribeck.run import Run, load_run
+
+OutDir = Annotated[Path, typer.Option("--out", metavar="DIR", help="New folder; written whole or not at all.")]
+
+
+@contextmanager
+def progress(task: str) -> Iterator[Callable[[str], None]]:
+    """Show on standard error what is being done; line by line where there is no terminal."""
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield lambda text: print(f"{task}: {text}", file=sys.stderr, flush=True)
+        return
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        number = bar.add_task(task)
+        yield lambda text: bar.update(number, description=text)
+
+
+def load_runs(arm: Arm, fitted: Sequence[Path], judged: Sequence[Path]) -> tuple[list[Run], list[Run]]:
+    """Load the runs of both kinds; a file that is given twice would judge a fit by its own data."""
+    seen: set[Path] = set()
+    for path in (*fitted, *judged):
+        if path.resolve() in seen:
+            raise InputError("a run is given twice", str(path), "give each recording once")
+        seen.add(path.resolve())
+    runs = [load_run(path, arm.n) for path in (*fitted, *judged)]
+    for run in runs:
+        for text in run.warnings:
+            print(f"warning: {run.name}: {text}", file=sys.stderr)
+    return runs[: len(fitted)], runs[len(fitted) :]
