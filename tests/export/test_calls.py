@@ -74,6 +74,18 @@ def test_what_cannot_be_set(nominal: Fmu) -> None:
     it.free()
 
 
+def test_what_is_so_already_may_be_set_at_any_time(nominal: Fmu) -> None:
+    """As gemseo-fmu and older OpenModelicas do with all parameters after initialization, fixed ones too."""
+    it = nominal.instance("me").begin({"q_start[1]": 0.25})
+    same = {name: it.get(name)[0] for name in ("q_start[1]", "dq_start[2]", "joint[1].mass")}
+    assert same["q_start[1]"] == 0.25
+    assert it.try_set(same) == OK
+    assert it.try_set({"q_start[1]": 0.5}) == ERROR
+    assert it.get("q_start[1]") == [0.25]
+    assert it.try_set({"joint[1].mass": same["joint[1].mass"] + 0.1}) == ERROR  # continuous time: no tuning
+    it.free()
+
+
 def test_unknown_value_references(nominal: Fmu) -> None:
     it = nominal.instance().begin()
     out, vr = (ctypes.c_double * 1)(), (ctypes.c_uint32 * 1)(4000000000)

@@ -70,13 +70,14 @@ static int fm_refuse(const fm_instance *f, unsigned vr, double value, const char
 
 static int fm_set_parameter(fm_instance *f, unsigned vr, double value) {
     const int i = (int)vr - FM_P;
+    if (f->core.p[i] == value) return FM_OK;
     if (f->core.stands == FM_CONTINUOUS) return fm_refuse(f, vr, value, "a parameter is tuned in event mode");
     if (!(value >= fm_lower[i] && value <= fm_upper[i])) {
         fm_log(f, FM_ERROR, FM_LOG_ERROR, "the parameter with value reference %u must lie between %g and %g, not %g",
                vr, fm_lower[i], fm_upper[i], value);
         return FM_ERROR;
     }
-    if (f->core.p[i] != value) f->core.p[i] = value, fm_stale(f), f->core.touched = 1;
+    f->core.p[i] = value, fm_stale(f), f->core.touched = 1;
     return FM_OK;
 }
 
@@ -92,8 +93,10 @@ static int fm_set_real(fm_instance *f, unsigned vr, double value) {
     }
     if (vr >= FM_P && vr < FM_Q_START) return fm_set_parameter(f, vr, value);
     if (vr >= FM_Q_START && vr < FM_CONSTANT) {
+        double *start = vr < FM_DQ_START ? &c->q_start[i - FM_Q_START] : &c->dq_start[i - FM_DQ_START];
+        if (*start == value) return FM_OK; /* gemseo-fmu, older OpenModelicas: all anew, late */
         if (!(c->stands & (FM_START | FM_INIT))) return fm_refuse(f, vr, value, "it says how a simulation starts");
-        *(vr < FM_DQ_START ? &c->q_start[i - FM_Q_START] : &c->dq_start[i - FM_DQ_START]) = value;
+        *start = value;
         c->touched = 1;
         return FM_OK;
     }
