@@ -1,0 +1,45 @@
+"""Right names against wrong ones, one point a rule and residual."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from stribeck.report.style import COLOUR, MUTED, drawn, grid, heading, new_figure
+
+MARKS = {"torque": "o", "motion": "s", "both": "D"}
+COLOURS = {
+    "BIC": "#d55e00", "likelihood ratio": "#e69f00", "block score": "#009e73",
+    "held-out gain": "#56b4e9", "stacking": "#cc79a7", "shipped": COLOUR["corrected"],
+}  # fmt: skip
+
+
+@drawn
+def decision_figure(result: Mapping[str, Any]) -> Figure:
+    """Draw the share of single effects named right over the share of all cases in which something wrong is named."""
+    figure = new_figure(4.8)
+    ax = figure.add_subplot()
+    for row in result["methods"]:
+        right, wrong, colour = row["right"], row["wrong"], COLOURS[row["rule"]]
+        x, y = 100 * wrong["value"], 100 * right["value"]
+        ax.hlines(y, *(100 * end for end in wrong["ci95"]), color=colour, alpha=0.25, linewidth=1.0)
+        ax.vlines(x, *(100 * end for end in right["ci95"]), color=colour, alpha=0.25, linewidth=1.0)
+        ax.plot(x, y, MARKS[row["domain"]], color=colour, markersize=8, markeredgecolor="white")
+    for rule, colour in COLOURS.items():
+        ax.plot([], [], "o", color=colour, label=rule)
+    for domain, mark in MARKS.items():
+        ax.plot([], [], mark, color=MUTED, label=f"on {domain}")
+    ax.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, fontsize=9)
+    ax.set(xlim=(-3.0, 103.0), ylim=(-3.0, 103.0))
+    ax.set_xlabel("cases in which something wrong is named, %")
+    ax.set_ylabel("single effects named right and alone, %")
+    grid(ax)
+    best = result["best"]
+    heading(
+        figure,
+        f"{result['cases']} sealed cases, same fits: most right less wrong by {best['rule']} on {best['domain']} "
+        "(bars: 95 %)",
+    )
+    return figure

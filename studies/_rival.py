@@ -1,0 +1,35 @@
+"""What every method of the side-by-side comparison answers to a case."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from stribeck.arm import Arm
+
+CONSTANTS = ("C0", "C2")  # Coulomb and viscous friction: in every method's model
+
+
+@dataclass(frozen=True)
+class Answer:
+    """One method's answer.
+
+    ``named`` are (effect, joint), the likeliest first; ``confidence`` in the first one, or in none, 0 to 1 where the
+    method states it; ``friction`` rows of joint, constant, value and half of the 95 % interval (None where it has
+    none); ``says`` its own words.
+    """
+
+    named: tuple[tuple[str, str], ...]
+    confidence: float | None
+    friction: tuple[dict[str, Any], ...]
+    says: str
+
+
+def friction_intervals(arm: Arm, rows: Sequence[tuple[float, float | None]]) -> tuple[dict[str, Any], ...]:
+    """Return rows of friction from (value, half width), joint by joint in the order of CONSTANTS."""
+    keys = [(joint, constant) for joint in arm.names for constant in CONSTANTS]
+    return tuple(
+        {"joint": joint, "constant": constant, "value": float(value), "half": None if half is None else float(half)}
+        for (joint, constant), (value, half) in zip(keys, rows, strict=True)
+    )

@@ -1,0 +1,143 @@
+"""MuJoCo's system identification toolbox on a case: what its user would fit, and what its report then says."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from _rival import Answer, friction_intervals
+
+from stribeck.arm import Arm, Joint
+from stribeck.gap.prepare import Prepared
+from stribeck.identify.conditioning import Conditioned, condition
+
+WINDOW = 1.0  # s of open-loop simulation from a recorded state: longer ones drift off
+LONGEST_STEP = 0.002  # s
+LIMIT = 3.0  # of the stated tolerance, as for the re-tuning that it is compared with
+ITERATIONS = 15
+
+
+def by_mujoco(arm: Arm, prepared: Prepared) -> Answer:
+    """Fit masses, centres, inertias, armatures, damping and dry friction within the arm file's tolerances.
+
+    Windows start from the smoothed record, and the toolbox gets the command as the zero-order hold that it is, so that
+    no shift of half a sample is its fault. It knows no Stribeck curve and no stated priors, only bounds.
+    """
+    from mujoco import sysid
+    from mujoco.sysid.report.sections.insights import AutomatedInsights
+
+    sample = min(run.run.sample_time for run in prepared.fit)
+    step = sample / math.ceil(sample / LONGEST_STEP - 1e-9)
+    sequences = _sequences(sysid, _spec(arm, step), [condition(arm, r.run, prepared.cutoff, r.noise)
+                                                     for r in prepared.fit], step)  # fmt: skip
+    parameters = _parameters(sysid, arm)
+    residual = sysid.build_residual_fn(models_sequences=[sequences], build_model=sysid.apply_param_modifiers,
+                                       n_threads=1)  # fmt: skip
+    fitted, found = sysid.optimize(
+        parameters, residual, optimizer="mujoco", verbose=False, max_iters=ITERATIONS, x_scale="jac"
+    )
+    left, _, _ = residual(fitted.as_vector(), fitted)
+    _, half = sysid.calculate_intervals(left, found.jac)
+    insights = AutomatedInsights("", fitted).get_context()["insights"]
+    alarms = [row["title"] for row in insights if row["type"] == "warning"]
+    at = dict(zip(fitted.get_non_frozen_parameter_names(), zip(fitted.as_vector(), half, strict=True), strict=True))
+    rows = [at[_name(joint, field)] for joint in arm.joints for field in ("frictionloss", "damping")]
+    says = "No Issues Detected" if not alarms else f"{len(alarms)} of {fitted.size} values at a bound"
+    return Answer((), None, friction_intervals(arm, rows), says)
+
+
+def _spec(arm: Arm, step: float) -> Any:
+    import mujoco
+
+    closing = "</body>" * arm.n
+    bodies, place = "", 0.0
+    for joint in arm.joints:
+        i = joint.inertia
+        bodies += (
+            f'<body name="{joint.name}" pos="{place} 0 0"><joint name="{joint.name}" axis="0 0 1" '
+            f'armature="{joint.rotor_inertia}" damping="{joint.friction.C2}" frictionloss="{joint.friction.C0}"/>'
+            f'<inertial pos="{joint.com[0]} {joint.com[1]} 0" mass="{joint.mass}" diaginertia="{i} {i} {i}"/>'
+        )
+        place = joint.length
+    motors = "".join(f'<motor name="{joint.name}" joint="{joint.name}"/>' for joint in arm.joints)
+    sensors = "".join(f'<jointpos name="{joint.name}" joint="{joint.name}"/>' for joint in arm.joints)
+    gravity = f"{arm.gravity[0]} {arm.gravity[1]} 0"
+    return mujoco.MjSpec.from_string(
+        f'<mujoco><compiler balanceinertia="true"/><option timestep="{step}" gravity="{gravity}" '
+        f'integrator="implicitfast"><flag contact="disable"/></option><worldbody>{bodies}{closing}</worldbody>'
+        f"<actuator>{motors}</actuator><sensor>{sensors}</sensor></mujoco>"
+    )
+
+
+def _sequences(sysid: Any, spec: Any, runs: Sequence[Conditioned], step: float) -> Any:
+    model = spec.compile()
+    names, states, controls, records = [], [], [], []
+    for run in runs:
+        length = round(WINDOW / run.sample_time)
+        for first in range(0, len(run.time) - length, length):
+            rows = slice(first, first + length + 1)
+            t = run.time[rows] - run.time[first]
+            fine = np.arange(round(t[-1] / step) + 1) * step
+            held = run.run.tau[rows][np.clip(np.searchsorted(t, fine + 1e-9) - 1, 0, length)]
+            names.append(f"{run.name} {first}")
+            states.append(sysid.create_initial_state(model, run.position[first], run.velocity[first]))
+            controls.append(sysid.TimeSeries.from_control_names(fine, held, model))
+            records.append(sysid.TimeSeries.from_names(t, run.run.q[rows], model))
+    return sysid.ModelSequences("arm", spec, names, states, controls, records)
+
+
+def _name(joint: Joint, field: str) -> str:
+    return f"{joint.name}.{field}"
+
+
+def _parameters(sysid: Any, arm: Arm) -> Any:
+    """Return the parameters with bounds of LIMIT tolerances, and how each is written into a model."""
+    out = sysid.ParameterDict()
+
+    def add(joint: Joint, field: str, value: float, tolerance: float, put: Callable[[Any, float], None]) -> None:
+        reach = max(LIMIT * tolerance * abs(value), 1e-6)
+        low = value - reach if field.startswith("com") else max(value - reach, 1e-6)
+        out.add(
+            sysid.Parameter(_name(joint, field), value, low, value + reach, modifier=lambda s, p: put(s, p.value[0]))
+        )
+
+    for joint in arm.joints:
+        _add_body(add, joint, arm.tolerance.inertial)
+        for field, value, size in (
+            ("armature", joint.rotor_inertia, arm.tolerance.inertial),
+            ("frictionloss", joint.friction.C0, arm.tolerance.friction),
+            ("damping", joint.friction.C2, arm.tolerance.friction),
+        ):
+            add(joint, field, value, size, _into_joint(joint.name, field))
+    return out
+
+
+def _add_body(add: Callable[..., None], joint: Joint, size: float) -> None:
+    def mass(spec: Any, value: float) -> None:
+        spec.body(joint.name).mass = value
+
+    def inertia(spec: Any, value: float) -> None:
+        spec.body(joint.name).inertia = np.full(3, value)
+
+    def centre(axis: int) -> Callable[[Any, float], None]:
+        def put(spec: Any, value: float) -> None:
+            place = np.array(spec.body(joint.name).ipos)
+            place[axis] = value
+            spec.body(joint.name).ipos = place
+
+        return put
+
+    add(joint, "mass", joint.mass, size, mass)
+    add(joint, "inertia", joint.inertia, size, inertia)
+    for axis, value in enumerate(joint.com):
+        add(joint, f"com_{'xy'[axis]}", value, size, centre(axis))
+
+
+def _into_joint(name: str, field: str) -> Callable[[Any, float], None]:
+    def put(spec: Any, value: float) -> None:
+        before = getattr(spec.joint(name), field)
+        setattr(spec.joint(name), field, value if np.ndim(before) == 0 else [value, *list(before)[1:]])
+
+    return put

@@ -1,0 +1,149 @@
+"""One case answered by all methods in turn, in one process, and the table of many."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+from _decision_fits import diagnosis_of, searched
+from _rival import CONSTANTS, Answer, friction_intervals
+from _rival_least_squares import by_least_squares
+from _rival_mujoco import by_mujoco
+from _rival_petab import by_petab_select
+from _rival_sindy import by_sindy
+
+from stribeck.arm import Arm, load_arm
+from stribeck.blind.key import Opened
+from stribeck.blind.outcome import outcome
+from stribeck.blind.rates import rate
+from stribeck.gap.blocks import block_of_rows
+from stribeck.gap.model import weights_of
+from stribeck.gap.prepare import Prepared
+from stribeck.gap.search import Step
+from stribeck.gap.verdict import NAMED_OVER, causes_of, no_gap_probability
+from stribeck.identify.confidence import intervals
+from stribeck.run import Run
+
+OWN = "stribeck"
+PETAB = ("AIC", "AICc", "BIC")
+METHODS = (OWN, "MuJoCo sysid", "PySINDy", *(f"PEtab Select {name}" for name in PETAB), "least squares, all effects")
+
+
+def answers_of_a_case(arm: Arm, runs: Sequence[Run], leave_out: Sequence[str]) -> dict[str, Any]:
+    """Return, as a diagnoser does, this package's names, and beside them every method's answer and processor time.
+
+    The preparation is charged to all, the re-tuning to those that use it, and the search to those that judge its fits.
+    """
+    begun = time.process_time()
+    prepared, floor, steps = searched(arm, runs, leave_out)
+    spent = time.process_time() - begun
+    base = steps[0].base
+    own = _own(arm, prepared, floor, steps)
+    works: dict[str, Callable[[], Answer]] = {
+        "MuJoCo sysid": lambda: by_mujoco(arm, prepared),
+        "PySINDy": lambda: by_sindy(arm, prepared, base),
+        **{f"PEtab Select {name}": lambda name=name: by_petab_select(arm, steps[0], name) for name in PETAB},
+        "least squares, all effects": lambda: by_least_squares(arm, prepared, base, floor),
+    }
+    answers = {OWN: {**asdict(own), "seconds": spent}}
+    for name, work in works.items():
+        answers[name] = _timed(work, spent if name.startswith("PEtab") else 0.0)
+    return {"diagnosis": diagnosis_of([(effect, joint, [effect]) for effect, joint in own.named]), "methods": answers}
+
+
+def _timed(work: Callable[[], Answer], before: float) -> dict[str, Any]:
+    begun = time.process_time()
+    try:
+        answer: dict[str, Any] = asdict(work())
+    except Exception as error:  # of one method: its answer, not the end of the comparison
+        answer = {"error": f"{type(error).__name__}: {error}"[:300]}
+    return {**answer, "seconds": before + time.process_time() - begun}
+
+
+def _own(arm: Arm, prepared: Prepared, floor: Any, steps: Sequence[Step]) -> Answer:
+    causes, left_over = causes_of(steps, arm.names, floor)
+    named = [cause for cause in causes if (cause.presence or 0.0) > NAMED_OVER]
+    last = steps[-1].best if steps[-1].taken and steps[-1].best is not None else steps[-1].base
+    bounds = intervals(last.fit, weights_of(last.fit.residual, prepared, floor), block_of_rows(prepared.fit))
+    keys = [entry.key for entry in last.fit.entries]
+    at = [keys.index(f"{joint}.friction.{name}") for joint in arm.names for name in CONSTANTS]
+    rows = [(float(last.fit.p[i]), 0.5 * float(bounds.high[i] - bounds.low[i])) for i in at]
+    silent = no_gap_probability(steps[0], floor) if not any(step.taken for step in steps) else left_over
+    sure = named[0].presence if named else silent
+    classes = "; ".join(" or ".join(cause.equivalent) for cause in named)
+    places = tuple((cause.effect, cause.joints[0]) for cause in named)
+    return Answer(places, sure, friction_intervals(arm, rows), classes or "no name")
+
+
+def table(opened: Opened) -> dict[str, Any]:
+    """Return a row a method: what its first name is worth, what its friction is off by, and what it costs."""
+    return {
+        "digest": opened.digest,
+        "cases": len(opened.answers),
+        "methods": [{"method": name, **_row(opened, name)} for name in METHODS],
+    }
+
+
+def _row(opened: Opened, method: str) -> dict[str, Any]:
+    found = [(opened.truths[name], answer["methods"][method], answer)
+             for name, answer in opened.answers.items() if "methods" in answer]  # fmt: skip
+    good = [(truth, said, answer) for truth, said, answer in found if "error" not in said]
+    rows = [outcome(truth, _first_only(said, answer), opened.settings["library"]) for truth, said, answer in good]
+    errors = [error for truth, said, _ in good for error in _friction_errors(truth, said)]
+    counts = [len(said["named"]) for _, said, _ in good]
+    wrong_sure = [said["confidence"] for (_, said, _), row in zip(good, rows, strict=True)
+                  if row["extra"] and said["confidence"] is not None]  # fmt: skip
+    return {
+        "failed": len(found) - len(good),
+        "right": rate(row["first"] for row in rows if row["kind"] == "single"),
+        "wrong": rate(bool(row["extra"]) for row in rows if row["kind"] == "single"),
+        "false_alarm": rate(bool(row["extra"]) for row in rows if row["kind"] == "none"),
+        "names": median(counts) if counts else None,
+        "confidence_when_wrong": median(wrong_sure) if wrong_sure else None,
+        "friction_error": {name: _middle([e["relative"] for e in errors if e["constant"] == name])
+                           for name in CONSTANTS},
+        "friction_held": rate(error["inside"] for error in errors if error["inside"] is not None),
+        "seconds": _middle([said["seconds"] for _, said, _ in found]),
+        "says": sorted({said["says"] for _, said, _ in good})[:5],
+    }  # fmt: skip
+
+
+def _first_only(said: Mapping[str, Any], answer: Mapping[str, Any]) -> dict[str, Any]:
+    """Return an answer that holds a method's likeliest name alone: a list of all effects is no diagnosis."""
+    first = [(effect, joint, [effect]) for effect, joint in said["named"][:1]]
+    return {**answer, "diagnosis": diagnosis_of(first)}
+
+
+def _friction_errors(truth: Mapping[str, Any], said: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return how far friction is off, relative, and whether the interval holds."""
+    with tempfile.TemporaryDirectory(prefix="stribeck-") as folder:
+        path = Path(folder) / "arm.toml"
+        path.write_text(truth["arm_true"], encoding="utf-8")
+        joints = {joint.name: joint.friction for joint in load_arm(path).joints}
+    out = []
+    for row in said["friction"]:
+        true = getattr(joints[row["joint"]], row["constant"])
+        off = abs(row["value"] - true)
+        inside = None if row["half"] is None else bool(off <= row["half"])
+        out.append({"constant": row["constant"], "relative": off / true, "inside": inside})
+    return out
+
+
+def _middle(values: Sequence[float]) -> float | None:
+    return float(f"{median(values):.3g}") if values else None
+
+
+def in_words(result: Mapping[str, Any]) -> list[str]:
+    """Return the table as lines of text."""
+    lines = [f"{'method':28}{'right':>8}{'wrong':>8}{'alarms':>8}{'names':>7}{'held':>8}{'C0 off':>8}{'CPU, s':>8}"]
+    for row in result["methods"]:
+        shares = "".join(f"{row[k]['k']:>4}/{row[k]['n']:<3}" for k in ("right", "wrong", "false_alarm"))
+        held, off = row["friction_held"], row["friction_error"]["C0"]
+        rest = f"{row['names']!s:>7}{held['k']:>4}/{held['n']:<3}{off!s:>8}{row['seconds']!s:>8}"
+        lines.append(f"{row['method']:28}{shares}{rest}")
+    return lines

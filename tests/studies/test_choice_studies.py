@@ -1,0 +1,155 @@
+"""How the method was chosen, and what other tools say: the rules on made-up residuals, the studies on a few cases."""
+
+import importlib
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+BLOCKS, ROWS = 40, 60  # a quarter of the blocks is held out
+RHO = 0.98  # of neighbouring rows of a coloured residual
+
+
+def made_up_fits(rng, rho=0.0, amount=0.0):
+    """Return the fits of one true rival, one that is noise, and none, to a residual of known colour."""
+    from _decision_fits import score_test
+
+    rows = BLOCKS * ROWS
+    noise = lfilter([np.sqrt(1.0 - rho**2)], [1.0, -rho], rng.standard_normal(rows + 500))[500:]
+    true, other = (lfilter([1.0], [1.0, -rho], rng.standard_normal(rows + 500))[500:] for _ in range(2))
+    true, other = true / true.std(), other / other.std()
+    residual = noise + amount * true
+    block = np.repeat(np.arange(BLOCKS), ROWS)
+    held = block >= BLOCKS * 3 // 4
+    left = [residual, *(residual - c * (residual @ (c * ~held)) / (c @ (c * ~held)) for c in (true, other))]
+
+    def sums(mask):
+        kept = [np.add.reduceat(r[mask] ** 2, np.arange(0, mask.sum(), ROWS))[:, None].tolist() for r in left]
+        correlation = [[1.0 + 2.0 * rho / (1.0 - rho)]] * 3
+        both = {"torque": kept, "torque_correlation": correlation, "motion": kept, "motion_correlation": correlation}
+        return {"rows": [ROWS] * int(mask.sum() // ROWS), **both}
+
+    score = [score_test(c[~held, None], residual[~held], block[~held]) for c in (true, other)]
+    return {
+        "rivals": [["delay", "A"], ["payload", "A"]], "own": [0, 1, 1], "prior": [0.0] * 3, "candidates": 2,
+        "twins": [[1], [2]], "score": score, "fit": sums(~held), "held": sums(held),
+    }  # fmt: skip
+
+
+def share_named(rule, rho, amount=0.0, draws=60):
+    from _decision_rules import RULES
+
+    names = [RULES[rule](made_up_fits(np.random.default_rng(seed), rho, amount), "torque") for seed in range(draws)]
+    return np.mean(np.array(names) == 1), np.mean(np.array(names) != 0)
+
+
+@pytest.mark.parametrize("rule", ["BIC", "likelihood ratio", "block score", "held-out gain", "stacking"])
+def test_every_rule_names_what_is_plain_and_is_quiet_in_white_noise(rule):
+    right, _ = share_named(rule, 0.0, 0.5, 20)
+    assert right == 1.0
+    _, spoken = share_named(rule, 0.0)
+    assert spoken < 0.2 if rule != "stacking" else spoken < 0.6  # by chance one of three models gets most weight
+
+
+@pytest.mark.parametrize(("rule", "least", "most"), [
+    ("BIC", 0.7, 1.0), ("likelihood ratio", 0.85, 1.0), ("block score", 0.0, 0.12), ("held-out gain", 0.0, 0.06),
+])  # fmt: skip
+def test_coloured_residuals_fool_the_rules_that_take_them_for_white(rule, least, most):
+    _, spoken = share_named(rule, RHO)
+    assert least <= spoken <= most
+
+
+def test_stacking_gives_the_better_model_all_and_equals_the_same():
+    from _decision_rules import stacking_weights
+
+    rng = np.random.default_rng(0)
+    density = rng.standard_normal((2, 30))
+    density[1] = density[0] - 1.0
+    assert stacking_weights(density) == pytest.approx([1.0, 0.0], abs=1e-3)
+    assert stacking_weights(np.zeros((4, 30))) == pytest.approx([0.25] * 4)
+    half = np.where(np.arange(30) % 2, 1.0, -1.0)  # each is the better one in every other block
+    assert stacking_weights(np.stack([half, -half])) == pytest.approx([0.5, 0.5], abs=1e-6)
+
+
+def test_both_residuals_count_as_channels_and_motion_has_no_score():
+    from _decision_rules import RULES, seen
+
+    fits = made_up_fits(np.random.default_rng(3))
+    assert seen(fits, "both").fit.shape == (3, BLOCKS * 3 // 4, 2)
+    assert seen(fits, "torque").held.shape == (3, BLOCKS // 4, 1)
+    with pytest.raises(ValueError, match="no score"):
+        RULES["block score"](fits, "motion")
+
+
+def test_the_table_counts_names_against_the_key():
+    from _decision_fits import diagnosis_of
+    from _decision_table import table
+
+    from stribeck.blind.key import Opened
+
+    effect = {"effect": "delay", "joint": "A", "parameters": {}, "strength": 4.0}
+    common = {"level": "clear", "disturbances": [], "known": True}
+    truths = {"a": {**common, "effects": [effect]}, "b": {**common, "effects": []}}
+    spent = {"seconds": 1.0, "processor_seconds": 1.0, "leave_out": []}
+    answers = {
+        "a": {**spent, "diagnosis": diagnosis_of([("delay", "A", ["delay"])]),
+              "fits": made_up_fits(np.random.default_rng(1), 0.0, 0.5)},
+        "b": {**spent, "diagnosis": diagnosis_of([]), "fits": made_up_fits(np.random.default_rng(2), RHO)},
+    }  # fmt: skip
+    result = table(Opened("0" * 64, {"library": ["delay", "payload"]}, truths, answers))
+    rows = {(row["rule"], row["domain"]): row for row in result["methods"]}
+    assert len(rows) == 5 * 3 - 2 + 2
+    assert all(row["class"]["k"] == 1 for row in rows.values())
+    assert rows["shipped", "torque"]["false_alarm"]["k"] == 0
+    assert rows["likelihood ratio", "torque"]["false_alarm"] == rows["likelihood ratio", "torque"]["wrong"] | {
+        "n": 1, "value": 1.0, "ci95": rows["likelihood ratio", "torque"]["false_alarm"]["ci95"],
+    }  # fmt: skip
+
+
+def few(study, tmp_path: Path, **options):
+    importlib.import_module(study).main(**options)
+    folder = tmp_path / "out" / study
+    assert [path.read_bytes()[:4] for path in folder.glob("*.png")] == [b"\x89PNG"]
+    return json.loads((folder / "result.json").read_text(encoding="utf-8"))
+
+
+@pytest.mark.slow
+def test_decision_rules(tmp_path: Path):
+    """A plain delay is named by all rules; the shipped one is silent where there is nothing."""
+    some = {
+        "unknown": 0,
+        "left_out": 0,
+        "effects": "delay",
+        "levels": "clear",
+        "library": "delay,torque_offset,payload",
+    }
+    result = few("decision_rules", tmp_path, single=1, none=1, seed=11, **some)
+    rows = {(row["rule"], row["domain"]): row for row in result["methods"]}
+    assert result["failed"] == 0
+    assert rows["shipped", "torque"]["class"]["k"] == 1
+    assert rows["shipped", "torque"]["wrong"]["k"] == 0
+    assert rows["BIC", "torque"]["class"]["k"] == 1
+
+
+@pytest.mark.slow
+def test_side_by_side(tmp_path: Path):
+    """MuJoCo names nothing; all methods answer."""
+    for tool in ("mujoco", "pysindy", "petab_select"):
+        pytest.importorskip(tool, reason=f"{tool} is not installed: the study compares with it")
+    result = few("side_by_side", tmp_path, single=1, none=0, effects="delay", levels="clear", seed=11)
+    rows = {row["method"]: row for row in result["methods"]}
+    assert all(row["failed"] == 0 for row in rows.values())
+    assert rows["stribeck"]["right"]["k"] == 1
+    assert rows["MuJoCo sysid"]["names"] == 0
+
+
+def test_side_by_side_says_what_is_missing(capsys, monkeypatch):
+    import typer
+
+    study = importlib.import_module("side_by_side")
+    monkeypatch.setattr(study, "TOOLS", ("no_such_tool",))
+    with pytest.raises(typer.Exit):
+        study.main()
+    assert "no_such_tool not installed" in capsys.readouterr().out
