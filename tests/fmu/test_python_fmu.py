@@ -1,4 +1,4 @@
-"""The compiled FMU beside the same arm in PythonFMU3, whose model is written by hand: another reference for the motion."""
+"""The compiled FMU beside the same arm in PythonFMU3, written by hand: another reference for the motion."""
 
 import json
 import subprocess
