@@ -66,18 +66,19 @@ package StribeckArm "The paper's experiment around the FMU of a two-link arm"
         experiment(StartTime = 0, StopTime = 5, Interval = 0.0125, Tolerance = 1e-9),
         Documentation(info = "<html>
 <p>1. Export the arm (<code>stribeck export-fmu fmu/two_link_nominal/arm.toml --out two_link.fmu</code>) and import the
-file: OpenModelica, File, Import, FMU; Dymola, File, Open, Import FMU. The tool makes a model, called
-<code>two_link_fmu</code> here.</p>
-<p>2. Wrap it, with the names that the tool gave its connectors:</p>
+file: OpenModelica, File, Import, FMU; Dymola, File, Open, Import FMU. The tool makes a model; OpenModelica calls it
+<code>two_link_arm_me_FMU</code>.</p>
+<p>2. Wrap it, with the name of the model and of its connectors as the tool has them. OpenModelica, which puts an
+underscore for each bracket:</p>
 <pre>
 model Imported
   extends StribeckArm.Interfaces.Arm(n = 2);
-  two_link_fmu fmu;
+  two_link_arm_me_FMU fmu;
 equation
-  fmu.'tau[1]' = tau[1];
-  fmu.'tau[2]' = tau[2];
-  q = {fmu.'q[1]', fmu.'q[2]'};
-  dq = {fmu.'dq[1]', fmu.'dq[2]'};
+  fmu.tau_1_ = tau[1];
+  fmu.tau_2_ = tau[2];
+  q = {fmu.q_1_, fmu.q_2_};
+  dq = {fmu.dq_1_, fmu.dq_2_};
 end Imported;
 </pre>
 <p>3. Simulate <code>PaperExperiment(redeclare model ImportedArm = Imported)</code> and compare <code>arm.q[1]</code> with
