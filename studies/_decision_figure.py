@@ -17,8 +17,13 @@ COLOURS = {
 
 
 @drawn
-def decision_figure(result: Mapping[str, Any]) -> Figure:
-    """Draw the share of single effects named right over the share of all cases in which something wrong is named."""
+def decision_figure(result: Mapping[str, Any]) -> Figure | None:
+    """Draw the share of single effects named right over the share of all cases in which something wrong is named.
+
+    None without single effects.
+    """
+    if result["methods"][0]["right"]["n"] == 0:
+        return None
     figure = new_figure(4.8)
     ax = figure.add_subplot()
     for row in result["methods"]:
@@ -26,20 +31,19 @@ def decision_figure(result: Mapping[str, Any]) -> Figure:
         x, y = 100 * wrong["value"], 100 * right["value"]
         ax.hlines(y, *(100 * end for end in wrong["ci95"]), color=colour, alpha=0.25, linewidth=1.0)
         ax.vlines(x, *(100 * end for end in right["ci95"]), color=colour, alpha=0.25, linewidth=1.0)
-        ax.plot(x, y, MARKS[row["domain"]], color=colour, markersize=8, markeredgecolor="white")
+        size = 11 if row["rule"] == "shipped" else 8
+        ax.plot(x, y, MARKS[row["domain"]], color=colour, markersize=size, markeredgecolor="white")
     for rule, colour in COLOURS.items():
         ax.plot([], [], "o", color=colour, label=rule)
     for domain, mark in MARKS.items():
         ax.plot([], [], mark, color=MUTED, label=f"on {domain}")
     ax.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, fontsize=9)
     ax.set(xlim=(-3.0, 103.0), ylim=(-3.0, 103.0))
+    ax.text(0.0, 101.0, "better", color=MUTED, fontsize=9, ha="left", va="bottom")
     ax.set_xlabel("cases in which something wrong is named, %")
     ax.set_ylabel("single effects named right and alone, %")
     grid(ax)
     best = result["best"]
-    heading(
-        figure,
-        f"{result['cases']} sealed cases, same fits: most right less wrong by {best['rule']} on {best['domain']} "
-        "(bars: 95 %)",
-    )
+    text = f"the {best['rule']} rule on {best['domain']} has most right names less wrong ones"
+    heading(figure, f"{result['cases']} sealed cases, same fits: {text} (bars: 95 %)")
     return figure

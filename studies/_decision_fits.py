@@ -40,7 +40,8 @@ def searched(arm: Arm, runs: Sequence[Run], leave_out: Sequence[str]) -> tuple[P
 
     base = retune(prepared, floor_at(values_of(path.entries)), own)
     floor = floor_at(base.fit.p)
-    return prepared, floor, search(prepared, base, floor, jobs=1, leave_out=leave_out)
+    steps = search(prepared, base, floor, jobs=1, leave_out=leave_out)
+    return prepared, steps[-1].floor, steps
 
 
 def fits_of_a_case(arm: Arm, runs: Sequence[Run], leave_out: Sequence[str]) -> dict[str, Any]:

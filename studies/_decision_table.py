@@ -21,7 +21,7 @@ def table(opened: Opened) -> dict[str, Any]:
     pairs = [(rule, domain) for rule in RULES for domain in DOMAINS if (rule, domain) not in NOT_DEFINED]
     pairs += [(SHIPPED, "torque"), (SHIPPED, "both")]
     methods = [{"rule": rule, "domain": domain, **_judged(opened, rule, domain)} for rule, domain in pairs]
-    best = max(methods, key=lambda row: row["right"]["value"] - row["wrong"]["value"])
+    best = max(methods, key=lambda row: (row["right"]["value"] or 0.0) - row["wrong"]["value"])
     seconds = sorted(answer["processor_seconds"] for answer in opened.answers.values())
     return {
         "digest": opened.digest,
@@ -63,7 +63,7 @@ def said_by(answer: Answer, rule: str, domain: str) -> Answer:
     fits, shipped = answer["fits"], answer["diagnosis"]
     if rule == SHIPPED:
         return answer if domain == "torque" or _confirmed(fits, shipped) else {**answer, "diagnosis": diagnosis_of([])}
-    k = RULES[rule](fits, domain)
+    k = RULES[rule](fits, domain) if fits["rivals"] else 0
     return {**answer, "diagnosis": diagnosis_of([_named(fits, k)] if k else [])}
 
 

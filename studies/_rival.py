@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -30,6 +31,10 @@ def friction_intervals(arm: Arm, rows: Sequence[tuple[float, float | None]]) -> 
     """Return rows of friction from (value, half width), joint by joint in the order of CONSTANTS."""
     keys = [(joint, constant) for joint in arm.names for constant in CONSTANTS]
     return tuple(
-        {"joint": joint, "constant": constant, "value": float(value), "half": None if half is None else float(half)}
+        {"joint": joint, "constant": constant, "value": float(value), "half": _finite(half)}
         for (joint, constant), (value, half) in zip(keys, rows, strict=True)
     )
+
+
+def _finite(half: float | None) -> float | None:
+    return None if half is None or not math.isfinite(half) else float(half)

@@ -19,6 +19,7 @@ LITTLE = 0.1  # of an effect's trial value: where a fit of everything starts
 EVALUATIONS = 25
 HALF = float(norm.ppf(0.975))
 FAR = 1e12  # for a bound that there is none
+BROKEN = 1e3  # standard deviations, where a law does not compute
 
 
 def by_least_squares(arm: Arm, prepared: Prepared, base: Model, floor: np.ndarray) -> Answer:
@@ -39,12 +40,13 @@ def by_least_squares(arm: Arm, prepared: Prepared, base: Model, floor: np.ndarra
     nominal = np.array([entry.value if known[k] else 0.0 for k, entry in enumerate(entries)])
     p = np.array([entry.value for entry in path.entries])
 
-    def both(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def both(z: np.ndarray) -> tuple[np.ndarray, ...]:
         p[list(residual.columns)] = z * unit
         r, jacobian = residual(p)
         rows, prior = (r / sd).ravel(), (z - nominal / unit)[known]
         columns = (jacobian / sd[None, :, None] * unit).reshape(len(rows), -1)
-        return np.nan_to_num(np.concatenate([rows, prior])), np.nan_to_num(np.vstack([columns, np.eye(len(z))[known]]))
+        stacked = np.concatenate([rows, prior]), np.vstack([columns, np.eye(len(z))[known]])
+        return tuple(np.nan_to_num(part, nan=BROKEN, posinf=BROKEN, neginf=-BROKEN) for part in stacked)
 
     bounds = np.array([(max(e.lower, -FAR), min(e.upper, FAR)) for e in entries]).T / unit
     inside = np.clip(start / unit, bounds[0] + 1e-9, bounds[1] - 1e-9)

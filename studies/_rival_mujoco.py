@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import math
 from collections.abc import Callable, Sequence
+from contextlib import redirect_stdout
 from typing import Any
 
 import numpy as np
@@ -15,15 +17,16 @@ from stribeck.identify.conditioning import Conditioned, condition
 
 WINDOW = 1.0  # s of open-loop simulation from a recorded state: longer ones drift off
 LONGEST_STEP = 0.002  # s
-LIMIT = 3.0  # of the stated tolerance, as for the re-tuning that it is compared with
-ITERATIONS = 15
+BOUNDS = (0.1, 10.0)  # of the nominal value
+ITERATIONS = 10
 
 
 def by_mujoco(arm: Arm, prepared: Prepared) -> Answer:
-    """Fit masses, centres, inertias, armatures, damping and dry friction within the arm file's tolerances.
+    """Fit masses (inertias in proportion), armatures, damping and dry friction, as its examples do.
 
-    Windows start from the smoothed record, and the toolbox gets the command as the zero-order hold that it is, so that
-    no shift of half a sample is its fault. It knows no Stribeck curve and no stated priors, only bounds.
+    Centres and inertias of their own beside them leave it without finite intervals, as it knows no priors. Windows
+    start from the smoothed record, and the toolbox gets the command as the zero-order hold that it is, so that no
+    shift of half a sample is its fault.
     """
     from mujoco import sysid
     from mujoco.sysid.report.sections.insights import AutomatedInsights
@@ -35,9 +38,10 @@ def by_mujoco(arm: Arm, prepared: Prepared) -> Answer:
     parameters = _parameters(sysid, arm)
     residual = sysid.build_residual_fn(models_sequences=[sequences], build_model=sysid.apply_param_modifiers,
                                        n_threads=1)  # fmt: skip
-    fitted, found = sysid.optimize(
-        parameters, residual, optimizer="mujoco", verbose=False, max_iters=ITERATIONS, x_scale="jac"
-    )
+    with redirect_stdout(io.StringIO()):  # its log of every iteration has no switch
+        fitted, found = sysid.optimize(
+            parameters, residual, optimizer="mujoco", verbose=False, max_iters=ITERATIONS, x_scale="jac"
+        )
     left, _, _ = residual(fitted.as_vector(), fitted)
     _, half = sysid.calculate_intervals(left, found.jac)
     insights = AutomatedInsights("", fitted).get_context()["insights"]
@@ -93,51 +97,30 @@ def _name(joint: Joint, field: str) -> str:
 
 
 def _parameters(sysid: Any, arm: Arm) -> Any:
-    """Return the parameters with bounds of LIMIT tolerances, and how each is written into a model."""
+    """Return the parameters, bounded as the toolbox bounds masses by default, and how each is written into a model."""
     out = sysid.ParameterDict()
-
-    def add(joint: Joint, field: str, value: float, tolerance: float, put: Callable[[Any, float], None]) -> None:
-        reach = max(LIMIT * tolerance * abs(value), 1e-6)
-        low = value - reach if field.startswith("com") else max(value - reach, 1e-6)
-        out.add(
-            sysid.Parameter(_name(joint, field), value, low, value + reach, modifier=lambda s, p: put(s, p.value[0]))
-        )
-
     for joint in arm.joints:
-        _add_body(add, joint, arm.tolerance.inertial)
-        for field, value, size in (
-            ("armature", joint.rotor_inertia, arm.tolerance.inertial),
-            ("frictionloss", joint.friction.C0, arm.tolerance.friction),
-            ("damping", joint.friction.C2, arm.tolerance.friction),
-        ):
-            add(joint, field, value, size, _into_joint(joint.name, field))
+        values = {"mass": joint.mass, "armature": joint.rotor_inertia, "frictionloss": joint.friction.C0}
+        for field, value in {**values, "damping": joint.friction.C2}.items():
+            put = _into_body(joint.name) if field == "mass" else _into_joint(joint.name, field)
+            low, high = (bound * max(value, 1e-6) for bound in BOUNDS)
+            out.add(sysid.Parameter(_name(joint, field), value, low, high, modifier=put))
     return out
 
 
-def _add_body(add: Callable[..., None], joint: Joint, size: float) -> None:
-    def mass(spec: Any, value: float) -> None:
-        spec.body(joint.name).mass = value
+def _into_body(name: str) -> Callable[[Any, Any], None]:
+    def put(spec: Any, parameter: Any) -> None:
+        body = spec.body(name)
+        body.inertia = np.asarray(body.inertia) * parameter.value[0] / body.mass
+        body.mass = parameter.value[0]
 
-    def inertia(spec: Any, value: float) -> None:
-        spec.body(joint.name).inertia = np.full(3, value)
-
-    def centre(axis: int) -> Callable[[Any, float], None]:
-        def put(spec: Any, value: float) -> None:
-            place = np.array(spec.body(joint.name).ipos)
-            place[axis] = value
-            spec.body(joint.name).ipos = place
-
-        return put
-
-    add(joint, "mass", joint.mass, size, mass)
-    add(joint, "inertia", joint.inertia, size, inertia)
-    for axis, value in enumerate(joint.com):
-        add(joint, f"com_{'xy'[axis]}", value, size, centre(axis))
+    return put
 
 
-def _into_joint(name: str, field: str) -> Callable[[Any, float], None]:
-    def put(spec: Any, value: float) -> None:
-        before = getattr(spec.joint(name), field)
-        setattr(spec.joint(name), field, value if np.ndim(before) == 0 else [value, *list(before)[1:]])
+def _into_joint(name: str, field: str) -> Callable[[Any, Any], None]:
+    def put(spec: Any, parameter: Any) -> None:
+        joint, value = spec.joint(name), parameter.value[0]
+        before = getattr(joint, field)
+        setattr(joint, field, value if np.ndim(before) == 0 else [value, *list(before)[1:]])
 
     return put

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from stribeck.report.style import COLOUR, drawn, grid, heading, new_figure, title
 
@@ -22,12 +23,19 @@ def side_by_side_figure(result: Mapping[str, Any]) -> Figure:
     at = np.arange(len(rows), dtype=float)
     for shift, (key, (label, colour)) in zip((-0.2, 0.2), SHARES.items(), strict=True):
         values = [100 * (row[key]["value"] or 0.0) for row in rows]
-        names.barh(at + shift, values, 0.36, color=colour, label=f"{label}, of single effects")
+        names.barh(at + shift, values, 0.36, color=colour, label=f"{label}, of the cases with an effect")
     alarms = [100 * (row["false_alarm"]["value"] or 0.0) for row in rows]
-    names.plot(alarms, at, "D", color=COLOUR["measured"], markersize=5, label="named where nothing is", clip_on=False)
+    names.plot(
+        alarms,
+        at,
+        "D",
+        color=COLOUR["measured"],
+        markersize=5,
+        label="something named where nothing is hidden",
+        clip_on=False,
+    )
     names.set_yticks(at, [row["method"] for row in rows])
     names.set(xlim=(0.0, 100.0), xlabel="share of cases, %")
-    names.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), frameon=False, ncols=3, fontsize=8.5)
     title(names, "Likeliest name", 4.4)
     error = [np.nan if row["friction_error"]["C0"] is None else 100 * row["friction_error"]["C0"] for row in rows]
     off.barh(at, error, 0.6, color=COLOUR["noise_floor"])
@@ -35,8 +43,16 @@ def side_by_side_figure(result: Mapping[str, Any]) -> Figure:
     title(off, "Coulomb friction", 3.0)
     cost.barh(at, [row["seconds"] or np.nan for row in rows], 0.6, color=COLOUR["noise_floor"])
     cost.set(xscale="log", xlabel="processor time a case, s")
+    cost.xaxis.set_major_formatter("{x:g}")  # the style does not parse powers
+    cost.xaxis.set_minor_formatter(NullFormatter())
     title(cost, "Cost", 3.0)
+    for k, value in enumerate(error):
+        if np.isnan(value):
+            off.text(0.0, k, " does not estimate it", va="center", fontsize=8.5)
+    for ax in (off, cost):
+        ax.tick_params(axis="y", length=0)
     names.invert_yaxis()
+    figure.legend(loc="outside lower left", frameon=False, ncols=3, fontsize=9)
     for ax in (names, off, cost):
         grid(ax, "x")
     heading(figure, f"{result['cases']} sealed cases: what each method names, and what it costs", 11.0)

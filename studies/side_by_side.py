@@ -1,7 +1,7 @@
 """Question: what would a user get from the tools at hand instead? All of them on the same cases, in one run.
 
-Method: sealed cases of the independent plant. This package; MuJoCo's system identification toolbox (masses, centres,
-inertias, armatures, damping, dry friction, within the stated tolerances); PySINDy's ensembled STLSQ on the torque
+Method: sealed cases of the independent plant. This package; MuJoCo's system identification toolbox (masses,
+armatures, damping, dry friction, as in its examples); PySINDy's ensembled STLSQ on the torque
 that the re-tuned model leaves, with a term for every static effect; PEtab Select's AIC, AICc and BIC on this
 package's own fits; SciPy's least squares with all effects at once. Counted: the likeliest name right, wrong, and where
 nothing is hidden; how many effects are named; friction against the true arm, its intervals, and processor time.
