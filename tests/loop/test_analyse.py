@@ -28,13 +28,6 @@ KEYS = {
 }  # fmt: skip
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _own_cache(tmp_path_factory: pytest.TempPathFactory):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("STRIBECK_CACHE", str(tmp_path_factory.mktemp("compiled")))
-        yield
-
-
 def arm(friction: Friction = A) -> Arm:
     joint = Joint("A", "revolute", 0.3, 1.0, (0.0, 0.0), 0.5, 0.5, friction, friction)
     return Arm("one joint", (0.0, 0.0), (joint,))

@@ -46,7 +46,7 @@ def test_closed_form_against_quadrature(friction: Friction, ratio: float) -> Non
     assert float(describing_function(np.array(v), friction)) == law.describing_function(v)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.floats(0.0, 500.0))
 def test_the_fading_part_falls_from_two_and_has_its_limits(x: float) -> None:
     value, further = (float(exponential_part(np.array(v))) for v in (x, 1.01 * x + 1e-6))

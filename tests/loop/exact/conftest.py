@@ -1,7 +1,7 @@
 """Arms of known friction, and loops around them; what is compiled goes into a folder of the test session."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import pytest
 
@@ -12,13 +12,6 @@ from stribeck.simulate import Compensation, JointLoop, Loop, Reference
 A = Friction(5.0, 1.25, 1.5, 0.05)
 B = Friction(2.2, 0.6, 0.8, 0.04)
 COULOMB = Friction(5.0, 0.0, 0.0, 0.05)
-
-
-@pytest.fixture(scope="session", autouse=True)
-def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("STRIBECK_CACHE", str(tmp_path_factory.mktemp("compiled")))
-        yield
 
 
 def one_joint(friction: Friction) -> Arm:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from stribeck.arm import Friction
-from stribeck.loop.exact.ending import FRAGILE
+from stribeck.loop.exact.repeat import DIGITS
 from stribeck.loop.exact.settle import settle
 from stribeck.loop.exact.shooting import shoot
 from stribeck.simulate import Loop, close_loop
@@ -34,59 +34,83 @@ def draw(rng, loop_of):
 
 
 def simulated(engine, loop: Loop, period: float | None) -> tuple[str, float, float]:
-    """Return what a simulation of the engine ends in, with amplitude and period over its last third."""
+    """Return what a simulation of the engine ends in, with amplitude and period over its last part."""
     duration = 150.0 if period is None else min(90.0 * period + 60.0, 20_000.0)
-    step = 0.005 if period is None else min(0.005 * max(period, 1.0), 0.05)
+    found = recorded(engine, loop, duration, 0.005 if period is None else min(0.005 * max(period, 1.0), 0.05))
+    if period is None and found[0] == "cycle":  # rounds that shrink, each taking longer than the one before?
+        found = recorded(engine, loop, 20_000.0, 0.05)
+    return found
+
+
+def recorded(engine, loop: Loop, duration: float, step: float) -> tuple[str, float, float]:
     found = close_loop(engine, replace(loop, duration=duration, record_step=step), tolerance=1e-9)
     if found.motion.status == "unbounded":
         return "unbounded", math.nan, math.nan
-    q, t = found.motion.q[:, 0], found.motion.t
-    q, t = q[t > 0.6 * duration], t[t > 0.6 * duration]
-    amplitude = 0.5 * float(np.ptp(q))
-    if amplitude < 2e-5:
-        return "rest", amplitude, math.nan
+    late = found.motion.t > 0.6 * duration
+    q, v, t = found.motion.q[late, 0], found.motion.dq[late, 0], found.motion.t[late]
+    if 0.5 * float(np.ptp(q)) < 2e-5:
+        return "rest", 0.5 * float(np.ptp(q)), math.nan
     over = q - 0.5 * (q.max() + q.min())
     rises = np.flatnonzero((over[:-1] < 0.0) & (over[1:] >= 0.0))
+    if len(rises) < 3:
+        return "cycle", 0.5 * float(np.ptp(q)), math.nan
     times = t[rises] - over[rises] * (t[rises + 1] - t[rises]) / (over[rises + 1] - over[rises])
-    return "cycle", amplitude, float(np.diff(times).mean()) if len(times) > 1 else math.nan
+    high, low = (side * np.maximum.reduceat(peaks(side * q, side * v, t), rises)[:-1] for side in (1.0, -1.0))
+    return "cycle", 0.5 * float(np.mean(high - low)), float(np.diff(times).mean())
+
+
+def peaks(q: np.ndarray, v: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """Return positions with, where the velocity falls through zero before the next row, the largest on the way."""
+    out = q.copy()
+    here = np.flatnonzero((v[1:-1] > 0.0) & (v[2:] < 0.0)) + 1
+    slope = (v[here] - v[here - 1]) / (t[here] - t[here - 1])
+    out[here[slope < 0.0]] -= 0.5 * v[here[slope < 0.0]] ** 2 / slope[slope < 0.0]
+    return out
 
 
 def compare(engine_of, loop_of, seed: int, count: int) -> dict[str, int]:
-    """Assert that labels and sizes are the same; return how often each verdict came."""
+    """Assert that labels and sizes are the same; return how often each verdict came, and how often no fixed period."""
     rng = np.random.default_rng(seed)
     seen: dict[str, int] = {}
-    for _ in range(count):
+    for i in range(count):
         friction, loop = draw(rng, loop_of)
         engine = engine_of(friction)
         shot = shoot(engine, loop)["A"]
         seen[shot.verdict] = seen.get(shot.verdict, 0) + 1
         if shot.verdict == "undetermined":
             continue
-        if shot.status == FRAGILE and loop.sample_time:
-            continue  # in the engine's sampled record it is rounding that starts the cycle
         own = shot.basin["own"]
         if own != shot.verdict:  # the engine starts where the loop file says
             shot = replace(shot, verdict=own, amplitude=None, period=None)
         label, amplitude, period = simulated(engine, loop, shot.period)
-        assert label == ("cycle" if shot.cycles else shot.verdict), (friction, loop.joints[0], shot.verdict)
-        if shot.cycles:
-            close = 1e-3 if loop.sample_time else 1e-4
-            settled = settle(engine, loop)["A"]
-            assert (shot.amplitude, shot.period) == pytest.approx((settled.amplitude, settled.period), rel=close)
-            assert shot.period == pytest.approx(period, rel=max(close, 5e-3 if loop.sample_time else close))
-            assert shot.amplitude == pytest.approx(amplitude, rel=5e-3)  # the record misses the turns themselves
+        assert label == ("cycle" if shot.cycles else shot.verdict), (i, friction, loop.joints[0], shot)
+        if not shot.cycles:
+            continue
+        settled = settle(engine, loop)["A"]
+        assert shot.stable
+        if loop.sample_time and "repeats every" not in shot.status:  # it wanders, or waits for rounding: it is said so
+            assert shot.status == DIGITS or "still changes" in shot.status or "mean growth" in shot.status
+            assert shot.amplitude == pytest.approx(amplitude, rel=0.01)
+            seen["wanders"] = seen.get("wanders", 0) + 1
+            continue
+        close = 1e-3 if loop.sample_time else 1e-4
+        assert (shot.amplitude, shot.period) == pytest.approx((settled.amplitude, settled.period), rel=close), i
+        assert (shot.amplitude, shot.period) == pytest.approx((amplitude, period), rel=close), i
+        assert shot.multipliers
+        assert max(abs(root) for root in shot.multipliers) < 1.0
     return seen
 
 
 def test_a_few_random_loops(engine_of, loop_of):
-    seen = compare(engine_of, loop_of, seed=5, count=8)
-    assert seen["rest"] >= 2
+    seen = compare(engine_of, loop_of, seed=5, count=6)
+    assert seen["rest"] >= 1
 
 
 @pytest.mark.slow
 def test_two_hundred_random_loops(engine_of, loop_of):
-    """No label is wrong, and at most 2 % are left open."""
+    """No label is wrong, at most 2 % are left open; 3 % are sampled loops whose period no arithmetic fixes."""
     seen = compare(engine_of, loop_of, seed=1, count=200)
     print(seen)
     assert seen.get("undetermined", 0) <= 4
-    assert sum(seen.values()) == 200
+    assert seen.get("wanders", 0) <= 6
+    assert sum(count for verdict, count in seen.items() if verdict != "wanders") == 200

@@ -1,6 +1,6 @@
 """One joint of known friction and loops around it; what is compiled goes into a folder of the test session."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import pytest
 
@@ -8,13 +8,6 @@ from stribeck.arm import Arm, Friction, Joint
 from stribeck.simulate import Compensation, JointLoop, Loop, Reference
 
 A = Friction(5.0, 1.25, 1.5, 0.05)
-
-
-@pytest.fixture(scope="session", autouse=True)
-def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("STRIBECK_CACHE", str(tmp_path_factory.mktemp("compiled")))
-        yield
 
 
 @pytest.fixture(scope="session")

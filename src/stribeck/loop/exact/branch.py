@@ -14,6 +14,7 @@ from stribeck.errors import InputError
 from stribeck.loop.cycle import Cycle
 from stribeck.loop.exact.ending import Ending, answers
 from stribeck.loop.exact.place import Place
+from stribeck.loop.exact.repeat import repeated
 from stribeck.loop.exact.rounds import Rounds, RoundsEngine
 from stribeck.loop.exact.section import Fixed, ReturnMap, solve
 from stribeck.loop.exact.settle import settle_from
@@ -28,9 +29,9 @@ Values = Sequence[float] | NDArray[np.float64]
 def continue_in(
     arm: Arm | RoundsEngine, loop: Loop, joint: str, parameter: Parameter, values: Values
 ) -> list[Cycle]:  # fmt: skip
-    """Return the joint's cycle at each value, followed from the one before it; unstable ones too.
+    """Return the joint's cycle at each value, followed from the one before it.
 
-    Where nothing is followed any more (at a fold, or where the cycle ends in rest) the loop is started anew from its
+    A continuous loop is followed, through unstable cycles too, by Newton's method on its return map; a sampled one by its motion. Where nothing is followed any more (at a fold, or where the cycle ends in rest) the loop is started anew from its
     large start, so that the next branch is found.
 
     Parameters
@@ -86,8 +87,24 @@ def _next(rounds: Rounds, known: Ending | None) -> Ending:
             return Ending(
                 "periodic", fixed.place, fixed.turns, fixed.period, tuple(fixed.multipliers), watch=known.watch
             )
-    place = _large(rounds)
-    return settle_from(rounds, place) if rounds.noisy else ending_of(rounds, place)
+    if rounds.sampled:
+        return _followed(rounds, known)
+    return ending_of(rounds, _large(rounds))
+
+
+def _followed(rounds: Rounds, known: Ending | None) -> Ending:
+    """Return what a sampled loop settles on from the motion that is known; from its large start where that dies out."""
+    ending = None if known is None or not known.lasts else settle_from(rounds, _with_past(rounds, known.place))
+    if ending is None or not ending.lasts:
+        ending = settle_from(rounds, _large(rounds))
+    return repeated(rounds, ending)
+
+
+def _with_past(rounds: Rounds, place: Place) -> Place:
+    """Return a place with as many past commands as this loop's delay wants."""
+    missing = rounds.history - place.past.shape[1]
+    past = place.past[:, -rounds.history :] if missing <= 0 else np.pad(place.past, ((0, 0), (missing, 0), (0, 0)), "edge")
+    return replace(place, past=past)
 
 
 def _large(rounds: Rounds) -> Place:

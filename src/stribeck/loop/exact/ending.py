@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from stribeck.loop.cycle import Cycle, CycleTrace, Verdict
 from stribeck.loop.exact.place import Place
 from stribeck.loop.exact.rest import deviations
-from stribeck.loop.exact.rounds import Rounds
+from stribeck.loop.exact.rounds import NONE, Rounds
 
 Floats = NDArray[np.float64]
 FRAGILE = "creeps to rest without ever stopping: noise, or rounding, would start a cycle"
@@ -39,6 +39,8 @@ class Ending:
     span : float
         Time that the turns cover, s.
     multipliers : array of complex
+    repeat : float
+        Time after which a sampled loop's motion repeats exactly, s; 0 where it is not known to.
     watch : int
         The joint at whose turn a periodic motion's place is.
     status : str
@@ -52,6 +54,12 @@ class Ending:
     multipliers: tuple[complex, ...] = ()
     status: str = "ok"
     watch: int = -1
+    repeat: float = 0.0
+
+    @property
+    def lasts(self) -> bool:
+        """Whether it is a motion that does not die out."""
+        return self.kind in ("periodic", "roughly")
 
 
 def weighted(values: Floats) -> float:
@@ -117,12 +125,13 @@ def dies_out(mine: np.ndarray) -> bool:
     if len(spread) < 2 or not spread[-1] < spread[0]:
         return bool(len(spread) and spread.max() < TINY)
     creeps = len(spread) >= 8 and spread[-1] < 0.7 * spread[-8] and bool((np.diff(spread[-8:]) < 0.0).all())
-    return bool(spread[-1] < TINY or (spread[-1] < _CREEP and creeps))
+    falls = len(spread) >= 4 and bool((spread[-3:] < 0.5 * spread[-4:-1]).all())
+    return bool(spread[-1] < TINY or (spread[-1] < _CREEP and (creeps or falls)))
 
 
 def answers(rounds: Rounds, ending: Ending) -> dict[str, Cycle]:
     """Return each controlled joint's answer."""
-    traces = _traces(rounds, ending) if ending.kind in ("periodic", "roughly") else {}
+    traces = _traces(rounds, ending) if ending.lasts else {}
     out = {}
     for entry in rounds.loop.joints:
         j = rounds.index(entry.joint)
@@ -147,19 +156,19 @@ def _answer(rounds: Rounds, ending: Ending, j: int) -> Cycle:
     mine = ending.turns[ending.turns["joint"] == j]
     if len(mine) == 0 or np.ptp([mine["low"].min(), mine["high"].max()]) < 2.0 * TINY:
         return Cycle("rest", steady_error=steady, status=ending.status)
-    amplitude, period, stuck = _size(ending, mine)
+    amplitude, period, stuck = size_of(ending, mine)
     roots = tuple(_plain(root) for root in ending.multipliers)
     return Cycle(
         verdict=_verdict(rounds, j, period, stuck), amplitude=amplitude, period=period,
         peak_velocity=float(mine["speed"].max() if ending.kind == "periodic" else weighted(mine["speed"])),
         stick_fraction=stuck / period, multipliers=roots,
-        stable=bool(max(abs(root) for root in roots) < 1.0) if roots else True if ending.kind == "roughly" else None,
+        stable=True if ending.kind == "roughly" else bool(max(abs(root) for root in roots) < 1.0) if roots else None,
         status=ending.status,
     )  # fmt: skip
 
 
-def _size(ending: Ending, mine: np.ndarray) -> tuple[float, float, float]:
-    """Return amplitude, period and time stuck in it."""
+def size_of(ending: Ending, mine: np.ndarray) -> tuple[float, float, float]:
+    """Return amplitude (rad) and period (s) of one joint, by its turns, and the time stuck in one."""
     spread = 0.5 * (mine["high"] - mine["low"])
     if ending.kind == "periodic":
         whole = 0.5 * float(mine["high"].max() - mine["low"].min())
@@ -173,6 +182,8 @@ def _size(ending: Ending, mine: np.ndarray) -> tuple[float, float, float]:
     count = (len(mine) - 1) // fold * fold
     high, low, stuck = (mine[key][-count:].reshape(-1, fold) for key in ("high", "low", "stuck"))
     period = weighted(np.diff(mine["time"])[-count:].reshape(-1, fold).sum(axis=1))
+    if ending.repeat > 0.0:
+        period = ending.repeat / max(round(ending.repeat / period), 1)
     return weighted(0.5 * (high.max(axis=1) - low.min(axis=1))), period, weighted(stuck.sum(axis=1))
 
 
@@ -194,12 +205,12 @@ def _traces(rounds: Rounds, ending: Ending) -> dict[int, CycleTrace]:
     """Return one period of each joint: of the motion where it repeats, else of the first round after it settled."""
     span = ending.span
     if ending.kind == "roughly":
-        span = max(_size(ending, ending.turns[ending.turns["joint"] == j])[1] for j in np.unique(ending.turns["joint"]))
+        span = max(size_of(ending, ending.turns[ending.turns["joint"] == j])[1] for j in np.unique(ending.turns["joint"]))
     rows, step = _ROWS, span / (_ROWS - 1)
     if rounds.sampled:
         step = rounds.loop.sample_time
         rows = int(np.ceil(span / step)) + 1
-    done = rounds.run(ending.place, -2, rows=rows, step=step, quiet=False)
+    done = rounds.run(ending.place, NONE, rows=rows, step=step, quiet=False)
     record, time = done.record, step * np.arange(rows, dtype=np.float64)
     kept = np.isfinite(record[:, 0]).all(axis=1)
     return {

@@ -109,6 +109,11 @@ class Layout:
         """Of the present round: above, low, high, time stuck, top speed."""
         return self._after(3 + _MEMORY, _MARKS)
 
+    @property
+    def memory_width(self) -> int:
+        """Numbers of a joint's memory."""
+        return _MEMORY
+
     def own(self, j: int, which: int) -> int:
         """Return the index among all states of a continuous controller's own state of joint j."""
         return self.size + CONTROLLER_STATES * j + which

@@ -14,12 +14,13 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from stribeck.loop.exact.place import FILTER, INTEGRAL, LAG, THETA, Place, Stretch
-from stribeck.loop.exact.rounds import Rounds
+from stribeck.loop.exact.rounds import NONE, Rounds
 
 Floats = NDArray[np.float64]
 _LONGEST = 60.0  # time constants of the slowest mode within which it comes back, if it does
 _GRID = 600
 _SAMPLES = 64
+_FEW, _CALM = 8, 1e-5  # samples, and rad/s that a joint at rest does not reach in them
 _MOST_HOPS = 10  # over quiet stretches, without a turn
 _AWAY = 1000.0  # s in which an unstable place is left
 
@@ -64,7 +65,7 @@ def judge(rounds: Rounds, place: Place) -> Rest:
     if not sliding:
         return Rest(True, here)
     if rounds.sampled:
-        return Rest(not _swings(rounds, place, sliding), here)
+        return Rest(not _swings(rounds, place, sliding) and _holds(rounds, place, sliding), here)
     stuck = {rounds.index(e.joint) for e in rounds.loop.joints} - set(sliding)
     kept = [i for i in active_states(rounds) if i not in stuck and i - n not in stuck]
     rate, slopes = rounds.slopes(place)
@@ -93,7 +94,7 @@ def judge(rounds: Rounds, place: Place) -> Rest:
 
 def _swings(rounds: Rounds, place: Place, sliding: list[int]) -> bool:
     """Tell whether a sampled loop that dies away does so swinging, so that it comes back: by its last two modes."""
-    velocity = rounds.run(place, -2, rows=_SAMPLES, quiet=False).record[:, 1]
+    velocity = rounds.run(place, NONE, rows=_SAMPLES, quiet=False).record[:, 1]
     for j in sliding:
         v = velocity[:, j] - rounds.rate(j)
         if rounds.rate(j) != 0.0 or not np.isfinite(v).all() or not v.any():
@@ -102,6 +103,25 @@ def _swings(rounds: Rounds, place: Place, sliding: list[int]) -> bool:
         if a * a + 4.0 * b < 0.0:
             return True
     return False
+
+
+def _holds(rounds: Rounds, place: Place, sliding: list[int]) -> bool:
+    """Tell whether a sampled loop stays where it creeps to, once the difference of two positions is zero.
+
+    A filtered velocity keeps its sign beyond any digit; without a filter the law is at its rule for rest then.
+    """
+    if any(rounds.axes[j].filter > 0.0 or rounds.axes[j].true_velocity for j in sliding):
+        return True
+    values, layout = place.values.copy(), rounds.layout
+    state, memory = values[layout.state], values[layout.memory].reshape(rounds.n, -1)
+    for j in sliding:
+        state[rounds.n + j] = rounds.rate(j)
+        memory[j, 0] = state[j] - rounds.rate(j) * rounds.loop.sample_time
+        if rounds.rate(j) == 0.0:
+            values[layout.modes][j] = 0.0
+    record = rounds.run(replace(place, values=values), NONE, rows=rounds.history + _FEW, quiet=False).record
+    drift = np.abs(record[:, 1, sliding] - [rounds.rate(j) for j in sliding])
+    return bool(np.isfinite(drift).all() and drift.max() < _CALM)
 
 
 def _augmented(matrix: Floats, f: Floats) -> Floats:

@@ -30,6 +30,7 @@ Floats = NDArray[np.float64]
 
 WHY = {**dict(enumerate(STATUS)), 20: "quiet", 21: "enough", 22: "end"}
 TURN = np.dtype([(name, float) for name in ("time", "deviation", "low", "high", "speed", "stuck", "joint")])
+ANY, NONE = -1, -2  # joints whose turns are counted
 _QUIET, _QUIET_SLIDE = 1e-10, 1e-6  # rad/s, rad/s^2, and the controller's own rates
 _MOST_SAMPLES = 4_000_000
 
@@ -139,8 +140,9 @@ class Rounds:
         ----------
         place : Place
         watch : int
-            Joint; -1 for any.
+            Joint; `ANY`; or `NONE`, to run on for the whole duration.
         most : int
+            Turns; those of every joint are returned, up to a few times as many.
         duration : float
         rows, step : int, float
             Rows of a record and the time between them, s; a sampled loop records its samples.

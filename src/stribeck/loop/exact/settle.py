@@ -10,7 +10,7 @@ from stribeck.loop.cycle import Cycle
 from stribeck.loop.exact.ending import TINY, Ending, answers, dies_out, gather, weighted, whole_rounds
 from stribeck.loop.exact.place import Place, Stretch
 from stribeck.loop.exact.rest import follow
-from stribeck.loop.exact.rounds import Rounds, RoundsEngine
+from stribeck.loop.exact.rounds import ANY, Rounds, RoundsEngine
 from stribeck.loop.exact.starts import starts
 from stribeck.simulate import Loop
 
@@ -19,6 +19,7 @@ _FIRST, _LONGEST = 16, 2048  # turns of a stretch
 _LONGEST_TIME = 6e3  # s of a stretch of a sampled loop
 _ALIKE = {"continuous": 2e-6, "sampled": 2e-4, "noisy": 0.02}  # averages of two stretches that count as the same
 _DRIFT = 0.03  # change between the longest stretches that is still a cycle, and said
+_STAYS = 0.1  # of the amplitude, by which its middle may move from one stretch to the next
 _LEAST = {"continuous": 16, "sampled": 32, "noisy": 128}  # turns in the later one
 
 
@@ -76,7 +77,7 @@ def settle_from(rounds: Rounds, place: Place) -> Ending:
 
 
 def _stretch(rounds: Rounds, place: Place, turns: int, seconds: float) -> Stretch:
-    return follow(rounds, place, -1, turns, seconds if rounds.sampled else 1e7)
+    return follow(rounds, place, ANY, turns, seconds if rounds.sampled else 1e7)
 
 
 def _stopped(why: str, place: Place) -> Ending:
@@ -91,16 +92,20 @@ def _winds_up(rounds: Rounds) -> bool:
 
 def _alike(now: Floats, before: Floats, share: float) -> bool:
     sizes = np.allclose(now[:, :2], before[:, :2], rtol=share, atol=1e-3 * TINY, equal_nan=True)
-    return sizes and np.allclose(now[:, 2], before[:, 2], rtol=0.0, atol=share, equal_nan=True)
+    stays = np.abs(now[:, 3] - before[:, 3]) <= _STAYS * now[:, 0]  # what creeps on while it trembles is no cycle
+    stuck = np.allclose(now[:, 2], before[:, 2], rtol=0.0, atol=share, equal_nan=True)
+    known = np.isfinite(now[:, 0])
+    return sizes and stuck and bool(known.any() and stays[known].all())
 
 
 def _averages(rounds: Rounds, turns: np.ndarray) -> Floats:
-    """Return amplitude, period and share of time stuck of each joint, weighted over its rounds."""
-    out = np.full((rounds.n, 3), np.nan)
+    """Return amplitude, period, share of time stuck and middle of each joint, weighted over its rounds."""
+    out = np.full((rounds.n, 4), np.nan)
     for j in np.unique(turns["joint"]).astype(int):
         mine = whole_rounds(turns[turns["joint"] == j])
         if len(mine) < 3:
             continue
         amplitude, period = weighted(0.5 * (mine["high"] - mine["low"])[1:]), weighted(np.diff(mine["time"]))
-        out[j] = amplitude, period, weighted(mine["stuck"][1:]) / period
+        middle = weighted(0.5 * (mine["high"] + mine["low"])[1:])
+        out[j] = amplitude, period, weighted(mine["stuck"][1:]) / period, middle
     return out

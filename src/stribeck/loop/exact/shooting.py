@@ -1,7 +1,7 @@
 """Exact cycles: Newton's method on the event-driven return map, sticking phases and all.
 
-The map of a sampled controller depends on where in the sampling interval a turn falls, and its motion mostly repeats
-only on average; there the answer is the mean over many rounds, with a weight under which it converges fast.
+The turns of a sampled loop fall anywhere in the sampling interval. It is followed until its averages stand still, and
+from there Newton's method looks for the number of samples after which it repeats (`repeat`).
 """
 
 from __future__ import annotations
@@ -13,8 +13,9 @@ from stribeck.arm import Arm
 from stribeck.loop.cycle import Cycle
 from stribeck.loop.exact.ending import TINY, Ending, answers, dies_out, fold_of, gather
 from stribeck.loop.exact.place import Place
+from stribeck.loop.exact.repeat import repeated
 from stribeck.loop.exact.rest import follow
-from stribeck.loop.exact.rounds import Rounds, RoundsEngine
+from stribeck.loop.exact.rounds import ANY, Rounds, RoundsEngine
 from stribeck.loop.exact.section import Fixed, ReturnMap, solve
 from stribeck.loop.exact.settle import settle_from
 from stribeck.loop.exact.starts import starts
@@ -45,7 +46,10 @@ def shoot(arm: Arm | RoundsEngine, loop: Loop) -> dict[str, Cycle]:
         what = "encoder noise" if rounds.noisy else "dither"
         told = f"no exact cycle under {what}: see the simulation"
         return {entry.joint: Cycle("undetermined", status=told) for entry in loop.joints}
-    found = {name: answers(rounds, ending_of(rounds, place)) for name, place in starts(rounds).items()}
+    endings = {name: ending_of(rounds, place) for name, place in starts(rounds).items()}
+    chosen = next((name for name in ("own", "large", "small") if name in endings and endings[name].lasts), "own")
+    endings[chosen] = repeated(rounds, endings[chosen])
+    found = {name: answers(rounds, ending) for name, ending in endings.items()}
     return {entry.joint: gather(found, entry.joint) for entry in loop.joints}
 
 
@@ -54,28 +58,33 @@ def ending_of(rounds: Rounds, place: Place) -> Ending:
     if rounds.sampled:
         return settle_from(rounds, place)
     history = np.zeros(0)
-    watch, fixed = -1, None
+    watch, fixed = ANY, None
     for turns in _STRETCHES:
         done = follow(rounds, place, watch, turns, 1e7 if rounds.n == 1 else 2000.0)
         place, last = done.place, history[-40:]
         history = done.turns if not len(last) else np.concatenate([last, done.turns])
         if done.why != "enough":
             if watch >= 0 and done.why == "end" and len(done.turns):
-                watch = -1  # that joint has come to rest, others go on
+                watch = ANY  # that joint has come to rest, others go on
                 continue
+            if done.why == "end" and _all_die_out(history):
+                return Ending("rest", place)
             return _stopped(done.why, place)
         if watch < 0:
             joints = done.turns["joint"][len(done.turns) // 2 :].astype(int)
             watch = int(np.bincount(joints).argmax())
             if joints[-1] != watch:  # the place must be a turn of the joint that is watched
                 continue
-        mine = done.turns[done.turns["joint"] == watch]
-        if dies_out(mine):
+        if dies_out(history[history["joint"] == watch]):
             return Ending("rest", place)
         fixed = _attempt(rounds, watch, place, history, fixed)
         if fixed is not None and _drawn_in(rounds, watch, place, fixed):
             return Ending("periodic", fixed.place, fixed.turns, fixed.period, tuple(fixed.multipliers), watch=watch)
     return settle_from(rounds, place)
+
+
+def _all_die_out(turns: np.ndarray) -> bool:
+    return bool(len(turns)) and all(dies_out(turns[turns["joint"] == j]) for j in np.unique(turns["joint"]))
 
 
 def _stopped(why: str, place: Place) -> Ending:

@@ -8,6 +8,7 @@
 #define HUGE_COUNT 1000000000000000LL
 
 enum { SB_QUIET = 20, SB_ENOUGH, SB_END }; /* further ways to stop, beside the engine's */
+enum { SB_ANY = -1 };                      /* joint whose turns count: any; below it none */
 
 /* One turn: the joint, when, its deviation; since the turn before: extremes of the deviation, top speed, time stuck. */
 typedef struct {
@@ -70,7 +71,7 @@ static void sb_turned(sb_rounds *w, int j) {
     }
     w->low[j] = w->high[j] = sb_deviation(w, j);
     w->stuck[j] = s->stuck_time[j], s->top_speed[j] = 0.0;
-    w->seen += w->watch < 0 || j == w->watch;
+    w->seen += w->watch == SB_ANY || j == w->watch;
 }
 
 static void sb_look(sb_rounds *w) {

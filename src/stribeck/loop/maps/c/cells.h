@@ -17,6 +17,7 @@ enum { NONE, FEEDFORWARD, FEEDBACK };
 enum { ZERO, HOLD, ERROR_SIGN, SET_VALUED };
 enum { X, V, Z, W, L, STATES };
 enum { MOST_DELAY = 1001 };
+#define LAST_DIGIT 1e-14 /* rad/s; the difference of two positions over a sample shows no less */
 
 /* One cell; mirrored in cells.py. friction: C0, C1, C2, alpha forward, then backward. */
 typedef struct {
@@ -116,11 +117,13 @@ static void look(const cell *c, track *k) {
 /* Whether the rounds repeat: exactly, or on average over blocks of them. Gives a verdict's numbers. */
 static int repeats(track *k, double *amplitude, double *period, double *stuck, int exact) {
     enum { BLOCK = 6 };
-    if (exact && k->rounds >= 3) {
-        int same = 1;
+    if (k->rounds >= 3) {
+        const double close = exact ? 2e-5 : 1e-4; /* most sampled loops lock onto their samples */
+        const double now = fabs(k->amplitude[0] - k->amplitude[1]), then = fabs(k->amplitude[1] - k->amplitude[2]);
+        int same = now <= then || now < 1e-7 * k->amplitude[0]; /* what grows slowly is no cycle yet */
         for (int i = 0; i < 2; i++)
-            same &= fabs(k->amplitude[i] - k->amplitude[i + 1]) < 2e-5 * k->amplitude[i] &&
-                    fabs(k->period[i] - k->period[i + 1]) < 2e-5 * k->period[i];
+            same &= fabs(k->amplitude[i] - k->amplitude[i + 1]) < close * k->amplitude[i] &&
+                    fabs(k->period[i] - k->period[i + 1]) < close * k->period[i];
         if (same) {
             *amplitude = k->amplitude[0], *period = k->period[0], *stuck = k->stuck[0];
             return 1;
@@ -129,7 +132,7 @@ static int repeats(track *k, double *amplitude, double *period, double *stuck, i
     if (k->in_block < (exact ? 6 : 1) * BLOCK) return 0;
     double *now = k->sums[0], *before = k->sums[1];
     const int n = k->in_block;
-    const double share = exact ? 1e-4 : 2e-3;
+    const double share = exact ? 1e-4 : now[0] > before[0] ? 2e-4 : 2e-3; /* what grows slowly is no cycle yet */
     const int same = k->blocks > 0 && fabs(now[0] - before[0]) < share * now[0] && fabs(now[1] - before[1]) < share * now[1];
     *amplitude = now[0] / n, *period = now[1] / n, *stuck = now[2] / n;
     memcpy(before, now, 3 * sizeof(double)), memset(now, 0, 3 * sizeof(double));
@@ -476,17 +479,31 @@ static int sampled_interval(const cell *c, track *k, double end, double *h) {
     return 0;
 }
 
-/* Whether velocities that die away do so swinging, so that the joint comes back: from four of them, the last two modes. */
-static int swings(const double *past, long n) {
+/* Velocities that die away: in how many samples they come back through zero, by their last two modes; -1 where they do
+ * not swing. */
+static double comes_back(const double *past, long n, int *lost) {
     const double v0 = past[(n - 24) & 31], v1 = past[(n - 16) & 31], v2 = past[(n - 8) & 31], v3 = past[n & 31];
     const double d = v1 * v1 - v0 * v2;
-    if (d == 0.0 || v3 == 0.0) return 0;
+    if (d == 0.0 || v3 == 0.0) return -1.0;
     const double a = (v1 * v2 - v0 * v3) / d, b = (v1 * v3 - v2 * v2) / d;
-    return a * a + 4 * b < 0.0;
+    if (!(a * a + 4 * b < 0.0)) return -1.0;
+    const double shrink = sqrt(-b), turn = acos(fmax(-1.0, fmin(1.0, 0.5 * a / shrink)));
+    double phase = atan2(-v3, (v3 * cos(turn) - shrink * v2) / sin(turn));
+    while (phase <= 0.0) phase += 3.14159265358979323846;
+    const double wait = phase / turn;
+    *lost |= fabs(v3) * pow(shrink, wait) < LAST_DIGIT;
+    return 8.0 * wait;
+}
+
+/* Whether a joint that creeps to rest stays there once the difference of two positions is zero, by the rule for rest. */
+static int holds(const cell *c, const track *k, double integral, int held) {
+    if (c->filter > 0.0 || c->true_velocity != 0.0 || c->rate != 0.0) return 1;
+    return beyond(c, limited(c, law(c, -k->y[X], 0.0, integral, 0.0, held))) <= 0.0;
 }
 
 static int run_sampled(const cell *c, double error, double velocity, double *out) {
     track k;
+    int lost = 0; /* whether its period is rounding's */
     double queue[MOST_DELAY] = {0}, past[32] = {0}, h = 1e-3, last = 0.0, filtered = 0.0, integral = 0.0, previous = 0.0, stuck = 0.0;
     const double smooth = c->filter > 0.0 ? -expm1(-c->sample / c->filter) : 1.0;
     const int delay = (int)c->delay, calm_enough = 25 + delay;
@@ -506,7 +523,17 @@ static int run_sampled(const cell *c, double error, double velocity, double *out
         const double change = fmax(fabs(k.y[V] - c->rate), fabs(command - previous));
         calm = n > 0 && change < (k.mode ? 1e-6 : 1e-10) ? calm + 1 : 0, previous = command;
         past[n & 31] = k.y[V];
-        if (calm > calm_enough && (c->rate != 0.0 || !swings(past, n))) return REST;
+        if (calm > calm_enough) {
+            const double wait = c->rate == 0.0 && k.mode != 0 ? comes_back(past, n, &lost) : -1.0;
+            if (wait < 0.0 && (k.mode == 0 || holds(c, &k, integral, held))) return REST;
+            if (c->ki > 0.0 || wait > 1e5) return UNDETERMINED;
+            lost |= wait < 0.0;
+            /* on to where it comes back, or to where no digit of its velocity is left */
+            const double away = wait < 0.0 ? 0.0 : 1e-9 * k.mode;
+            n += (long)fmax(wait, 0.0), k.t = (n + 1) * c->sample, last = k.y[X] + away * c->sample;
+            filtered = -away, k.y[V] = 0.0, k.mode = 0, calm = 0;
+            continue;
+        }
         queue[place] = command;
         if (++place > delay) place = 0;
         k.u = queue[place]; /* what was asked for `delay` samples ago; nothing before the first */
@@ -516,7 +543,10 @@ static int run_sampled(const cell *c, double error, double velocity, double *out
         if (k.rounds == seen) continue;
         seen = k.rounds;
         if (k.amplitude[0] < 1e-7 && seen > 1 && k.amplitude[0] < k.amplitude[1]) return REST;
-        if (repeats(&k, out, out + 1, &stuck, 0)) return out[2] = stuck / out[1], named(c, out[1], stuck);
+        if (!repeats(&k, out, out + 1, &stuck, 0)) continue;
+        const int name = named(c, out[1], stuck);
+        out[2] = lost ? NAN : stuck / out[1], out[1] = lost ? NAN : out[1];
+        return name;
     }
     return UNDETERMINED;
 }
