@@ -34,6 +34,7 @@ def reference(tmp_path, sealed, straw) -> dict:
     return scored(tmp_path / "reference", sealed[1])
 
 
+@pytest.mark.slow  # so does the test of a killed process below, with one death more
 def test_processes_give_the_same_score(tmp_path, sealed, straw, reference):
     assert diagnose_cases(sealed[0], tmp_path / "answers", farm=Processes(2), diagnoser=straw) == 10
     assert scored(tmp_path / "answers", sealed[1]) == reference

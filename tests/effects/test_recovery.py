@@ -100,6 +100,11 @@ CASES = {
 }
 
 
+SAMPLE = (  # one of each stage; all of them take a good part of a minute
+    "load_dependent_friction", "delay", "joint_flexibility", "time_shift", "payload", "cable_spring",
+)  # fmt: skip
+
+
 def fitted(name: str, case: Case) -> tuple[Prepared, Model, Model]:
     """The re-tuned model and the one with the effect, as the search finds it: screened, then fitted."""
     effect = effect_named(name)
@@ -115,7 +120,10 @@ def fitted(name: str, case: Case) -> tuple[Prepared, Model, Model]:
     return prepared, base, retune(prepared, FLOOR, model.placed, rounds=case.rounds)
 
 
-@pytest.mark.parametrize(("name", "case"), [pytest.param(name, case, id=name) for name, case in CASES.items()])
+@pytest.mark.parametrize(
+    ("name", "case"),
+    [pytest.param(n, c, id=n, marks=[] if n in SAMPLE else pytest.mark.slow) for n, c in CASES.items()],
+)
 def test_recovery(name: str, case: Case) -> None:
     prepared, base, model = fitted(name, case)
     joint = prepared.arm.names.index(case.joint)
@@ -126,8 +134,9 @@ def test_recovery(name: str, case: Case) -> None:
         assert found[parameter] == pytest.approx(value, abs=allowed), (parameter, found)
 
 
-def test_every_effect_has_a_case() -> None:
+def test_every_effect_has_a_case_and_every_stage_one_in_the_sample() -> None:
     """What the records show by themselves is tried in `test_observed`."""
     effects = {name: effect for name, effect in registry().items() if not effect.direct}
     own = {name for name, effect in effects.items() if type(effect).__module__.startswith("stribeck.effects.")}
     assert own == set(CASES)
+    assert {effects[name].channel for name in SAMPLE} == {effect.channel for effect in effects.values()}

@@ -1,7 +1,6 @@
 """FMUs that several tests share, for the machine's own platform, built once a session."""
 
-import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -14,16 +13,6 @@ from .driver import Fmu
 
 A = Friction(5.0, 1.25, 1.5, 0.05)
 B = Friction(2.2, 0.6, 0.8, 0.04)
-
-
-@pytest.fixture(scope="session", autouse=True)
-def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    if "STRIBECK_CACHE" in os.environ:  # a folder that is given is kept from session to session
-        yield
-        return
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("STRIBECK_CACHE", str(tmp_path_factory.mktemp("compiled")))
-        yield
 
 
 def two_links(*effects: EffectEntry, gravity: tuple[float, float] = (0.0, 0.0)) -> Arm:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
-import pytest
 
 from stribeck.arm import Arm, Friction, Joint
 from stribeck.identify.conditioning import Conditioned, condition
@@ -19,13 +18,6 @@ FRICTION = Friction(4.6, 1.65, 1.4, 0.06)
 JOINT = Joint("A", "revolute", 0.35, 4.0, (0.17, 0.01), 0.06, 0.15, FRICTION, FRICTION, 80.0, 2e-5)
 TRUE = Arm("one joint", (9.81, 0.0), (JOINT,), sample_time=0.004)
 NOMINAL = misinformed(TRUE, np.random.default_rng(3), 0.03, 0.2)
-
-
-@pytest.fixture(scope="session", autouse=True)
-def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("STRIBECK_CACHE", str(tmp_path_factory.mktemp("compiled")))
-        yield
 
 
 def recorded(*effects: tuple[str, dict[str, float]], noise: float = 1e-5) -> tuple[Run, ...]:

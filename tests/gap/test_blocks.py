@@ -12,7 +12,7 @@ from stribeck.gap.blocks import bayesian_bootstrap, block_of_rows, block_sums, c
 from .conftest import conditioned
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(
     seconds=st.lists(st.floats(1.0, 9.0), min_size=1, max_size=4),
     length=st.floats(0.3, 3.0),

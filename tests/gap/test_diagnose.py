@@ -108,6 +108,7 @@ def test_missing_candidate_is_not_replaced_by_another() -> None:
     assert not {c.effect for c in d.candidates} & set(ALIKE)
 
 
+@pytest.mark.slow  # `without_its_cause` is the quick one
 def test_unknown_effect_is_not_named() -> None:
     """A spot that sticks under load, which no candidate models."""
     d = found(("loaded_sticky_spot", {"torque": 4.0, "centre": 0.2, "width": 0.2, "load": 2.0}))

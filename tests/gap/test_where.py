@@ -33,7 +33,7 @@ def test_families_partition_the_samples(prepared: Prepared) -> None:
     assert {"motion", "direction", "position", "load", "acceleration", "time"} <= set(region_masks(prepared.held, 0))
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(size=st.sampled_from([1e-6, 1e-3, 0.02, 1.0, 30.0]), seed=st.integers(0, 100))
 def test_families_partition_any_motion(size: float, seed: int) -> None:
     assert_partition(prepare(TRUE, [sines(3.0, seed=seed, size=size), sines(3.0, seed=seed + 1, size=size)]))

@@ -61,7 +61,7 @@ def test_constant_command_stays() -> None:
     assert held_command(np.full((20, 2), 3.0)) == pytest.approx(np.full((20, 2), 3.0))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(samples=st.integers(300, 900), cutoff=st.floats(4.0, 40.0), rate=st.sampled_from([200.0, 500.0]))
 def test_filtered_is_a_direct_convolution(samples: int, cutoff: float, rate: float) -> None:
     t = np.arange(samples) / rate

@@ -63,7 +63,7 @@ def energy(body: Body, q: np.ndarray, dq: np.ndarray) -> float:
     return kinetic - float(m @ (places(body, q)[0] @ np.array(body.gravity)))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(data=st.data(), body=bodies())
 def test_mass_matrix_is_symmetric_and_positive_definite(data: st.DataObject, body: Body) -> None:
     n = len(body.mass)
@@ -74,7 +74,7 @@ def test_mass_matrix_is_symmetric_and_positive_definite(data: st.DataObject, bod
     np.linalg.cholesky(matrix)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(data=st.data(), body=bodies())
 def test_mass_matrix_gives_the_kinetic_energy(data: st.DataObject, body: Body) -> None:
     n = len(body.mass)
@@ -83,7 +83,7 @@ def test_mass_matrix_gives_the_kinetic_energy(data: st.DataObject, body: Body) -
     assert 0.5 * float(dq @ mass(body, q) @ dq) == pytest.approx(energy(still, q, dq), rel=1e-6, abs=1e-9)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(data=st.data(), body=bodies())
 def test_power_balance(data: st.DataObject, body: Body) -> None:
     """What the joints put in along a motion is what kinetic and potential energy gain."""
@@ -100,7 +100,7 @@ def test_power_balance(data: st.DataObject, body: Body) -> None:
     assert power == pytest.approx(gained, abs=3e-6 * scale)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(body=bodies(1), q=ANGLE, dq=SPEED, ddq=SPEED)
 def test_pendulum(body: Body, q: float, dq: float, ddq: float) -> None:
     """(I + m r^2) ddq = tau + m r x g."""
@@ -110,7 +110,7 @@ def test_pendulum(body: Body, q: float, dq: float, ddq: float) -> None:
     assert torques(body, *[np.array([v]) for v in (q, dq, ddq)])[0] == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(data=st.data(), body=bodies(2))
 def test_two_links(data: st.DataObject, body: Body) -> None:
     """The textbook arm with centres of mass on the links (Craig, Introduction to Robotics, ch. 6), g along -y."""

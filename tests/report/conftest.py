@@ -240,7 +240,10 @@ HOSTILE = "$\\frac{$<img src=x onerror=alert(1)>\x1b[31m[bold]"
 
 @pytest.fixture(scope="session")
 def written(tmp_path_factory):
-    """Return (diagnosis, folder) of a whole report, written once for all tests that read it."""
+    """Return (diagnosis, folder) of a report, written once for all tests that read it.
+
+    Where not ``drawn`` its figures are laid out but not made into images, which takes most of the time.
+    """
     made = {}
     cases = {
         "no_gap": lambda: make_diagnosis("no_gap", duration=4.0),
@@ -253,11 +256,16 @@ def written(tmp_path_factory):
         ),
     }
 
-    def write(case):
-        if case not in made:
+    def write(case, drawn=True):
+        if (case, True) in made:
+            return made[case, True]
+        if (case, drawn) not in made:
             folder = tmp_path_factory.mktemp(case)
-            made[case] = cases[case](), folder
-            write_report(*made[case])
-        return made[case]
+            made[case, drawn] = cases[case](), folder
+            with pytest.MonkeyPatch.context() as patch:
+                if not drawn:
+                    patch.setattr("stribeck.report.diagnosis.png_and_svg", lambda figure: (b"", b""))
+                write_report(*made[case, drawn])
+        return made[case, drawn]
 
     return write

@@ -51,13 +51,6 @@ def arm(kind: str = "revolute", name: str = "A") -> Arm:
     return Arm("<b>bench</b>", (0.0, 0.0), (replace(joint, inertia=0.5, rotor_inertia=0.5),))
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _own_cache(tmp_path_factory: pytest.TempPathFactory):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("STRIBECK_CACHE", str(tmp_path_factory.mktemp("compiled")))
-        yield
-
-
 @pytest.fixture(scope="module")
 def cycling(_own_cache: None) -> Analysis:
     law = Compensation("feedback", 1.3, at_zero="error_sign")

@@ -1,6 +1,6 @@
 """Arms and engines that several tests share; everything compiled goes into a folder of the test session."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import pytest
 
@@ -9,13 +9,6 @@ from stribeck.simulate import Engine, path_of
 
 A = Friction(5.0, 1.25, 1.5, 0.05)
 B = Friction(2.2, 0.6, 0.8, 0.04)
-
-
-@pytest.fixture(scope="session", autouse=True)
-def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("STRIBECK_CACHE", str(tmp_path_factory.mktemp("compiled")))
-        yield
 
 
 def two_links(*effects: EffectEntry, gravity: tuple[float, float] = (0.0, 0.0)) -> Arm:
