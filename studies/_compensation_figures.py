@@ -30,7 +30,7 @@ def error_figure(runs: Mapping[tuple[float, str], Closed], joint: int, what: str
             ax.plot(found.motion.t, error, **style)
             left[label] = error[len(error) // 2 :].mean()
         ax.axhline(0.0, color=MUTED, linewidth=0.5)
-        title(ax, f"Kp {kp:g}: {left['none']:.3g}, {left['90 %']:.2g} and {abs(left['exact']):.1f} mrad are left", 4.4)
+        title(ax, f"Kp {kp:g}: {left['none']:.3g}, {left['90 %']:.1f} and {abs(left['exact']):.1f} mrad are left", 4.4)
         ax.set_xlabel("time, s")
         grid(ax)
     axes[0].set_ylabel("position error, mrad")

@@ -47,10 +47,10 @@ def detail_figure(runs: Mapping[str, Run], true: float) -> Figure:
         lower.axhline(true, color=COLOUR["as_given"], linewidth=0.9, linestyle="--")
         upper.set_ylim(-0.02, 0.1)
         lower.set(ylim=(4.0, 7.5), xlabel="time, s")
-        title(upper, f"{label}: mean torque {run.tau[len(t) // 2 :, 0].mean():.3g} N m in the second half", 4.4)
+        title(upper, f"{label}: {run.tau[len(t) // 2 :, 0].mean():.3g} N m in this trial's second half", 4.4)
         for ax in (upper, lower):
             grid(ax)
     axes[0][0].set_ylabel("velocity, rad/s")
     axes[1][0].set_ylabel("torque, N m")
-    heading(figure, f"Joint A at 0.03 rad/s: its friction there is {true:.3g} N m (dashed), not 6.5")
+    heading(figure, f"Joint A at 0.03 rad/s: {true:.3g} N m (dashed), not 6.5; a trial is some 5 % off like any other")
     return figure

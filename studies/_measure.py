@@ -19,19 +19,26 @@ from stribeck.report.style import COLOUR, drawn, heading, new_figure
 EVERY = 0.1  # s
 
 
-def fastest(work: Callable[[], object], times: int) -> float:
-    """Return the shortest wall time of several calls, s, which other work on the machine disturbs least."""
+Clock = Callable[[], float]
+wall: Clock = time.perf_counter
+processor: Clock = time.process_time  # of one thread's work: other work on the machine does not count
+
+
+def fastest(work: Callable[[], object], times: int, clock: Clock = wall) -> float:
+    """Return the shortest time of several calls, s, which other work on the machine disturbs least."""
     took = []
     for _ in range(times):
-        started = time.perf_counter()
+        started = clock()
         work()
-        took.append(time.perf_counter() - started)
+        took.append(clock() - started)
     return min(took)
 
 
-def in_turn(first: Callable[[], object], second: Callable[[], object], times: int) -> tuple[float, float]:
-    """Return the median wall times of two works, s, called in turn so that both meet the same machine."""
-    pairs = [(fastest(first, 1), fastest(second, 1)) for _ in range(times)]
+def in_turn(
+    first: Callable[[], object], second: Callable[[], object], times: int, clock: Clock = wall
+) -> tuple[float, float]:
+    """Return the median times of two works, s, called in turn so that both meet the same machine."""
+    pairs = [(fastest(first, 1, clock), fastest(second, 1, clock)) for _ in range(times)]
     one, other = zip(*pairs, strict=True)
     return statistics.median(one), statistics.median(other)
 

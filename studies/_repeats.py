@@ -1,4 +1,4 @@
-"""Repeated identification from readings drawn anew: errors and coverage."""
+"""Repeated identification from readings drawn anew: errors and coverage, and the least error that any fit can have."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from _laws import curve_error
 from _paper import READINGS, SCATTER, SPEEDS, TRIALS
 from scipy.optimize import OptimizeWarning, curve_fit
 
+from stribeck.identify.asymmetry import CLEAR, common_curve, compare_curves
 from stribeck.identify.section3 import section3
-from stribeck.identify.tustin_fit import CurveFit, fit_curve, tustin
+from stribeck.identify.tustin_fit import CurveFit, curve_slopes, fit_curve, tustin
 
 GRID = np.geomspace(SPEEDS[0], SPEEDS[-1], 200)
 PLAIN_START = (1.0, 1.0, 1.0, 0.1)
@@ -65,9 +66,42 @@ def errors(repeats: list[Repeat], true: np.ndarray, method: str) -> dict[str, ob
     return {
         "no_curve": int((~proper).sum()),
         "constants": np.median(np.abs(found[proper] / true - 1.0), axis=0).tolist(),
-        "curve": {"median": float(np.median(curve)), "q95": float(np.quantile(curve, 0.95))},
+        **_spread(curve),
+    }
+
+
+def _spread(curve: np.ndarray) -> dict[str, object]:
+    """Return what there is to say of curve errors (R,) over draws."""
+    quantiles = {"median": float(np.median(curve)), "q95": float(np.quantile(curve, 0.95))}
+    return {
+        "curve": {**quantiles, "rms": float(np.sqrt(np.mean(curve**2))), "largest": float(curve.max())},
         "curve_within_2_percent": float(np.mean(curve <= 0.02)),
     }
+
+
+def least_error(true: np.ndarray) -> dict[str, object]:
+    """Return the curve errors of an unbiased fit that reaches the bound of Cramer and Rao on readings of one direction.
+
+    The errors of its constants are normal with the inverse of Fisher's information, and small enough for the curve to
+    be linear in them.
+    """
+    speed, _ = draw(true, np.random.default_rng(0))
+    slopes = [curve_slopes(true, v) / tustin(true, v)[:, None] for v in (speed, GRID)]
+    root = SCATTER * np.linalg.cholesky(np.linalg.inv(slopes[0].T @ slopes[0]))
+    departures = np.random.default_rng(0).standard_normal((20_000, 4)) @ root.T @ slopes[1].T
+    return _spread(np.sqrt(np.mean(departures**2, axis=1)))
+
+
+def both_directions(true: np.ndarray, rng: np.random.Generator, repeats: int) -> dict[str, object]:
+    """Return the curve errors of what `identify` takes where both directions were recorded and are alike."""
+
+    def once() -> float:
+        readings = [draw(true, rng), draw(true, rng)]
+        apart = compare_curves(readings) < CLEAR
+        fit = fit_curve(*readings[0]) if apart else common_curve(readings)
+        return curve_error(fit.constants, true, GRID)
+
+    return _spread(np.array([once() for _ in range(repeats)]))
 
 
 def coverage(repeats: list[Repeat], true: np.ndarray) -> list[float]:

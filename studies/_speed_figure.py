@@ -22,7 +22,7 @@ def speed_figure(result: Mapping[str, Any]) -> Figure:
     ax = figure.add_subplot()
     ax.barh(list(bars), list(bars.values()), color=[COLOUR["corrected"], *[COLOUR["noise_floor"]] * 2][: len(bars)])
     for row, value in enumerate(bars.values()):
-        ax.text(value, row, f" {value:,.3g}", va="center", fontsize=9)
+        ax.text(value, row, f" {value:,.0f}" if value > 100.0 else f" {value:.2g}", va="center", fontsize=9)
     ax.axvline(200.0, color=COLOUR["as_given"], linewidth=0.9, linestyle="--")
     ax.set(
         xscale="log",

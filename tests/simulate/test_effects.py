@@ -19,9 +19,14 @@ TIMES = 0.005 * np.arange(401)
 COMMAND = np.stack([12.0 * np.sin(3.0 * TIMES) + 5.0, 5.0 * np.sin(4.1 * TIMES)], axis=1)
 
 
-def test_delay_shifts_events_exactly(level_arm: Engine) -> None:
-    """A delay that is no whole number of samples moves every event by itself."""
-    late = Engine(path_of(two_links(entry("delay", ("A", "B"), time=0.0173))))
+@pytest.fixture(scope="module")
+def late() -> Engine:
+    """A delay that is no whole number of samples."""
+    return Engine(path_of(two_links(entry("delay", ("A", "B"), time=0.0173))))
+
+
+def test_delay_shifts_events_exactly(level_arm: Engine, late: Engine) -> None:
+    """It moves every event by itself."""
     command = COMMAND.copy()
     command[:2] = 0.0
     found, plain = (e.run(e.p, np.zeros(4), TIMES, command, tolerance=1e-10) for e in (late, level_arm))
@@ -30,11 +35,10 @@ def test_delay_shifts_events_exactly(level_arm: Engine) -> None:
     assert found.events["time"][: len(shifted)] == pytest.approx(shifted, abs=1e-8)
 
 
-def test_window_looks_back_for_its_delay() -> None:
-    engine = Engine(path_of(two_links(entry("delay", ("A",), time=0.0173))))
-    whole = engine.run(engine.p, np.zeros(4), TIMES, COMMAND, tolerance=1e-10)
+def test_window_looks_back_for_its_delay(late: Engine) -> None:
+    whole = late.run(late.p, np.zeros(4), TIMES, COMMAND, tolerance=1e-10)
     assert whole.modes[200].all()
-    part = engine.windows(engine.p, whole.state[[200]], TIMES, COMMAND, [200], [201], tolerance=1e-10)
+    part = late.windows(late.p, whole.state[[200]], TIMES, COMMAND, [200], [201], tolerance=1e-10)
     assert part.q == pytest.approx(whole.q[200:], abs=1e-8)
 
 
@@ -43,9 +47,9 @@ def test_window_looks_back_for_its_delay() -> None:
     [
         entry("presliding", ("A", "B"), stiffness=1500.0, damping=5.0),
         entry("presliding", ("A", "B"), stiffness=1e5, damping=0.0),
-        entry("actuator_lag", ("A",), time_constant=1e-5),
-        entry("joint_flexibility", ("B",), stiffness=1e6, damping=50.0),
         entry("backlash", ("B",), gap=0.02, stiffness=1e4, damping=5.0),
+        pytest.param(entry("actuator_lag", ("A",), time_constant=1e-5), marks=pytest.mark.slow),
+        pytest.param(entry("joint_flexibility", ("B",), stiffness=1e6, damping=50.0), marks=pytest.mark.slow),
     ],
     ids=lambda effect: effect.effect,
 )

@@ -16,6 +16,7 @@ from stribeck.simulate import Compensation, JointLoop, Loop, Reference, predict,
 from .conftest import entry, two_links
 
 STEP = 0.005
+SLOW = pytest.mark.slow
 REAL = Path(__file__).parents[3] / "shared" / "data" / "dfki-double-pendulum"
 
 
@@ -37,10 +38,10 @@ def rms(values: np.ndarray) -> np.ndarray:
     "effects",
     [
         (),
-        (entry("presliding", ("A",), stiffness=800.0, damping=4.0),),
         (entry("actuator_lag", ("A", "B"), time_constant=0.02), entry("delay", ("A",), time=0.013)),
-        (entry("joint_flexibility", ("B",), stiffness=300.0, damping=0.6),),
-        (entry("encoder_eccentricity", ("A",), sine=0.05, cosine=0.0),),
+        pytest.param((entry("presliding", ("A",), stiffness=800.0, damping=4.0),), marks=SLOW),
+        pytest.param((entry("joint_flexibility", ("B",), stiffness=300.0, damping=0.6),), marks=SLOW),
+        pytest.param((entry("encoder_eccentricity", ("A",), sine=0.05, cosine=0.0),), marks=SLOW),
     ],
     ids=lambda effects: "+".join(effect.effect for effect in effects) or "none",
 )
@@ -97,7 +98,7 @@ def test_refuses() -> None:
 
 
 @pytest.mark.skipif(not REAL.exists(), reason="the recordings are not at hand")
-@pytest.mark.parametrize("name", ["design-A.0/run_01.csv", "design-C.1/run_04.csv"])
+@pytest.mark.parametrize("name", ["design-A.0/run_01.csv", pytest.param("design-C.1/run_04.csv", marks=SLOW)])
 def test_real_recordings(name: str) -> None:
     arm = load_arm(REAL / name.split("/")[0] / "arm.toml")
     run = load_run(REAL / name, 2)

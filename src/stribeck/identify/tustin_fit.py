@@ -71,7 +71,7 @@ class CurveFit:
 
     def level_sd(self, speed: Floats) -> Floats:
         """Return the standard deviation of the fitted curve at absolute velocities (V,), N m."""
-        slopes = _slopes(self.constants, np.asarray(speed, dtype=float))
+        slopes = curve_slopes(self.constants, np.asarray(speed, dtype=float))
         return np.asarray(np.sqrt(np.maximum(np.einsum("vi,ij,vj->v", slopes, self.covariance, slopes), 0.0)))
 
 
@@ -152,8 +152,8 @@ def _solve(
     return np.append(z[:3] * unit, np.exp(z[3])), str(solver.stats()["return_status"])
 
 
-def _slopes(constants: Floats, speed: Floats) -> Floats:
-    """Return the derivatives (V, 4) of the curve by C0, C1, C2 and ln(alpha)."""
+def curve_slopes(constants: Floats, speed: Floats) -> Floats:
+    """Return the derivatives (V, 4) of the curve by C0, C1, C2 and ln(alpha) at absolute velocities (V,), rad/s."""
     _, C1, _, alpha = constants
     decay = np.exp(-speed / alpha)
     return np.stack([np.ones_like(speed), decay, speed, C1 * decay * speed / alpha], axis=1)
@@ -167,7 +167,7 @@ def _result(
     variance = chi2 / spare
     inside = [*(best[:3] > 1e-6 * best[:3].max()).tolist(), reach[0] * 1.001 < best[3] < reach[1] * 0.999]
     free = np.flatnonzero(inside)
-    columns = _slopes(best, speed)[:, free] / size[:, None]
+    columns = curve_slopes(best, speed)[:, free] / size[:, None]
     covariance = np.zeros((4, 4))
     covariance[np.ix_(free, free)] = variance * np.linalg.pinv(columns.T @ columns)
     allowed = chi2 + variance * float(stats.t.ppf(0.975, spare)) ** 2

@@ -14,6 +14,7 @@ from stribeck.simulate.closed import Closed
 from stribeck.simulate.metrics import measures
 
 MOST_POINTS = 20_000  # of one line; more than pixels, so that nothing is lost
+NOTHING = 1e-12  # rad or m; a smaller mean error is rounding
 
 
 def write_figures(closed: Closed, arm: Arm, folder: Path) -> None:
@@ -92,4 +93,5 @@ def _finding(closed: Closed, arm: Arm, joint: int, unit: str) -> str:
     mean, stuck = found["mean_error"], found["stick_fraction"]
     if mean is None or stuck is None or not np.isfinite(mean):
         return name
-    return f"{name}: mean error {1e3 * mean:.4g} m{unit} in the second half, stuck {stuck:.0%} of that time (shaded)"
+    size = f"{1e3 * mean:.4g}" if abs(mean) > NOTHING else "0"
+    return f"{name}: mean error {size} m{unit} in the second half, stuck {stuck:.0%} of that time (shaded)"
