@@ -39,8 +39,8 @@ def test_names_of_the_contract(nominal: Fmu) -> None:
 def test_one_prismatic_axis_has_its_own_units() -> None:
     friction = Friction(4.0, 1.0, 2.0, 0.01)
     arm = Arm("axis", (0.0, 0.0), (Joint("X", "prismatic", 0.0, 3.0, (0.0, 0.0), 0.0, 1.0, friction, friction),))
-    description, _ = describe(arm, 3)
-    units = {v.name: v.unit.name for v in description.table.variables if v.unit}
+    _, table, _ = describe(arm, 3)
+    units = {v.name: v.unit.name for v in table.variables if v.unit}
     assert units["tau[1]"] == units["joint[1].friction.C0"] == "N"
     assert (units["q[1]"], units["dq[1]"], units["der(joint[1].dq)"]) == ("m", "m/s", "m/s2")
     assert units["joint[1].friction.C2"] == "N.s/m"
@@ -66,8 +66,8 @@ def test_units(text: str, name: str, powers: dict[str, int]) -> None:
 
 def test_structure_says_what_depends_on_what() -> None:
     """The stuck-slip coupling is there, and what cannot depend does not."""
-    description, _ = describe(two_links(), 3)
-    names = {v.vr: v.name for v in description.table.variables}
+    description, table, _ = describe(two_links(), 3)
+    names = {v.vr: v.name for v in table.variables}
     found = {names[u.vr]: {names[d] for d in u.dependencies} for u in description.structure.derivatives}
     assert found["der(joint[1].q)"] == {"joint[1].dq"}
     assert {"tau[1]", "tau[2]", "joint[2].q", "joint[1].dq", "joint[2].dq"} <= found["der(joint[1].dq)"]
@@ -142,8 +142,8 @@ def test_strange_names_are_escaped() -> None:
 
     arm = Arm('a "b" <c> & \\d?', (0.0, 0.0), (replace(joint, name='<"&>'),))
     for fmi in (2, 3):
-        description, _ = describe(arm, fmi)
-        for name, text in documents(description, fmi).items():
+        description, table, _ = describe(arm, fmi)
+        for name, text in documents(description, table, fmi).items():
             if name.endswith(".xml"):
                 ElementTree.fromstring(str(text))
 

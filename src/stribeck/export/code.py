@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
-import hashlib
-from functools import cache
-from importlib.resources import files
-from pathlib import Path
-
 import casadi as ca
 
-from stribeck.export.variables import Table, bounds
+from stribeck.export.names import bounds
+from stribeck.export.shared import runtime, stamped
+from stribeck.export.variables import Table
 from stribeck.model.forward import Forward
 from stribeck.simulate.source import model_source, runtime_text
 
 ENGINE = ("solver.h", "contact.h", "advance.h", "report.h")
-RUNTIME = ("bare.h", "instance.h", "command.h", "modes.h", "values.h", "slopes.h", "blob.h", "step.h")
+PART = ("part.h", "core.h", "command.h", "modes.h", "values.h", "slopes.h", "step.h")
 RING = 4096  # changes of a delayed command that may be on their way
-_HEADERS = {
-    2: ("fmi2TypesPlatform.h", "fmi2FunctionTypes.h", "fmi2Functions.h"),
-    3: ("fmi3PlatformTypes.h", "fmi3FunctionTypes.h", "fmi3Functions.h"),
-}
 
 
 def start_function(forward: Forward) -> ca.Function:
@@ -31,7 +24,7 @@ def start_function(forward: Forward) -> ca.Function:
 
 
 def watched(forward: Forward) -> tuple[ca.SX, ca.SX]:
-    """Return what the derivatives are taken of and with respect to, one column each, as in ``c/slopes.h``."""
+    """Return what the derivatives are taken of and with respect to, one column each, as in ``c/arm/slopes.h``."""
     seen = forward.outputs(*forward.inputs)
     results = ca.vertcat(forward.rates, seen[0], seen[1], seen[2], forward.margins)
     return results, ca.vertcat(forward.time, forward.y, forward.command, forward.path.p)
@@ -89,31 +82,9 @@ def generated(table: Table, only_steps: str) -> str:
 
 
 def sources(table: Table, only_steps: str, fmi: int) -> tuple[str, dict[str, str]]:
-    """Return the token of the model and the files of its ``sources`` folder, by name.
-
-    The token is a digest of everything that is compiled, so that an XML cannot go with another's binary.
-    """
-    found = {name: runtime_text(name) for name in ENGINE}
-    found |= {name: _own(name) for name in (*RUNTIME, f"fmi{fmi}.c")}
-    found |= {name: _standard(name) for name in _HEADERS[fmi]}
-    model = generated(table, only_steps)
-    digest = hashlib.sha256("\0".join([model, *(found[name] for name in sorted(found))]).encode()).hexdigest()
-    token = f"{{{digest[:8]}-{digest[8:12]}-{digest[12:16]}-{digest[16:20]}-{digest[20:32]}}}"
-    found["model.h"] = f'{model}#define FM_TOKEN "{token}"\n#endif\n'
-    return token, dict(sorted(found.items()))
-
-
-@cache
-def _own(name: str) -> str:
-    return (files("stribeck.export") / "c" / name).read_text(encoding="utf-8")
-
-
-@cache
-def _standard(name: str) -> str:
-    """Return a header of the standard; they come with fmpy, each with its licence in it."""
-    import fmpy
-
-    return (Path(fmpy.__file__).parent / "c-code" / name).read_text(encoding="utf-8")
+    """Return the token of an arm's model and the files of its ``sources`` folder, by name."""
+    part = {name: runtime_text(name) for name in ENGINE} | {name: runtime(f"arm/{name}") for name in PART}
+    return stamped(generated(table, only_steps), part, fmi)
 
 
 def _array(name: str, values: list[float] | tuple[float, ...]) -> str:

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
-from functools import cache
+from dataclasses import dataclass, fields
+from functools import cache, partial
 from importlib.metadata import PackageNotFoundError, version
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from latex2mathml.converter import convert
 from markupsafe import Markup
 
-from stribeck.arm import Arm
 from stribeck.export.structure import Structure
-from stribeck.export.variables import Table
+from stribeck.export.variable import Variable, index_of, units_of
 
 LOG_CATEGORIES = (
     ("logEvents", "changes of mode"),
@@ -22,34 +21,39 @@ LOG_CATEGORIES = (
     ("logStatusError", "errors, and calls that are not allowed"),
     ("logAll", "everything"),
 )
-STOP_TIME, STEP_SIZE = 5.0, 0.01  # s, of the default experiment
 
 
 @dataclass(frozen=True)
 class Description:
-    """What the texts of one FMU are made from.
+    """What the model description of one FMU is made from.
 
     Attributes
     ----------
-    arm : Arm
-    table : Table
-    structure : Structure
+    name, summary : str
     token : str
         Digest of what is compiled.
+    identifier : str
+        The model identifier, a name in C.
+    variables : tuple of Variable
+    structure : Structure
     only_steps : str
         Why the model cannot be exchanged; empty where it can.
+    stop_time, step_size : float
+        Of the default experiment, s.
+    integrates : bool
+        Whether it solves equations of motion, with their derivatives and events; else it is sampled.
     """
 
-    arm: Arm
-    table: Table
-    structure: Structure
+    name: str
+    summary: str
     token: str
+    identifier: str
+    variables: tuple[Variable, ...]
+    structure: Structure
     only_steps: str
-
-    @property
-    def identifier(self) -> str:
-        """The model identifier: the arm's name as C can write it."""
-        return identifier_of(self.arm.name)
+    stop_time: float
+    step_size: float
+    integrates: bool = True
 
 
 def identifier_of(name: str) -> str:
@@ -58,32 +62,18 @@ def identifier_of(name: str) -> str:
     return text if re.match(r"[A-Za-z]", text) else f"arm_{text}".rstrip("_")
 
 
-def render(name: str, description: Description, fmi: int) -> str:
-    """Return the text of one template for a version of the standard."""
-    arm, table = description.arm, description.table
-    text: str = (
-        _environment()
-        .get_template(name)
-        .render(
-            arm=arm,
-            description=f"{arm.name}: {arm.n} joint{'s' if arm.n > 1 else ''} with true stiction",
-            token=description.token,
-            version=_version(),
-            identifier=description.identifier,
-            only_steps=description.only_steps,
-            units=sorted(table.units, key=lambda unit: unit.name),
-            variables=table.variables,
-            structure=description.structure,
-            index=table.index,
-            log_categories=LOG_CATEGORIES,
-            stop_time=STOP_TIME,
-            step_size=arm.sample_time or STEP_SIZE,
-            effects=table.forward.path.placed,
-            bristles=[name for name, bristle in zip(arm.names, table.forward.bristles, strict=True) if bristle],
-            fmi=fmi,
-            math=_math,
-        )
-    )
+def render(name: str, description: Description, fmi: int, **more: object) -> str:
+    """Return the text of one template for a version of the standard; ``more`` is what that template alone needs."""
+    values = {field.name: getattr(description, field.name) for field in fields(description)}
+    values |= {
+        "version": tool_version(),
+        "units": units_of(description.variables),
+        "index": partial(index_of, description.variables),
+        "log_categories": LOG_CATEGORIES,
+        "fmi": fmi,
+        "math": _math,
+    }
+    text: str = _environment().get_template(name).render(**values, **more)
     return text.rstrip() + "\n"
 
 
@@ -103,7 +93,8 @@ def _math(latex: str) -> Markup:
         return Markup("<code>") + latex + Markup("</code>")
 
 
-def _version() -> str:
+def tool_version() -> str:
+    """Return the version that an FMU says it was written by."""
     try:
         return version("stribeck")
     except PackageNotFoundError:  # run from the source tree

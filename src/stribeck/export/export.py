@@ -9,17 +9,18 @@ from pathlib import Path
 from stribeck.arm import Arm, arm_to_toml
 from stribeck.errors import InputError
 from stribeck.export.archive import write_archive
-from stribeck.export.build import binary, platforms_named
+from stribeck.export.build import platforms_named
 from stribeck.export.code import sources
-from stribeck.export.documents import Description, render
+from stribeck.export.documents import Description, identifier_of, render
+from stribeck.export.shared import check_version, compiled
 from stribeck.export.structure import structure_of
-from stribeck.export.universal import universal
 from stribeck.export.variables import Table, table_of
 from stribeck.model.forward import Forward
 from stribeck.simulate.engine import path_of
 
 DEFAULT_FMI = 2
 """FMI 2.0: every tool that imports FMUs takes it in both kinds; FMI 3.0 only the newest do."""
+STOP_TIME, STEP_SIZE = 5.0, 0.01  # s, of the default experiment
 
 
 def export_fmu(
@@ -55,44 +56,43 @@ def export_fmu(
     InputError
         When the version or a platform is not known, or a parameter asks for what no FMU can do.
     """
-    if fmi not in (2, 3):
-        raise InputError("unknown version of FMI", str(fmi), "use 2 or 3")
+    check_version(fmi)
     if Path(out).suffix != ".fmu":
         raise InputError(f"{out}: not the name of an FMU", Path(out).suffix or "no suffix", "let it end in .fmu")
     targets = platforms_named(platforms)
-    description, texts = describe(arm, fmi)
-    content: dict[str, bytes | str] = {**documents(description, fmi)}
-    content |= {f"sources/{name}": text for name, text in texts.items()}
-    built: dict[str, list[bytes]] = {}
-    for platform in targets:
-        progress(f"building for {platform.name}")
-        folder = platform.fmi2 if fmi == 2 else platform.name
-        library = binary(texts, f"fmi{fmi}.c", description.identifier, platform)
-        built.setdefault(f"binaries/{folder}/{description.identifier}{platform.suffix}", []).append(library)
-    content |= {name: universal(libraries) for name, libraries in built.items()}
+    description, table, texts = describe(arm, fmi)
+    content = documents(description, table, fmi) | compiled(texts, description.identifier, fmi, targets, progress)
     write_archive(content, Path(out))
     return description.only_steps
 
 
-def describe(arm: Arm, fmi: int) -> tuple[Description, dict[str, str]]:
-    """Return what describes an arm's FMU, and its sources by file name."""
-    path = path_of(arm)
-    forward = Forward(path)
+def describe(arm: Arm, fmi: int) -> tuple[Description, Table, dict[str, str]]:
+    """Return what describes an arm's FMU, the table of its variables, and its sources by file name."""
+    forward = Forward(path_of(arm))
     _check_delays(forward)
     table = table_of(forward)
     only_steps = _only_steps(table)
     token, texts = sources(table, only_steps, fmi)
-    return Description(arm, table, structure_of(table), token, only_steps), texts
+    summary = f"{arm.name}: {arm.n} joint{'s' if arm.n > 1 else ''} with true stiction"
+    description = Description(
+        arm.name, summary, token, identifier_of(arm.name), table.variables, structure_of(table), only_steps,
+        STOP_TIME, arm.sample_time or STEP_SIZE,
+    )  # fmt: skip
+    return description, table, texts
 
 
-def documents(description: Description, fmi: int) -> dict[str, bytes | str]:
-    """Return the files of an FMU apart from sources and binaries."""
+def documents(description: Description, table: Table, fmi: int) -> dict[str, bytes | str]:
+    """Return the files of an arm's FMU apart from sources and binaries."""
     folder = files("stribeck.export")
     icon = (folder / "icon.png").read_bytes()
+    forward = table.forward
+    arm = forward.path.arm
+    bristles = [name for name, bristle in zip(arm.names, forward.bristles, strict=True) if bristle]
+    page = render("index.html", description, fmi, arm=arm, effects=forward.path.placed, bristles=bristles)
     found: dict[str, bytes | str] = {
         "modelDescription.xml": render(f"fmi{fmi}.xml", description, fmi),
-        "documentation/index.html": render("index.html", description, fmi),
-        "resources/arm.toml": arm_to_toml(description.arm),
+        "documentation/index.html": page,
+        "resources/arm.toml": arm_to_toml(arm),
     }
     for name in ("license.txt", "fmi-headers.txt"):
         found[f"documentation/licenses/{name}"] = (folder / "licenses" / name).read_text(encoding="utf-8")
@@ -100,7 +100,7 @@ def documents(description: Description, fmi: int) -> dict[str, bytes | str]:
         return found | {"model.png": icon}
     return found | {
         "sources/buildDescription.xml": render("buildDescription.xml", description, fmi),
-        "terminalsAndIcons/terminalsAndIcons.xml": render("terminalsAndIcons.xml", description, fmi),
+        "terminalsAndIcons/terminalsAndIcons.xml": render("terminalsAndIcons.xml", description, fmi, arm=arm),
         "terminalsAndIcons/icon.png": icon,
     }
 

@@ -1,6 +1,6 @@
 """The one table of an FMU's variables, from an arm's signal path: names, value references, units, start values.
 
-The ranges of value references mirror ``c/values.h``; both versions of the standard take their XML from this table.
+The ranges of value references mirror ``c/arm/values.h``; both versions of the standard take their XML from this table.
 """
 
 from __future__ import annotations
@@ -9,45 +9,11 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from stribeck.export.names import bounds, effect_prefix, parameter_description, parameter_name
 from stribeck.export.units import Unit, unit_of
+from stribeck.export.variable import Variable
 from stribeck.model.forward import Forward
 from stribeck.model.layout import Entry
-
-
-@dataclass(frozen=True)
-class Variable:
-    """One variable.
-
-    Attributes
-    ----------
-    name, description : str
-    vr : int
-        Value reference, unique over all types.
-    causality, variability, initial : str
-        As in the standard; ``initial`` is empty where the standard gives it or there is none.
-    unit : Unit or None
-    start, lower, upper : float or None
-    real : bool
-        Floating point; else a 32-bit integer.
-    derivative_of : int or None
-        Value reference of the state whose derivative it is.
-    reinit : bool
-        Whether an event may make it jump.
-    """
-
-    name: str
-    vr: int
-    causality: str
-    variability: str
-    description: str
-    unit: Unit | None = None
-    initial: str = ""
-    start: float | None = None
-    lower: float | None = None
-    upper: float | None = None
-    real: bool = True
-    derivative_of: int | None = None
-    reinit: bool = False
 
 
 @dataclass(frozen=True)
@@ -74,15 +40,6 @@ class Table:
         """Joints with an event indicator: those whose friction is not a bristle."""
         return tuple(j for j, bristle in enumerate(self.forward.bristles) if not bristle)
 
-    @property
-    def units(self) -> tuple[Unit, ...]:
-        """Every unit that occurs, once."""
-        return tuple({v.unit.name: v.unit for v in self.variables if v.unit}.values())
-
-    def index(self, vr: int) -> int:
-        """Return the place of a variable in the model description, counted from 1 as FMI 2 does."""
-        return next(i for i, v in enumerate(self.variables, 1) if v.vr == vr)
-
 
 RANGES = (
     "time", "tau", "q", "dq", "tau_friction", "sliding", "state", "rate", "indicator", "p", "q_start", "dq_start",
@@ -104,27 +61,6 @@ def table_of(forward: Forward) -> Table:
     return Table(forward, (*maker.signals(), *maker.states(), *maker.values(constants)), base, values)
 
 
-def parameter_name(forward: Forward, entry: Entry) -> str:
-    """Return the FMU's name of a model parameter, as in the arm file: ``joint[1].friction.C0``."""
-    joint = entry.joint + 1
-    if isinstance(entry.owner, int):
-        return f"{effect_prefix(forward, entry.owner)}.{entry.name}"
-    if entry.owner == "friction":
-        side = "friction.backward" if ".backward." in entry.key else "friction"
-        return f"joint[{joint}].{side}.{entry.name}"
-    axis = {"com_x": "com[1]", "com_y": "com[2]"}
-    return f"joint[{joint}].{axis.get(entry.name, entry.name)}"
-
-
-def effect_prefix(forward: Forward, k: int) -> str:
-    """Return ``effect.NAME[JOINT]`` of the k-th placed effect; a second one of a name there is ``NAME_2``."""
-    placed = forward.path.placed
-    place = placed[k]
-    same = [i for i, p in enumerate(placed) if (p.effect.name, p.joint) == (place.effect.name, place.joint)]
-    suffix = f"_{same.index(k) + 1}" if same.index(k) else ""
-    return f"effect.{place.effect.name}{suffix}[{place.joint + 1}]"
-
-
 def _constants(forward: Forward) -> list[tuple[str, str, str, float]]:
     """Return (name, unit, description, value) of what is built into the equations."""
     arm = forward.path.arm
@@ -133,19 +69,6 @@ def _constants(forward: Forward) -> list[tuple[str, str, str, float]]:
     for j, joint in enumerate(arm.joints, 1):
         found.append((f"joint[{j}].length", "m", f"length of the link of joint {joint.name}", joint.length))
     return found
-
-
-_INERTIAL = {
-    "mass": "mass of the link",
-    "com_x": "centre of mass along the link",
-    "com_y": "centre of mass across the link",
-    "inertia": "moment of inertia about the centre of mass",
-    "rotor_inertia": "rotor inertia, reflected to the joint",
-    "C0": "Coulomb friction",
-    "C1": "break-away above Coulomb friction",
-    "C2": "viscous friction",
-    "alpha": "speed over which friction falls to Coulomb's",
-}
 
 
 class _Maker:
@@ -238,24 +161,12 @@ class _Maker:
         yield Variable("events", base["events"], "local", "discrete", text, None, "calculated", lower=0, real=False)
 
     def _parameter(self, i: int, entry: Entry) -> Variable:
-        text = f"{_INERTIAL.get(entry.name, entry.name)} of joint {self.path.arm.names[entry.joint]}"
-        if isinstance(entry.owner, int):
-            effect = self.path.placed[entry.owner].effect
-            described = {p.name: p.description for p in effect.parameters}[entry.name]
-            text = f"{described} (effect {effect.name}, joint {self.path.arm.names[entry.joint]})"
         lower, upper = bounds(self.forward, entry)
         return Variable(
-            parameter_name(self.forward, entry), self.base["p"] + i, "parameter", "tunable", text,
-            self._unit(entry.unit), "exact", entry.value,
+            parameter_name(self.forward, entry), self.base["p"] + i, "parameter", "tunable",
+            parameter_description(self.forward, entry), self._unit(entry.unit), "exact", entry.value,
             lower if math.isfinite(lower) else None, upper if math.isfinite(upper) else None,
         )  # fmt: skip
-
-
-def bounds(forward: Forward, entry: Entry) -> tuple[float, float]:
-    """Return the bounds of a parameter; its own value always lies within them, and no delay looks ahead."""
-    delays = {forward.path.entries[i].key for _, i in forward.delays}
-    lower = max(entry.lower, 0.0) if entry.key in delays else entry.lower
-    return min(lower, entry.value), max(entry.upper, entry.value)
 
 
 def _rate(unit: str) -> str:

@@ -1,7 +1,7 @@
-/* One instance of the FMU: the engine's simulation, the values that the importer sets, and where it stands.
+/* One instance of an FMU: what it runs (its core), how the importer wants it, and where it stands.
  *
- * Included after the generated model (model.h). Nothing is global, and after instantiation memory is asked for only
- * where the standard wants an object to be made (a copy of the FMU state).
+ * Included by part.h once that has said what an fm_core is. Nothing is global, and after instantiation memory is
+ * asked for only where the standard wants an object to be made (a copy of the FMU state).
  */
 #ifndef FM_INSTANCE_H
 #define FM_INSTANCE_H
@@ -14,16 +14,7 @@
 
 #include "bare.h"
 
-#include "advance.h"
-#include "report.h"
-
-#define FM_BOUND 1e5 /* rad and rad/s; beyond it a motion is unbounded */
-#define FM_TOLERANCE 1e-8
-#ifndef FM_RING
-#define FM_RING 1 /* commands that are kept for a delay */
-#endif
-
-/* Where an instance stands in the standard's state machine. */
+/* Where an instance stands in the standard's state machine; kept in its core's `stands`. */
 enum { FM_START = 1, FM_INIT = 2, FM_EVENT = 4, FM_CONTINUOUS = 8, FM_STEP = 16, FM_DONE = 32, FM_CONFIGURE = 64 };
 enum { FM_RUNNING = FM_INIT | FM_EVENT | FM_CONTINUOUS | FM_STEP, FM_ANY = 127 };
 
@@ -35,25 +26,9 @@ enum { FM_OK, FM_WARNING, FM_DISCARD, FM_ERROR };
 enum { FM_LOG_EVENTS = 1, FM_LOG_WARNING = 2, FM_LOG_DISCARD = 4, FM_LOG_ERROR = 8, FM_LOG_ALL = 15 };
 static const char *const fm_categories[] = {"logEvents", "logStatusWarning", "logStatusDiscard", "logStatusError"};
 
-/* A command from one instant on: value + slope (t - start). */
-typedef struct {
-    double start, value, slope;
-} fm_command;
-
-/* All that changes while it runs; a copy of it is an FMU state. */
-typedef struct {
-    sb_sim sim;
-    double p[SB_NP + 1], q_start[SB_N], dq_start[SB_N], tau[SB_N], slope[SB_N];
-    fm_command ring[SB_N][FM_RING];
-    double seen[4 * SB_N]; /* recorded position and velocity, friction and actuator torque, where known */
-    double tolerance, start;
-    int count[SB_N], newest[SB_N], at[SB_N]; /* of the rings: how many, where the last, and which is in force */
-    int stands, touched, known; /* touched: an input or a parameter was set since the last step or event */
-} fm_core;
-
 typedef struct fm_instance fm_instance;
 struct fm_instance {
-    fm_core core;
+    fm_core core; /* all that changes while it runs; a copy of it is an FMU state */
     int kind, event_mode, early_return, log_on, log_mask;
     void (*say)(const fm_instance *f, int status, const char *category, const char *text);
     void *environment;
@@ -107,6 +82,14 @@ static int fm_given(const fm_instance *f, const void *array, size_t count, const
     return 0;
 }
 
+/* Whether a function for variables that the FMU does not have was called for none. */
+static int fm_none(const fm_instance *f, size_t count, const char *function) {
+    if (!f) return FM_ERROR;
+    if (count == 0) return FM_OK;
+    fm_log(f, FM_ERROR, FM_LOG_ERROR, "%s: no such variable", function);
+    return FM_ERROR;
+}
+
 static int fm_set_log(fm_instance *f, int on, size_t count, const char *const *names) {
     int mask = 0;
     for (size_t i = 0; i < count; i++) {
@@ -125,17 +108,6 @@ static int fm_set_log(fm_instance *f, int on, size_t count, const char *const *n
     return FM_OK;
 }
 
-/* Put everything back to how it was after instantiation. */
-static void fm_restart(fm_instance *f) {
-    fm_core *c = &f->core;
-    memset(c, 0, sizeof *c);
-    for (int i = 0; i < SB_NP; i++) c->p[i] = fm_defaults[i];
-    sb_init(&c->sim, c->p, FM_TOLERANCE);
-    c->sim.bound = FM_BOUND;
-    c->tolerance = FM_TOLERANCE;
-    c->stands = FM_START, c->touched = 1;
-}
-
 static void fm_name(fm_instance *f, const char *name) {
     size_t length = name ? strlen(name) : 0;
     if (length >= sizeof f->name) length = sizeof f->name - 1;
@@ -143,23 +115,30 @@ static void fm_name(fm_instance *f, const char *name) {
     f->name[length] = 0;
 }
 
-/* What forbids an instance of this kind, or NULL. */
-static const char *fm_refuses(int kind) {
+/* What forbids an instance of this kind with this token, or NULL. */
+static const char *fm_refuses(int kind, const char *token) {
+    if (!token || strcmp(token, FM_TOKEN)) return "the token (GUID) is not that of this FMU's modelDescription.xml";
     if (kind == FM_EXCHANGE && sizeof(FM_ONLY_STEPS) > 1) return FM_ONLY_STEPS;
     return NULL;
 }
 
-static int fm_set_tolerance(fm_instance *f, double tolerance) {
-    if (!(tolerance > 0.0 && tolerance < 1.0)) return fm_fail(f, "the tolerance must lie between 0 and 1");
-    f->core.tolerance = tolerance > 1e-13 ? tolerance : 1e-13;
-    f->core.sim.rtol = 0.1 * f->core.tolerance, f->core.sim.atol = 0.01 * f->core.tolerance;
-    return FM_OK;
+static int fm_refuse(const fm_instance *f, unsigned vr, double value, const char *why) {
+    fm_log(f, FM_ERROR, FM_LOG_ERROR, "the variable with value reference %u cannot be set to %g %s: %s", vr, value,
+           fm_name_of(f->core.stands), why);
+    return FM_ERROR;
 }
 
-static int fm_set_start(fm_instance *f, double time) {
-    if (time - time != 0.0) return fm_fail(f, "the start time is not finite");
-    f->core.start = f->core.sim.t = time, f->core.touched = 1;
-    return FM_OK;
+static int fm_unknown_real(const fm_instance *f, unsigned vr) {
+    fm_log(f, FM_ERROR, FM_LOG_ERROR, "no real variable has value reference %u", vr);
+    return FM_ERROR;
+}
+
+/* Whether a step may begin at t and last h: it does where the last one ended. */
+static int fm_follows(const fm_instance *f, double t, double h, double stands_at) {
+    if (!(h > 0.0) || t + h - (t + h) != 0.0) return fm_fail(f, "the communication step must be positive and finite");
+    if (fabs(t - stands_at) <= 1e-9 * (1.0 + fabs(t))) return FM_OK;
+    fm_log(f, FM_ERROR, FM_LOG_ERROR, "a step from t = %.15g s was asked for, but time stands at %.15g s", t, stands_at);
+    return FM_ERROR;
 }
 
 #endif

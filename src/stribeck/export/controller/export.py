@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
-from importlib.metadata import version
 from pathlib import Path
-
-from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from stribeck.arm import Arm
 from stribeck.errors import InputError
 from stribeck.export.archive import write_archive
-from stribeck.export.build import binary, platforms_named
+from stribeck.export.build import platforms_named
 from stribeck.export.controller.code import sources
-from stribeck.export.controller.variables import Variable, variables_of
+from stribeck.export.controller.variables import structure_of, variables_of
+from stribeck.export.documents import Description, render
+from stribeck.export.shared import check_version, compiled
+from stribeck.export.variable import Variable
 from stribeck.simulate import Engine, Loop, check_loop, path_of
 from stribeck.simulate.axis import axes_of, start_position
 
@@ -23,7 +22,7 @@ IDENTIFIER = "controller"
 
 def export_controller(
     arm: Arm, loop: Loop, out: Path, *, fmi: int = 2, platforms: Sequence[str] | None = None
-) -> list[Variable]:
+) -> tuple[Variable, ...]:
     """Write the sampled controllers of a loop, references included, as an FMU.
 
     Parameters
@@ -41,7 +40,7 @@ def export_controller(
 
     Returns
     -------
-    list of Variable
+    tuple of Variable
         Those of the FMU: inputs ``q[k]``, ``dq[k]``, outputs ``tau[k]``, ``q_ref[k]``, ``dq_ref[k]``, parameters.
 
     Raises
@@ -55,8 +54,19 @@ def export_controller(
     that steps the controller first, then the arm, loses no time; one that steps both at once delays every torque by
     one communication step.
     """
-    if fmi not in (2, 3):
-        raise InputError("unknown version of FMI", str(fmi), "use 2 or 3")
+    check_version(fmi)
+    targets = platforms_named(platforms)
+    description, texts = describe(arm, loop, fmi)
+    content = compiled(texts, IDENTIFIER, fmi, targets)
+    content["modelDescription.xml"] = render(f"fmi{fmi}.xml", description, fmi)
+    if fmi == 3:
+        content["sources/buildDescription.xml"] = render("buildDescription.xml", description, fmi)
+    write_archive(content, Path(out))
+    return description.variables
+
+
+def describe(arm: Arm, loop: Loop, fmi: int) -> tuple[Description, dict[str, str]]:
+    """Return what describes the FMU of a loop's controllers, and its sources by file name."""
     check_controller(arm, loop)
     inertia = Engine(path_of(arm)).moved_inertia(start_position(arm, loop))
     array, kept = axes_of(arm, loop, inertia)
@@ -64,22 +74,12 @@ def export_controller(
     tables = {entry.joint: table for entry, table in zip(loop.joints, kept, strict=True)}
     token, texts = sources(loop.sample_time, axes, [tables[name] for name in arm.names], fmi)
     variables = variables_of(arm, loop.sample_time, axes)
-    content: dict[str, bytes | str] = {f"sources/{name}": text for name, text in texts.items()}
-    values = {
-        "name": f"controller of {arm.name}", "description": f"sampled controllers, every {loop.sample_time:g} s",
-        "token": token, "identifier": IDENTIFIER, "version": version("stribeck"), "variables": variables,
-        "units": sorted({v.unit.name: v.unit for v in variables}.values(), key=lambda unit: unit.name),
-        "stop_time": loop.duration, "sample_time": loop.sample_time,
-    }  # fmt: skip
-    content["modelDescription.xml"] = _render(f"fmi{fmi}.xml", values)
-    if fmi == 3:
-        content["sources/buildDescription.xml"] = _render("buildDescription.xml", values)
-    for platform in platforms_named(platforms):
-        folder = platform.fmi2 if fmi == 2 else platform.name
-        name = f"binaries/{folder}/{IDENTIFIER}{platform.suffix}"
-        content[name] = binary(texts, f"fmi{fmi}.c", IDENTIFIER, platform)
-    write_archive(content, Path(out))
-    return variables
+    description = Description(
+        f"controller of {arm.name}", f"sampled controllers, every {loop.sample_time:g} s", token, IDENTIFIER,
+        variables, structure_of(variables), "a sampled controller has no continuous states", loop.duration,
+        loop.sample_time, integrates=False,
+    )  # fmt: skip
+    return description, texts
 
 
 def check_controller(arm: Arm, loop: Loop) -> None:
@@ -96,15 +96,3 @@ def check_controller(arm: Arm, loop: Loop) -> None:
             raise InputError("a drive's lag belongs to the arm's FMU", f"joint {entry.joint}", do)
         if entry.encoder_noise > 0.0:
             raise InputError("a controller FMU makes no noise", f"joint {entry.joint}", "set encoder_noise = 0")
-
-
-def _render(name: str, values: dict[str, object]) -> str:
-    return _environment().get_template(name).render(**values).rstrip() + "\n"
-
-
-@cache
-def _environment() -> Environment:
-    loader = PackageLoader("stribeck.export.controller", "templates")
-    environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
-    environment.filters["number"] = lambda value: repr(float(value))
-    return environment

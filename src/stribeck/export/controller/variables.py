@@ -1,12 +1,16 @@
-"""The variables of a controller's FMU; the order mirrors ``c/core.h`` and the head of ``sb_axis`` in ``control.h``."""
+"""The variables of a controller's FMU.
+
+Their order mirrors ``c/controller/part.h`` and the head of ``sb_axis`` in ``control.h``.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from stribeck.arm import Arm
+from stribeck.export.structure import Structure, Unknown
 from stribeck.export.units import Unit, unit_of
+from stribeck.export.variable import Variable
 from stribeck.simulate.axis import Axis
 
 # The doubles at the head of a joint's part of the loop: name, unit, what it is.
@@ -40,32 +44,33 @@ NUMBERS = (
 LARGEST = 1e300  # in place of an infinite limit, which XML cannot carry
 
 
-@dataclass(frozen=True)
-class Variable:
-    """One variable: see `stribeck.export.variables.Variable`."""
-
-    name: str
-    vr: int
-    causality: str
-    variability: str
-    description: str
-    unit: Unit
-    initial: str
-    start: float | None
-
-
 def numbers_of(axis: Axis) -> list[float]:
     """Return the values of `NUMBERS` for one joint."""
     head = [float(getattr(axis, field[0])) for field in Axis._fields_[:15]]
     return [*head, *map(float, axis.gain), *map(float, axis.friction), *map(float, axis.reference)]
 
 
-def variables_of(arm: Arm, sample_time: float, axes: list[Axis]) -> list[Variable]:
+def variables_of(arm: Arm, sample_time: float, axes: list[Axis]) -> tuple[Variable, ...]:
     """Return all variables in the order of their value references."""
-    return [
+    return tuple(
         Variable(name, vr, causality, variability, text, unit, initial, start)
         for vr, (name, causality, variability, text, unit, initial, start) in enumerate(_rows(arm, sample_time, axes))
-    ]
+    )
+
+
+def structure_of(variables: tuple[Variable, ...]) -> Structure:
+    """Return what the outputs depend on: the torque on what came before, the reference on time and its constants."""
+    outputs, initial = [], []
+    for output in (v for v in variables if v.causality == "output"):
+        key, joint = output.name.rstrip("]").split("[")
+        if key == "tau":
+            now, first = (), ()
+        else:
+            prefix = f"joint[{joint}].reference.constant"
+            now, first = (0,), (0, *(v.vr for v in variables if v.name.startswith(prefix)))
+        outputs.append(Unknown(output.vr, now))
+        initial.append(Unknown(output.vr, first))
+    return Structure(tuple(outputs), (), (), tuple(initial))
 
 
 _Row = tuple[str, str, str, str, Unit, str, float | None]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import tempfile
 import zipfile
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import fmpy
@@ -12,6 +11,7 @@ import fmpy
 from stribeck.arm import Arm
 from stribeck.errors import StribeckError
 from stribeck.export import PLATFORMS, export_fmu
+from stribeck.export.documents import tool_version
 from stribeck.export.validate.opened import Opened
 
 
@@ -24,10 +24,7 @@ def reproduction(fmu: Opened, arm: Arm) -> tuple[list[str], list[str]]:
         Both empty where every file is the same; binaries of other platforms are not looked at.
     """
     here = next((one for one in PLATFORMS if one.name == fmpy.platform_tuple), None)
-    try:
-        tool = f"stribeck {version('stribeck')}"
-    except PackageNotFoundError:  # run from the source tree
-        tool = "stribeck 0"
+    tool = f"stribeck {tool_version()}"
     if fmu.description.generationTool != tool:
         return [], [f"reproduction: exported by {fmu.description.generationTool}, this is {tool}"]
     if here is None:

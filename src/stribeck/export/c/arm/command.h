@@ -2,6 +2,7 @@
 #ifndef FM_COMMAND_H
 #define FM_COMMAND_H
 
+#include "core.h"
 #include "instance.h"
 
 static const int fm_delays[][2] = SB_DELAYS; /* (joint, place in p), closed by -1 */

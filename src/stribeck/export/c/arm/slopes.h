@@ -15,37 +15,29 @@ typedef struct {
     double x[FM_X], start[FM_S], w[FM_W];
 } fm_seeds;
 
-static void fm_call_tangent(fm_instance *f, const double *x, double *w) {
-    fm_core *c = &f->core;
-    const double *arg[FM_TANGENT_ARG];
-    double *res[FM_TANGENT_RES], work[FM_TANGENT_W + 1];
-    long long int iw[FM_TANGENT_IW + 1];
-    arg[0] = &c->sim.t, arg[1] = c->sim.y, arg[2] = c->sim.mode, arg[3] = c->sim.u, arg[4] = c->p, arg[5] = x;
-    res[0] = w;
-    fm_tangent(arg, res, iw, work, 0);
-}
+#define FM_LARGER(a, b) ((a) > (b) ? (a) : (b))
 
-static void fm_call_adjoint(fm_instance *f, const double *w, double *x) {
+/* The equations' derivative along `in` (FM_X) into (FM_W), or its adjoint the other way. */
+static void fm_call_along(fm_instance *f, int adjoint, const double *in, double *out) {
     fm_core *c = &f->core;
-    const double *arg[FM_ADJOINT_ARG];
-    double *res[FM_ADJOINT_RES], work[FM_ADJOINT_W + 1];
-    long long int iw[FM_ADJOINT_IW + 1];
-    arg[0] = &c->sim.t, arg[1] = c->sim.y, arg[2] = c->sim.mode, arg[3] = c->sim.u, arg[4] = c->p, arg[5] = w;
-    res[0] = x;
-    fm_adjoint(arg, res, iw, work, 0);
+    const double *arg[FM_LARGER(FM_TANGENT_ARG, FM_ADJOINT_ARG)];
+    double *res[FM_LARGER(FM_TANGENT_RES, FM_ADJOINT_RES)], work[FM_LARGER(FM_TANGENT_W, FM_ADJOINT_W) + 1];
+    long long int iw[FM_LARGER(FM_TANGENT_IW, FM_ADJOINT_IW) + 1];
+    arg[0] = &c->sim.t, arg[1] = c->sim.y, arg[2] = c->sim.mode, arg[3] = c->sim.u, arg[4] = c->p, arg[5] = in;
+    res[0] = out;
+    (adjoint ? fm_adjoint : fm_tangent)(arg, res, iw, work, 0);
 }
 
 /* The start's derivative along `in` (FM_S) into (SB_NS), or its adjoint the other way. */
 static void fm_call_start(fm_instance *f, int adjoint, const double *in, double *out) {
     fm_core *c = &f->core;
-    const double *arg[FM_BEGIN_TANGENT_ARG > FM_BEGIN_ADJOINT_ARG ? FM_BEGIN_TANGENT_ARG : FM_BEGIN_ADJOINT_ARG];
-    double *res[FM_BEGIN_TANGENT_RES > FM_BEGIN_ADJOINT_RES ? FM_BEGIN_TANGENT_RES : FM_BEGIN_ADJOINT_RES];
-    double work[(FM_BEGIN_TANGENT_W > FM_BEGIN_ADJOINT_W ? FM_BEGIN_TANGENT_W : FM_BEGIN_ADJOINT_W) + 1];
-    long long int iw[(FM_BEGIN_TANGENT_IW > FM_BEGIN_ADJOINT_IW ? FM_BEGIN_TANGENT_IW : FM_BEGIN_ADJOINT_IW) + 1];
+    const double *arg[FM_LARGER(FM_BEGIN_TANGENT_ARG, FM_BEGIN_ADJOINT_ARG)];
+    double *res[FM_LARGER(FM_BEGIN_TANGENT_RES, FM_BEGIN_ADJOINT_RES)];
+    double work[FM_LARGER(FM_BEGIN_TANGENT_W, FM_BEGIN_ADJOINT_W) + 1];
+    long long int iw[FM_LARGER(FM_BEGIN_TANGENT_IW, FM_BEGIN_ADJOINT_IW) + 1];
     arg[0] = c->q_start, arg[1] = c->dq_start, arg[2] = c->tau, arg[3] = c->p, arg[4] = in;
     res[0] = out;
-    if (adjoint) fm_start_adjoint(arg, res, iw, work, 0);
-    else fm_start_tangent(arg, res, iw, work, 0);
+    (adjoint ? fm_start_adjoint : fm_start_tangent)(arg, res, iw, work, 0);
 }
 
 /* The place of a known variable among the seeds, or NULL. */
@@ -99,7 +91,7 @@ static int fm_directional(fm_instance *f, const unsigned *unknown, size_t unknow
         fm_call_start(f, 0, s.start, s.x + FM_X_Y);
         memcpy(s.x + FM_X_U, s.start + FM_S_U, sizeof(double) * (SB_N + SB_NP)); /* u and p follow each other in both */
     }
-    fm_call_tangent(f, s.x, s.w);
+    fm_call_along(f, 0, s.x, s.w);
     for (size_t i = 0; i < unknowns; i++) {
         int place, state;
         double factor;
@@ -122,7 +114,7 @@ static int fm_adjoint_derivative(fm_instance *f, const unsigned *unknown, size_t
         if (state >= 0) direct[state] += factor * seed[i];
         else s.w[place] += factor * seed[i];
     }
-    fm_call_adjoint(f, s.w, s.x);
+    fm_call_along(f, 1, s.w, s.x);
     for (int i = 0; i < SB_NS; i++) s.x[FM_X_Y + i] += direct[i];
     if (f->core.stands == FM_INIT) {
         fm_call_start(f, 1, s.x + FM_X_Y, s.start);
@@ -146,7 +138,7 @@ static int fm_output_slope(fm_instance *f, unsigned vr, int order, double *value
     memcpy(s.x + FM_X_Y, f->core.sim.f, sizeof(double) * SB_NS);
     if (f->core.sim.control)
         for (int j = 0; j < SB_N; j++) s.x[FM_X_U + j] = f->core.ring[j][f->core.at[j]].slope;
-    fm_call_tangent(f, s.x, s.w);
+    fm_call_along(f, 0, s.x, s.w);
     *value = vr < FM_SLIDING ? s.w[FM_W_SEEN + (int)vr - FM_Q] : 0.0;
     return FM_OK;
 }

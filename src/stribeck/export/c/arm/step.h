@@ -31,11 +31,7 @@ static int fm_step(fm_instance *f, double t, double h, int early) {
     const double end = t + h;
     const long before = s->events;
     double next;
-    if (!(h > 0.0) || end - end != 0.0) return fm_fail(f, "the communication step must be positive and finite");
-    if (fabs(t - s->t) > 1e-9 * (1.0 + fabs(t))) {
-        fm_log(f, FM_ERROR, FM_LOG_ERROR, "a step from t = %.15g s was asked for, but time stands at %.15g s", t, s->t);
-        return FM_ERROR;
-    }
+    if (fm_follows(f, t, h, s->t) != FM_OK) return FM_ERROR;
     if (s->status != SB_OK) return fm_fail(f, "the step before has failed");
     c->known = 0;
     if (s->waiting) fm_update(f);
