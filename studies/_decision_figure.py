@@ -43,7 +43,7 @@ def decision_figure(result: Mapping[str, Any]) -> Figure | None:
     ax.set_xlabel("cases in which something wrong is named, %")
     ax.set_ylabel("single effects named right and alone, %")
     grid(ax)
-    best = result["best"]
-    text = f"the {best['rule']} rule on {best['domain']} has most right names less wrong ones"
-    heading(figure, f"{result['cases']} sealed cases, same fits: {text} (bars: 95 %)")
+    best = [f"{rule} on {domain}" for rule, domain in result["best"]]
+    found = f"best is {best[0]}" if len(best) == 1 else f"{len(best)} are equally good"
+    heading(figure, f"{result['cases']} sealed cases, same fits, right names less wrong ones: {found} (bars: 95 %)")
     return figure

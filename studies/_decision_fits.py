@@ -142,6 +142,7 @@ def score_test(own: np.ndarray, residual: np.ndarray, block: np.ndarray) -> list
         Block number of each row.
     """
     blocks = block_sums(own * residual[:, None], block)
-    total, spread = blocks.sum(axis=0), blocks.T @ blocks
+    total, apart = blocks.sum(axis=0), blocks - blocks.mean(axis=0)  # about the mean: what is there is no noise
+    spread = apart.T @ apart * len(blocks) / max(len(blocks) - 1, 1)
     inverse = np.linalg.pinv(spread, rcond=1e-8)
     return [float(total @ inverse @ total), int(np.linalg.matrix_rank(spread, tol=1e-8 * np.trace(spread)))]

@@ -21,13 +21,14 @@ def table(opened: Opened) -> dict[str, Any]:
     pairs = [(rule, domain) for rule in RULES for domain in DOMAINS if (rule, domain) not in NOT_DEFINED]
     pairs += [(SHIPPED, "torque"), (SHIPPED, "both")]
     methods = [{"rule": rule, "domain": domain, **_judged(opened, rule, domain)} for rule, domain in pairs]
-    best = max(methods, key=lambda row: (row["right"]["value"] or 0.0) - row["wrong"]["value"])
+    net = [(row["right"]["value"] or 0.0) - row["wrong"]["value"] for row in methods]
+    best = [[row["rule"], row["domain"]] for row, value in zip(methods, net, strict=True) if value > max(net) - 1e-9]
     seconds = sorted(answer["processor_seconds"] for answer in opened.answers.values())
     return {
         "digest": opened.digest,
         "cases": len(opened.answers),
         "methods": methods,
-        "best": {"rule": best["rule"], "domain": best["domain"]},
+        "best": best,
         "processor_seconds_a_case": seconds[len(seconds) // 2],
         "failed": sum("error" in answer for answer in opened.answers.values()),
     }

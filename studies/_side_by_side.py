@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import time
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -59,7 +60,9 @@ def answers_of_a_case(arm: Arm, runs: Sequence[Run], leave_out: Sequence[str]) -
 def _timed(work: Callable[[], Answer], before: float) -> dict[str, Any]:
     begun = time.process_time()
     try:
-        answer: dict[str, Any] = asdict(work())
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of other packages about themselves, of thresholds that leave no term
+            answer: dict[str, Any] = asdict(work())
     except Exception as error:  # of one method: its answer, not the end of the comparison
         answer = {"error": f"{type(error).__name__}: {error}"[:300]}
     return {**answer, "seconds": before + time.process_time() - begun}
