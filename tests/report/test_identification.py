@@ -17,6 +17,7 @@ from stribeck.identify.section3 import section3
 from stribeck.identify.tustin_fit import fit_curve, tustin
 from stribeck.report.figures.friction_curve import friction_curve_figure
 from stribeck.report.identification import summary, write_report
+from stribeck.report.style import finding_of
 
 TRUE = np.array([5.0, 1.25, 1.5, 0.05])
 SPEED = np.concatenate([np.repeat([0.01, 0.03, 0.06, 0.14, 0.3, 1.0, 2.0], 2), np.zeros(3)])
@@ -111,3 +112,10 @@ def test_panels_labels_and_ranges():
 
 def test_the_terminal_s_table_has_a_row_a_direction():
     assert summary(identification(FULL, replace(FULL, name="B"))).row_count == 4
+
+
+@pytest.mark.parametrize(("source", "says"), [("runs", "from whole recordings"), ("nominal", "as the arm file")])
+def test_the_heading_says_where_constants_come_from(source, says):
+    figure = friction_curve_figure(identification(JointFriction("A", {"forward": direction(source, 3)}, None, None)))
+    assert figure is not None
+    assert finding_of(figure) == f"A, forward: {says}"

@@ -13,18 +13,12 @@ from stribeck.identify.files import UNITS, package_version
 from stribeck.identify.findings import Direction, Identification
 from stribeck.identify.tustin_fit import NAMES
 from stribeck.report import words
-from stribeck.report.figures.friction_curve import friction_curve_figure
+from stribeck.report.figures.friction_curve import SOURCE, friction_curve_figure
 from stribeck.report.numbers import estimate, interval, number, percent, unit_text
 from stribeck.report.page import Answer, Bullets, Facts, Files, Picture, Row, Section, Table, render
 from stribeck.report.style import data_uri, finding_of, png_and_svg
 
 FIGURE = "friction_curve.png"
-SOURCE = {
-    "curve": "from the readings",
-    "runs": "from whole recordings",
-    "other direction": "as the other direction",
-    "nominal": "as the arm file",
-}
 
 
 def write_report(found: Identification, folder: Path | str) -> None:

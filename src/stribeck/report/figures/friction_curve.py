@@ -17,6 +17,12 @@ from stribeck.report import words
 from stribeck.report.numbers import MINUS, number, percent
 from stribeck.report.style import COLOUR, drawn, grid, heading, new_figure, title
 
+SOURCE = {
+    "curve": "from the readings",
+    "runs": "from whole recordings",
+    "other direction": "as the other direction",
+    "nominal": "as the arm file",
+}
 LINES: dict[str, dict[str, Any]] = {
     "Section 3": {"color": COLOUR["as_given"], "linewidth": 1.4, "linestyle": (0, (4, 1.5))},
     "IPOPT, readings": {"color": COLOUR["corrected"], "linewidth": 1.6},
@@ -126,7 +132,7 @@ def _finding(joints: Sequence[JointFriction]) -> str:
             elif one.source == "curve":
                 said.append(f"{name}: fitted, C0 {number(float(one.curve.constants[0]))}; Section 3 fails")
             else:
-                said.append(f"{name}, {way}: from whole recordings")
+                said.append(f"{name}, {way}: {SOURCE[one.source]}")
     return "; ".join(said)
 
 
