@@ -52,16 +52,14 @@ def compared(fmu: Fmu, arm: Arm) -> float:
 MIXED = ("presliding", "actuator_lag", "joint_flexibility", "cogging", "cable_spring", "encoder_eccentricity", "delay")
 
 
+@pytest.mark.slow  # the largest model to build
 def test_several_effects_at_once(made: Callable[[Arm, int], Path]) -> None:
-    """One of each stage, and a delay, which Model Exchange refuses in one line."""
+    """One of each stage, and a delay."""
     arm = with_effects(*[registry()[name] for name in MIXED])
     fmu = Fmu(made(arm, 3))
     assert validate_fmu(str(fmu.path)) == []
     assert compared(fmu, arm) < 1e-9
     assert "effect.presliding[2].stiffness" in fmu.vr
-    assert fmu.instance("me").c is None
-    me = fmu.instance("me")
-    assert "pure delay at joint B needs past inputs" in me.log[0][2]
 
 
 @pytest.mark.slow

@@ -84,6 +84,14 @@ def test_delays_that_are_no_multiple_of_the_step(made: Callable[[Arm, int], Path
     np.testing.assert_allclose(np.array(rows), own.q, rtol=0, atol=1e-10)
 
 
+def test_a_delay_refuses_exchange_in_one_line(made: Callable[[Arm, int], Path]) -> None:
+    me = Fmu(made(DELAYED, 3)).instance("me")
+    assert me.c is None
+    ((status, _, text),) = me.log
+    assert status == ERROR
+    assert text.startswith("the pure delay at joint A and B needs past inputs, which Model Exchange cannot carry")
+
+
 def test_too_many_commands_on_their_way(made: Callable[[Arm, int], Path]) -> None:
     it = Fmu(made(DELAYED, 3)).instance(log_on=True).begin()
     status, k = OK, 0

@@ -49,7 +49,7 @@ def test_binary_that_hangs(tmp_path: Path) -> None:
     started = time.monotonic()
     with pytest.raises(StribeckError, match="it took longer than 1 s"):
         simulate_apart(Trial(str(folder), "CoSimulation", 1.0, 0.1, ("x",), seconds=1.0))
-    assert time.monotonic() - started < 15.0
+    assert time.monotonic() - started < 60.0  # it hangs for ever
 
 
 def replaced(old: str, new: str) -> Callable[[Path], Path]:
@@ -90,10 +90,13 @@ LIES: dict[str, tuple[Callable[[Path], Path], str]] = {
 }
 
 
+RUNNING = ("token", "experiment", "backwards")  # the other lies show without running, which takes two processes
+
+
 @pytest.mark.parametrize("name", LIES)
 def test_lie_is_named(tmp_path: Path, name: str) -> None:
     make, says = LIES[name]
-    problems = validate_fmu(make(tmp_path / "tiny.fmu"))
+    problems = validate_fmu(make(tmp_path / "tiny.fmu"), run=name in RUNNING)
     assert any(says in problem for problem in problems), problems
     assert not any("\n" in problem for problem in problems)
     assert os.listdir(tmp_path) == ["tiny.fmu"]

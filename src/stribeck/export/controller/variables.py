@@ -63,13 +63,11 @@ def structure_of(variables: tuple[Variable, ...]) -> Structure:
     outputs, initial = [], []
     for output in (v for v in variables if v.causality == "output"):
         key, joint = output.name.rstrip("]").split("[")
-        if key == "tau":
-            now, first = (), ()
-        else:
-            prefix = f"joint[{joint}].reference.constant"
-            now, first = (0,), (0, *(v.vr for v in variables if v.name.startswith(prefix)))
-        outputs.append(Unknown(output.vr, now))
-        initial.append(Unknown(output.vr, first))
+        prefix = f"joint[{joint}].reference.constant"
+        constants = tuple(v.vr for v in variables if v.name.startswith(prefix))
+        held = key == "tau"
+        outputs.append(Unknown(output.vr, () if held else (0,)))
+        initial.append(Unknown(output.vr, () if held else (0, *constants)))
     return Structure(tuple(outputs), (), (), tuple(initial))
 
 
