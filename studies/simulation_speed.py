@@ -1,4 +1,4 @@
-"""Question: how fast is the engine beside MuJoCo and scipy, and do batches use both cores? A thousand times real time.
+"""Question: how fast is the engine beside MuJoCo and scipy, and do batches use both cores? 9,000 times real time.
 
 Method: the paper's two-link arm under a sampled PD at 80 Hz, a sine that reverses, sticks and breaks away; one thread
 each, works in turn in one process, in processor time, so that a busy machine does not count. MuJoCo: frictionloss at
