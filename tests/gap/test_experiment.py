@@ -211,7 +211,7 @@ class Rated:
 def step(overall: list[float], best: int = 0, alike: tuple[int, ...] = ()) -> Step:
     rivals = tuple(replace(late().models[0], held=np.full((1, 1), k)) for k in range(1, len(overall)))
     ranking = Rated(np.array(overall), best, alike)
-    return Step(late().base, rivals, ranking, bool(best), ())  # type: ignore[arg-type]
+    return Step(late().base, rivals, ranking, bool(best), (), late().floor)  # type: ignore[arg-type]
 
 
 def asked(steps: list[Step], *, unexplained: bool) -> list[int]:

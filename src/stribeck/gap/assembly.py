@@ -12,6 +12,7 @@ from stribeck.errors import StribeckError
 from stribeck.gap.blocks import bayesian_bootstrap, block_of_rows
 from stribeck.gap.corrected import arm_of
 from stribeck.gap.experiment import Experiment, next_experiment, open_question
+from stribeck.gap.margins import widened
 from stribeck.gap.model import Model, fit_model, weights_of
 from stribeck.gap.motion import motion_gap
 from stribeck.gap.observed import Observation
@@ -151,6 +152,8 @@ class Assembly:
                 joint = self.prepared.arm.names[entry.joint]
                 estimate = Estimate(float(final.fit.p[i]), float(bounds.low[i]), float(bounds.high[i]), entry.unit)
                 parameters.setdefault(joint, {})[entry.name] = estimate
+        step = self.prepared.fit[0].run.t
+        parameters = {joint: widened(own, float(step[1] - step[0])) for joint, own in parameters.items()}
         closes = self._closed_by(cause.effect)
         return replace(cause, parameters=parameters, closes=closes)
 
@@ -232,7 +235,7 @@ class Assembly:
 
     def _limits(self) -> list[str]:
         return [
-            f"{key}: the data push it to three standard deviations from its nominal value; it is held there"
+            f"{key}: the data push it to three standard deviations from its nominal value or beyond"
             for key in self.models[-1].fit.at_limit
         ]
 

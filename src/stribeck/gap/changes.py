@@ -64,7 +64,7 @@ class Reversed(_Known, ActuatorEffect):
         """Return the torque with the other sign, N m."""
         return -torque
 
-    def command_scale(self, p: Parameters) -> Expression:
+    def command_scale(self, position: Expression, p: Parameters) -> Expression:
         """Return the sign."""
         return -1.0
 

@@ -69,8 +69,9 @@ def diagnose(
     noise = noise_floor(arm, path, base.fit.p, prepared.held, prepared.cutoff, seed)
     floor = _floor_rms(noise)
     steps = search(prepared, base, floor, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
+    noise = np.sqrt(noise**2 + np.maximum(steps[-1].floor ** 2 - floor**2, 0.0))
     progress("simulating the held-out runs")
-    return Assembly(prepared, seen, given, noise, floor, steps, seed).diagnosis()
+    return Assembly(prepared, seen, given, noise, steps[-1].floor, steps, seed).diagnosis()
 
 
 def _floor_rms(noise: np.ndarray) -> np.ndarray:

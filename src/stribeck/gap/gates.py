@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from stribeck.gap.model import Model
@@ -10,9 +12,14 @@ from stribeck.model.layout import Placed
 
 LEAST_T = 2.8  # block-robust t value of the gain
 LEAST_GAIN = 0.06  # of the squared residual; held-out runs must show half of it
-LEAST_FURTHER = 0.3  # the same for a further effect: less may be what the first one's law does not fit
+LEAST_FURTHER = 0.25  # the same for a further effect at a joint: less may be what the first one's law does not fit
+LEAST_ELSEWHERE = 0.15  # the same where the joint has no effect yet, but another one has
 LARGE_GAIN, SURE = 0.25, 0.99  # a large gain needs no t value where any choice of blocks has it: few may excite it
+PLAIN_T = 4.0  # t value from which held-out runs that hardly excite an effect need not confirm it
 ELUSIVE_T, ELUSIVE_GAIN = 3.5, 0.2  # for laws that also fit what filters do around rest
+ELUSIVE_HELD = 0.4  # gain on the held-out runs alone that makes up for a lower t value
+CLEAR_T, CLEAR_GAIN = 5.0, 0.1  # t value, and gain there and on all runs, that make up for a smaller gain
+NOTHING = -0.02  # gain on held-out runs that says neither yes nor no
 ABOVE = 0.7  # of the noise floor's power: less is no gap
 FAINT, FAINT_T = 0.35, 4.0  # the same for a large gain of at least such a t value
 LEAST_POWER = 0.15  # of the noise floor's power, that an effect removes from a joint whose residual is above it
@@ -20,8 +27,14 @@ LEAST_PRIOR = 8.0  # cost that the prior must save for an effect that the residu
 KEPT_T = 2.0  # block-robust t value below which an effect is dropped again
 
 
-def earns_its_place(ranking: Ranking, k: int, rival: Model, *, further: bool) -> bool:
-    """Return whether the k-th model may be taken: it surely closes some of a gap above the floor; or the prior asks."""
+def earns_its_place(ranking: Ranking, k: int, rival: Model, taken: Sequence[Placed] = ()) -> bool:
+    """Return whether the k-th model may be taken: it surely closes some of a gap above the floor; or the prior asks.
+
+    Parameters
+    ----------
+    taken : sequence of Placed
+        Effects that earlier steps of the search have taken.
+    """
     if strained(rival.placed[-1]):
         return False
     gain, held, t = ranking.overall[k], ranking.gain[k, 0], ranking.t[k]
@@ -29,12 +42,17 @@ def earns_its_place(ranking: Ranking, k: int, rival: Model, *, further: bool) ->
     # the floor is known to a factor of 1.5: what is plain may lie below it
     least_power = FAINT if t > FAINT_T and gain > LARGE_GAIN else ABOVE
     above = bool(np.any((before > least_power) & (before - after > LEAST_POWER)))
-    large = bool(gain > LARGE_GAIN and ranking.sure[k] > SURE and not further)
-    elusive = rival.placed[-1].effect.elusive
-    sure = (t > ELUSIVE_T and gain > ELUSIVE_GAIN) if elusive else (t > LEAST_T or large)
-    least = LEAST_FURTHER if further else LEAST_GAIN
+    surely = bool(ranking.sure[k] > SURE)
+    large = bool(gain > LARGE_GAIN and surely and not taken)
+    if rival.placed[-1].effect.elusive:
+        sure = gain > ELUSIVE_GAIN and (t > ELUSIVE_T or (held > ELUSIVE_HELD and surely))
+        sure = sure or (t > CLEAR_T and min(gain, held) > CLEAR_GAIN)
+    else:
+        sure = t > LEAST_T or large
+    here = any(place.joint == rival.placed[-1].joint for place in taken)
+    least = LEAST_FURTHER if here else LEAST_ELSEWHERE if taken else LEAST_GAIN
     # held-out runs that hardly excite the effect cannot confirm it; they must not speak against it
-    agreed = held > 0.5 * least or (held > 0.0 and large)
+    agreed = held > 0.5 * least or (held > NOTHING and (large or t > PLAIN_T))
     by_prior = ranking.prior_gain[k] > LEAST_PRIOR and gain > -LEAST_GAIN
     return bool((above and sure and gain > least and agreed) or by_prior)
 

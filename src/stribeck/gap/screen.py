@@ -18,8 +18,11 @@ from stribeck.model.layout import Placed
 from stribeck.model.path import SignalPath
 from stribeck.model.waves import Trace
 
-REACH = 5.0  # typical sizes that one step may go
-STEPS, STEPS_BENT = 3, 4  # evaluations of a trial
+REACH = 50.0  # typical sizes that one step may go: far, for it is taken back where it does not help
+LOOK, STEPS = 2, 6  # evaluations of every start, and further ones of the most hopeful starts, at most
+FOLLOWED = 2  # starts that are followed to the end
+LEAST_DAMPING = 1e-3
+LITTLE = 0.02  # of the cost saved: a step that promises less is not made
 
 
 @dataclass(frozen=True)
@@ -70,28 +73,30 @@ def screen(
     """Return the best trial of one candidate, improved by a few projected steps, with the cost that it saves.
 
     The nominal parameters follow linearly (variable projection, Golub & Pereyra 1973), so that an evaluation needs
-    the derivatives by the candidate's own parameters only. Laws that take long see every other of many runs.
+    the derivatives by the candidate's own parameters only. Laws that take long see the half of the runs that says most.
 
     Parameters
     ----------
     known : dict or None
-        Values from an earlier step of the search: the only start then.
+        Values from an earlier step of the search: the only start of a law that takes long.
     """
     path = SignalPath(prepared.arm, (*base.placed, Placed(effect, joint)))
     own = [i for i, entry in enumerate(path.entries) if entry.owner == len(base.placed)]
-    every = len(prepared.fit) < 3 or not effect.nonlinear
-    runs = [i for i in range(len(prepared.fit)) if every or i % 2 == 0]
+    runs = _loudest(prepared, base, weights) if effect.nonlinear else list(range(len(prepared.fit)))
     residual = Residual(path, [prepared.fit[i] for i in runs], own)
     unit = _units(path, prepared, own)
     projector = _Projector(base, weights, _rows_of(prepared, runs))
     names = [path.entries[i].name for i in own]
     best = Trial(effect, joint, dict(effect.starts(prepared.scales[joint])[0]), -np.inf)
     trace = _trace(prepared, base, joint)
-    for start in (known,) if known else effect.starts_from(prepared.scales[joint], trace):
-        p = start_values(path, base.fit, start)
-        saved, values = _descend(residual, projector, p, own, unit, STEPS_BENT if effect.nonlinear else STEPS)
+    starts = [known] if known else []
+    if not (known and effect.nonlinear):
+        starts += effect.starts_from(prepared.scales[joint], trace)
+    tried = [_descend(residual, projector, start_values(path, base.fit, start), own, unit, LOOK) for start in starts]
+    for _, p in sorted(tried, key=lambda found: -found[0])[:FOLLOWED]:
+        saved, p = _descend(residual, projector, p, own, unit, STEPS)
         if saved > best.promise:
-            best = Trial(effect, joint, dict(zip(names, map(float, values), strict=True)), saved)
+            best = Trial(effect, joint, dict(zip(names, map(float, p[own]), strict=True)), saved)
     return best
 
 
@@ -106,10 +111,21 @@ def _trace(prepared: Prepared, base: Model, joint: int) -> Trace:
     return Trace(**signals, residual=base.fit.residual[:, joint])
 
 
+def _edges(prepared: Prepared) -> np.ndarray:
+    """Return the first row of each run of the fit, and the number of rows."""
+    return np.cumsum([0, *(len(run.analysis_index) for run in prepared.fit)])
+
+
+def _loudest(prepared: Prepared, base: Model, weights: Weights) -> list[int]:
+    """Return the half of the runs, at least two, with most unexplained: an effect may stir in one motion only."""
+    squares = np.sum((base.fit.residual * weights.scale) ** 2, axis=1)
+    power = np.add.reduceat(squares, _edges(prepared)[:-1])
+    return sorted(np.argsort(-power)[: max(2, (len(power) + 1) // 2)].tolist())
+
+
 def _rows_of(prepared: Prepared, runs: Sequence[int]) -> np.ndarray:
     """Return the rows of the fit that belong to some of its runs."""
-    lengths = [len(run.analysis_index) for run in prepared.fit]
-    edges = np.concatenate([[0], np.cumsum(lengths)])
+    edges = _edges(prepared)
     return np.concatenate([np.arange(edges[i], edges[i + 1]) for i in runs])
 
 
@@ -121,25 +137,39 @@ def _units(path: SignalPath, prepared: Prepared, own: Sequence[int]) -> np.ndarr
 def _descend(
     residual: Residual, projector: _Projector, p: np.ndarray, own: Sequence[int], unit: np.ndarray, steps: int
 ) -> tuple[float, np.ndarray]:
-    """Return the largest cost reduction met on the way down from a start, and the own values there."""
+    """Return the largest cost reduction met on the way down from a start, and all values there."""
     entries = [residual.path.entries[i] for i in own]
     log = np.array([entry.log for entry in entries], dtype=bool)
     lower, upper = (np.array([getattr(entry, side) for entry in entries]) for side in ("lower", "upper"))
-    best = (-np.inf, p[own].copy())
+    best, at, damping = -np.inf, p, LEAST_DAMPING
+    curvature, downhill = np.zeros((len(own), len(own))), np.zeros(len(own))
     for _ in range(steps):
         r, jacobian = residual(p)
-        if not (np.all(np.isfinite(r)) and np.all(np.isfinite(jacobian))):
-            break
+        finite = bool(np.all(np.isfinite(r)) and np.all(np.isfinite(jacobian)))
         slope = np.where(log, p[own], 1.0) * unit
-        saved, step = projector.step(r, jacobian * slope)
-        if saved < best[0]:
+        saved = -np.inf
+        if finite:
+            saved, *equations = projector.step(r, jacobian * slope)
+        if saved > best:
+            best, at, damping = saved, p, max(damping / 10.0, LEAST_DAMPING)
+            curvature, downhill = equations
+        elif np.isfinite(best):
+            damping *= 30.0
+        else:
             break
-        best = (saved, p[own].copy())
-        step = np.clip(step, -REACH, REACH)
-        moved = np.where(log, p[own] * np.exp(np.where(log, np.clip(step, -1.0, 1.0), 0.0)), p[own] + step * unit)
-        p = p.copy()
-        p[own] = np.clip(moved, lower, upper)
-    return best
+        step = np.clip(_damped(curvature, downhill, damping), -REACH, REACH)
+        if -0.5 * float(downhill @ step) < LITTLE * max(best, 1.0):
+            break
+        grown = at[own] * np.exp(np.where(log, np.clip(step, -1.0, 1.0), 0.0))
+        p = at.copy()
+        p[own] = np.clip(np.where(log, grown, at[own] + step * unit), lower, upper)
+    return best, at
+
+
+def _damped(curvature: np.ndarray, slope: np.ndarray, damping: float) -> np.ndarray:
+    """Return the step of Levenberg (1944) and Marquardt (1963)."""
+    ridge = np.diag(damping * np.diag(curvature) + 1e-9 * np.max(np.diag(curvature)) + 1e-12)
+    return np.asarray(np.linalg.solve(curvature + ridge, -slope))
 
 
 class _Projector:
@@ -166,8 +196,8 @@ class _Projector:
         weighted = values * (self.scale[None, :, None] if values.ndim == 3 else self.scale)
         return np.asarray(weighted.reshape(values.shape[0] * values.shape[1], -1))
 
-    def step(self, residual: np.ndarray, jacobian: np.ndarray) -> tuple[float, np.ndarray]:
-        """Return the cost saved with the own parameters where they are, and their projected Gauss-Newton step."""
+    def step(self, residual: np.ndarray, jacobian: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        """Return the cost saved with the own parameters where they are, and their projected curvature and slope."""
         r, own = self._rows(residual).ravel(), self._rows(jacobian)
         gradient = self.columns.T @ r + self.prior * self.offset
         cost = 0.5 * float(r @ r) + 0.5 * float(np.sum(self.prior * self.offset**2))
@@ -175,5 +205,4 @@ class _Projector:
         cross = self.columns.T @ own
         curvature = own.T @ own - cross.T @ self.inverse @ cross
         slope = own.T @ r - cross.T @ (self.inverse @ gradient)
-        ridge = np.diag(1e-3 * np.diag(curvature) + 1e-2)
-        return self.cost - cost, np.linalg.solve(curvature + ridge, -slope)
+        return self.cost - cost, curvature, slope

@@ -15,6 +15,7 @@ from stribeck.gap.model import Model, fit_model, weights_of
 from stribeck.gap.prepare import Prepared
 from stribeck.gap.rank import Ranking, rank
 from stribeck.gap.screen import Trial, candidates, screen
+from stribeck.gap.white import noise_of_best
 from stribeck.identify.map_fit import Weights
 from stribeck.model.layout import Placed
 
@@ -27,13 +28,17 @@ RELIEVED = 0.5  # of a joint's residual: an effect that leaves less is fitted on
 
 @dataclass(frozen=True)
 class Step:
-    """One step of the search: the base, its rivals, how they rank, and which of them may be taken, best first."""
+    """One step of the search: the base, its rivals, how they rank, and which of them may be taken, best first.
+
+    ``floor`` (n,) is the noise floor by which they were judged, N m rms.
+    """
 
     base: Model
     rivals: tuple[Model, ...]
     ranking: Ranking
     passing: tuple[int, ...]
     screened_out: tuple[tuple[str, int], ...]
+    floor: np.ndarray
 
     @property
     def taken(self) -> bool:
@@ -67,7 +72,7 @@ def search(
     Parameters
     ----------
     floor : array (n,)
-        Noise floor on the held-out runs, N m rms.
+        What encoder noise and filters leave on the held-out runs, N m rms; noise in the torque is added to it.
     leave_out : sequence of str
         Effects that are no candidates.
     """
@@ -80,7 +85,7 @@ def search(
         progress(f"again without {idle[0]}")
         other = _forward(replace(setting, barred=frozenset({idle})), base)
         first, second = _last(steps), _last(other)
-        better = rank(prepared, [first, second], floor, seed).overall[1] > -LEAST_GAIN
+        better = rank(prepared, [first, second], steps[-1].floor, seed).overall[1] > -LEAST_GAIN
         return other if better else steps
 
 
@@ -100,8 +105,9 @@ class _Setting:
 def _forward(setting: _Setting, base: Model) -> tuple[Step, ...]:
     steps: list[Step] = []
     known: dict[tuple[str, int], dict[str, float]] = {}
+    own = len(base.placed)
     while len(steps) < MOST_EFFECTS:
-        step = _step(setting, base, known)
+        step = _step(setting, base, base.placed[own:], known)
         steps.append(step)
         if not step.taken or step.best is None:
             break
@@ -117,7 +123,7 @@ def _last(steps: Sequence[Step]) -> Model:
 
 def _idle(setting: _Setting, steps: Sequence[Step]) -> tuple[str, int] | None:
     """Return an effect that the later ones have made needless, or None."""
-    prepared, floor = setting.prepared, setting.floor
+    prepared, floor = setting.prepared, steps[-1].floor
     final, first = _last(steps), len(steps[0].base.placed)
     weights = weights_of(final.fit.residual, prepared, floor)
     for i in range(first, len(final.placed) - 1):
@@ -128,11 +134,12 @@ def _idle(setting: _Setting, steps: Sequence[Step]) -> tuple[str, int] | None:
     return None
 
 
-def _step(setting: _Setting, base: Model, known: dict[tuple[str, int], dict[str, float]]) -> Step:
+def _step(
+    setting: _Setting, base: Model, taken: Sequence[Placed], known: dict[tuple[str, int], dict[str, float]]
+) -> Step:
     prepared, floor, pool = setting.prepared, setting.floor, setting.pool
     weights = weights_of(base.fit.residual, prepared, floor)
     base = fit_model(prepared, base.placed, weights, base.fit)
-    known_before = bool(known)  # an earlier step has left its trials
     possible = candidates(prepared.arm, base.placed, setting.leave_out)
     possible = [(effect, joint) for effect, joint in possible if (effect.name, joint) not in setting.barred]
     setting.progress(f"screening {len(possible)} candidates")
@@ -143,23 +150,28 @@ def _step(setting: _Setting, base: Model, known: dict[tuple[str, int], dict[str,
         for effect, joint in possible
     )
     known.update({trial.key: trial.start for trial in tried})
-    best_trials = _survivors(tried)
+    best_trials = _survivors(tried, strained=bool(base.fit.at_limit))
     setting.progress(f"fitting {len({trial.key for trial in best_trials})} candidates")
     order = list(registry())
     best_trials = sorted(best_trials, key=lambda trial: (order.index(trial.effect.name), trial.joint))
     fitted = pool(delayed(_fit_trial)(prepared, base, weights, trial, floor) for trial in best_trials)
     rivals = _best_of_each(fitted)
+    floor = noise_of_best(setting.floor, [base, *rivals], prepared)
     ranking = rank(prepared, [base, *rivals], floor, setting.seed)
-    passing = tuple(k for k in ranking.order if earns_its_place(ranking, k, rivals[k - 1], further=known_before))
+    passing = tuple(k for k in ranking.order if earns_its_place(ranking, k, rivals[k - 1], taken))
     if passing:
         ranking = replace(ranking, best=passing[0])
     kept = {(model.placed[-1].effect.name, model.placed[-1].joint) for model in rivals}
     out = tuple((effect.name, joint) for effect, joint in possible if (effect.name, joint) not in kept)
-    return Step(base, tuple(rivals), ranking, passing, out)
+    return Step(base, tuple(rivals), ranking, passing, out, floor)
 
 
-def _survivors(tried: Sequence[Trial]) -> list[Trial]:
-    """Return the best trial of each candidate that is worth a full fit: the most hopeful ones, a few at each joint."""
+def _survivors(tried: Sequence[Trial], *, strained: bool) -> list[Trial]:
+    """Return the trials that are worth a full fit: the most hopeful ones, a few at each joint.
+
+    Where re-tuning has come to its limits (``strained``), what the limits forbid is linear no more, and the laws that
+    such values mimic are fitted in any case.
+    """
     ordered = sorted((trial for trial in tried if np.isfinite(trial.promise)), key=lambda trial: -trial.promise)
     best = ordered[0].promise if ordered else 0.0
     here: dict[int, int] = {}
@@ -167,14 +179,16 @@ def _survivors(tried: Sequence[Trial]) -> list[Trial]:
     for place, trial in enumerate(ordered):
         here[trial.joint] = here.get(trial.joint, 0) + 1
         first = place < LEAST_SURVIVORS or here[trial.joint] <= LEAST_AT_JOINT
-        if first or (trial.promise > HOPEFUL * best and len(kept) < MOST_SURVIVORS):
+        asked = strained and trial.effect.rescales
+        if first or asked or (trial.promise > HOPEFUL * best and len(kept) < MOST_SURVIVORS):
             kept.append(trial)
     return kept
 
 
 def _fit_trial(prepared: Prepared, base: Model, weights: Weights, trial: Trial, floor: np.ndarray) -> Model | None:
     placed = (*base.placed, Placed(trial.effect, trial.joint))
-    model = fit_model(prepared, placed, weights, base.fit, trial.start, evaluations=20)
+    far = trial.effect.rescales and bool(base.fit.at_limit)
+    model = fit_model(prepared, placed, weights, base.fit, trial.start, evaluations=60 if far else 20)
     if not np.all(np.isfinite(model.held)):
         return None
     # a gap that is gone had made the whole joint count for little: what is left deserves its own weights

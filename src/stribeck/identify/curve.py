@@ -74,11 +74,11 @@ def read_points(path: SignalPath, p: Floats, runs: Sequence[Conditioned]) -> tup
     to trial (the paper's torques scatter) does not average out within one.
     """
     points: list[Point] = []
-    scale = _command_scale(path, p)
     inertia = _inertia(path, p, runs)
     residual = Residual(path, runs, ())
     for run in runs:
         stages = residual.stages(run, p)
+        scale = _command_scale(path, p, run)
         friction = scale * (stages["actuator"] - stages["rotor"] - stages["load"])
         # right in the mean, but not before a break-away: there the command counts as it was held, and the joint is
         # still, whatever acceleration the smoothing carries back in time
@@ -197,10 +197,12 @@ def _after_crossing(moved: Floats, edge: float) -> float:
     return float((after - np.cbrt(edge)) / (after - before))
 
 
-def _command_scale(path: SignalPath, p: Floats) -> Floats:
-    """Return what one N m of command is worth at each joint (n,)."""
-    scale = ca.vertcat(*[ca.SX(path.command_scale(j)) for j in range(path.n)])
-    return np.asarray(ca.Function("scale", [path.p], [scale])(p).full().ravel())
+def _command_scale(path: SignalPath, p: Floats, run: Conditioned) -> Floats:
+    """Return what one N m of command is worth at each joint and sample (N, n)."""
+    q = ca.SX.sym("q", path.n)
+    scale = ca.vertcat(*[ca.SX(path.command_scale(j, q[j])) for j in range(path.n)])
+    worth = ca.Function("scale", [path.p, q], [scale]).map(len(run.position))
+    return np.asarray(worth(np.repeat(p[:, None], len(run.position), axis=1), run.position.T).full().T)
 
 
 def _inertia(path: SignalPath, p: Floats, runs: Sequence[Conditioned]) -> Floats:

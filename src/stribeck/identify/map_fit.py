@@ -13,7 +13,8 @@ from stribeck.identify.callbacks import Cost, Gradient, Hessian, Stop
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import Entry, values_of
 
-PRIOR_LIMIT = 3.0  # standard deviations that re-tuning may move a nominal value
+PRIOR_LIMIT = 3.0  # standard deviations that re-tuning may move a nominal value; more is a gap of its own
+FRICTION_LIMIT = 6.0  # the same for friction, which its prior alone holds: other laws would stand in for its level
 GOOD = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
 
 
@@ -45,7 +46,7 @@ class Fit:
     status : str
         IPOPT's return status. ``ok`` tells whether it is a solution.
     at_limit : tuple of str
-        Keys of nominal values that the data push to PRIOR_LIMIT standard deviations.
+        Keys of nominal values that the data push to PRIOR_LIMIT standard deviations or beyond.
     """
 
     entries: tuple[Entry, ...]
@@ -114,7 +115,8 @@ class _Problem:
         safe = np.where(self.log, np.maximum(lower, 1e-300), 1.0)
         low = np.where(self.log, np.log(safe), (lower - self.origin) / self.unit)
         high = np.where(self.log, np.log(np.where(self.log, upper, 1.0)), (upper - self.origin) / self.unit)
-        limit = np.where(self.has_prior, PRIOR_LIMIT, np.inf)
+        friction = np.array([self.entries[i].owner == "friction" for i in self.free], dtype=bool)
+        limit = np.where(self.has_prior, np.where(friction, FRICTION_LIMIT, PRIOR_LIMIT), np.inf)
         return np.maximum(low, -limit), np.minimum(high, limit)
 
     def evaluate(self, z: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
@@ -165,7 +167,8 @@ def fit(
 
     Notes
     -----
-    Gauss-Newton Hessian, exact gradient; nominal values stay within PRIOR_LIMIT prior standard deviations.
+    Gauss-Newton Hessian, exact gradient; nominal values stay within PRIOR_LIMIT prior standard deviations, those of
+    friction within FRICTION_LIMIT.
     """
     p0 = values_of(residual.path.entries) if start is None else start
     problem = _Problem(residual, weights, p0, scales or {})

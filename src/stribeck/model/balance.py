@@ -140,7 +140,7 @@ class Balance:
             needed = s.torque - rotor - s.load
             viscous = path.viscous(j, s, x)
             friction = self._friction(j, s, d, x, needed - viscous) + viscous
-            scale = path.command_scale(j)
+            scale = path.command_scale(j, s.position)
             rows.append((needed - friction) / scale)
             stages.append((s.torque / scale, rotor / scale, s.load / scale, friction / scale))
         names = ("actuator", "rotor", "load", "friction")

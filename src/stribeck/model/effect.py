@@ -34,6 +34,8 @@ class Effect(ABC):
     """True where a trial's linear model says little of a full fit (a stiffness, a gap)."""
     elusive: ClassVar[bool] = False
     """True where a law about rest and slow motion also fits what filters do there: it must be surer to be named."""
+    rescales: ClassVar[bool] = False
+    """True where wrong values of mass or torque mimic it: a candidate wherever re-tuning strains those values."""
     direct: ClassVar[bool] = False
     """True where the records themselves show the effect (``observed``), which leaves no trace in the torque."""
     whole_arm: ClassVar[bool] = False
@@ -75,8 +77,8 @@ class ActuatorEffect(Effect):
         """Return the torque after this stage from the one before it, N m."""
         return torque
 
-    def command_scale(self, p: Parameters) -> Expression:
-        """Return d(torque)/d(command) at rest: residuals are divided by it to stay in units of the command."""
+    def command_scale(self, position: Expression, p: Parameters) -> Expression:
+        """Return d(torque)/d(command) at a position: residuals are divided by it to stay in units of the command."""
         return 1.0
 
 

@@ -124,11 +124,11 @@ class SignalPath:
             torque = effect.torque(torque, s, self.states(k, x), self.parameters(k))
         return torque
 
-    def command_scale(self, joint: int) -> Expression:
-        """Return d(torque)/d(command) of a joint's actuator at rest."""
+    def command_scale(self, joint: int, position: Expression) -> Expression:
+        """Return d(torque)/d(command) of a joint's actuator at a position."""
         scale: Expression = 1.0
         for k, effect in self.at(joint, ActuatorEffect):
-            scale = scale * effect.command_scale(self.parameters(k))
+            scale = scale * effect.command_scale(position, self.parameters(k))
         return scale
 
     def level(self, joint: int, speed: Expression, direction: float, s: Signals, x: Any) -> Expression:

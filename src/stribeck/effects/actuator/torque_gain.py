@@ -17,7 +17,8 @@ class TorqueGain(ActuatorEffect):
     equation = r"\tau = g\,u"
     symptom = "inertia, gravity and friction all seem scaled by the same factor"
     source = "Gautier & Briot (2014), identification of drive gains"
-    parameters = (Parameter("gain", "1", "torque per commanded torque", 1.0, 0.2, 5.0),)
+    rescales = True
+    parameters = (Parameter("gain", "1", "torque per commanded torque", 1.0, 0.4, 2.5),)
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         return ({"gain": 0.9}, {"gain": 1.1})
@@ -25,5 +26,5 @@ class TorqueGain(ActuatorEffect):
     def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         return p["gain"] * torque
 
-    def command_scale(self, p: Parameters) -> Expression:
+    def command_scale(self, position: Expression, p: Parameters) -> Expression:
         return p["gain"]

@@ -21,8 +21,8 @@ class TorqueRipple(ActuatorEffect):
     symptom = "a residual that repeats with position in proportion to the torque"
     source = "Jahns & Soong (1996)"
     parameters = (
-        Parameter("sine", "1", "relative amplitude of the sine", 0.0, -0.9, 0.9),
-        Parameter("cosine", "1", "relative amplitude of the cosine", 0.0, -0.9, 0.9),
+        Parameter("sine", "1", "relative amplitude of the sine", 0.0, -0.4, 0.4),
+        Parameter("cosine", "1", "relative amplitude of the cosine", 0.0, -0.4, 0.4),
         Parameter("harmonic", "1/rad", "cycles per turn", 1.0, 1.0, 200.0),
     )
 
@@ -31,12 +31,15 @@ class TorqueRipple(ActuatorEffect):
 
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
         waves = strongest_waves(trace.position, trace.command, trace, (1.0, 60.0))
-        return tuple(
-            {"sine": float(min(max(-w.sine, -0.8), 0.8)), "cosine": float(min(max(-w.cosine, -0.8), 0.8)),
-             "harmonic": w.rate}
-            for w in waves
-        )  # fmt: skip
+        return tuple({"sine": _inside(-w.sine), "cosine": _inside(-w.cosine), "harmonic": w.rate} for w in waves)
 
     def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
-        phase = p["harmonic"] * s.position
-        return torque * (1.0 + p["sine"] * ca.sin(phase) + p["cosine"] * ca.cos(phase))
+        return torque * self.command_scale(s.position, p)
+
+    def command_scale(self, position: Expression, p: Parameters) -> Expression:
+        phase = p["harmonic"] * position
+        return 1.0 + p["sine"] * ca.sin(phase) + p["cosine"] * ca.cos(phase)
+
+
+def _inside(amplitude: float) -> float:
+    return float(min(max(amplitude, -0.35), 0.35))

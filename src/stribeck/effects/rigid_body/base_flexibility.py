@@ -34,10 +34,14 @@ class BaseFlexibility(TransmissionEffect):
         return (0,)
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
-        mass = scale.inertia
+        arm = scale.inertia
+
+        def start(hertz: float, base: float) -> dict[str, float]:
+            omega, whole = 6.2832 * hertz, arm * (1.0 + base)
+            return {"stiffness": whole * omega**2, "damping": 0.1 * whole * omega, "inertia": arm * base}
+
         return tuple(
-            {"stiffness": 2.0 * mass * (6.2832 * hertz) ** 2, "damping": 0.2 * mass * 6.2832 * hertz, "inertia": mass}
-            for hertz in (1.5, 4.0, 10.0)
+            start(hertz, base) for hertz, base in ((1.5, 1.0), (4.0, 1.0), (10.0, 1.0), (12.0, 0.15), (25.0, 0.5))
         )
 
     def transmitted(self, deflection: Expression, rate: Expression, p: Parameters) -> Expression:

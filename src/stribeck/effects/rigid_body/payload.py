@@ -19,6 +19,7 @@ class Payload(RigidBodyEffect):
     source = "Khalil & Dombre (2002), ch. 12"
     parameters = (Parameter("mass", "kg", "mass at the tip", 0.0, 0.0),)
     whole_arm = True
+    rescales = True
 
     def sites(self, n: int) -> tuple[int, ...]:
         return (n - 1,)

@@ -20,8 +20,8 @@ class EncoderEccentricity(SensingEffect):
     symptom = "inertia, velocity and gravity that seem to vary with position"
     source = "Ellis (2012), Control System Design Guide, ch. 14 (encoder errors)"
     parameters = (
-        Parameter("sine", "rad", "amplitude of the sine", 0.0, -0.3, 0.3),
-        Parameter("cosine", "rad", "amplitude of the cosine", 0.0, -0.3, 0.3),
+        Parameter("sine", "rad", "amplitude of the sine", 0.0, -0.6, 0.6),
+        Parameter("cosine", "rad", "amplitude of the cosine", 0.0, -0.6, 0.6),
         Parameter("harmonic", "1/rad", "cycles per turn: 1 off centre, 2 with an oval disc", 1.0, 1.0, 8.0, firm=True),
     )
 
