@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from _rival import CONSTANTS, Answer, friction_intervals
 from scipy.optimize import least_squares
@@ -22,14 +24,17 @@ FAR = 1e12  # for a bound that there is none
 BROKEN = 1e3  # standard deviations, where a law does not compute
 
 
-def by_least_squares(arm: Arm, prepared: Prepared, base: Model, floor: np.ndarray) -> Answer:
+def by_least_squares(
+    arm: Arm, prepared: Prepared, base: Model, floor: np.ndarray, leave_out: Sequence[str] = ()
+) -> Answer:
     """Fit all effects at all joints together, residuals taken for white, and name those whose interval excludes none.
 
     The exact Jacobian, the arm file's priors and bounds, and the weights are this package's; rows are counted one by
-    one. Where two effects exclude each other (two compliances of one joint), the first in the registry is taken.
+    one. Where two effects exclude each other (two compliances of one joint), the first in the registry is taken; those
+    that vanish only in a limit (a stiffness) have no null that an interval could exclude.
     """
     placed: list[Placed] = list(base.placed)
-    while more := candidates(arm, placed):
+    while more := candidates(arm, placed, leave_out):
         placed.append(Placed(*more[0]))
     path = SignalPath(arm, placed)
     residual = Residual(path, prepared.fit)
@@ -57,7 +62,8 @@ def by_least_squares(arm: Arm, prepared: Prepared, base: Model, floor: np.ndarra
     rows = [at.get(f"{joint}.friction.{name}", (np.nan, None)) for joint in arm.names for name in CONSTANTS]
     ended = "converged" if found.status > 0 else f"not converged in {EVALUATIONS} evaluations"
     named = tuple((placed[k].effect.name, arm.names[placed[k].joint]) for _, k in sure)
-    says = f"{len(sure)} of {len(placed)} effects significant, {ended}"
+    left = np.sqrt(np.mean(found.fun[: base.fit.residual.size] ** 2) / np.mean((base.fit.residual / sd) ** 2))
+    says = f"{len(sure)} of {len(placed)} effects significant, {ended}, {left:.0%} of the re-tuned residual left"
     return Answer(named, None, friction_intervals(arm, rows), says)
 
 

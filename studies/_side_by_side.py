@@ -49,7 +49,7 @@ def answers_of_a_case(arm: Arm, runs: Sequence[Run], leave_out: Sequence[str]) -
         "MuJoCo sysid": lambda: by_mujoco(arm, prepared),
         "PySINDy": lambda: by_sindy(arm, prepared, base),
         **{f"PEtab Select {name}": lambda name=name: by_petab_select(arm, steps[0], name) for name in PETAB},
-        "least squares, all effects": lambda: by_least_squares(arm, prepared, base, floor),
+        "least squares, all effects": lambda: by_least_squares(arm, prepared, base, floor, leave_out),
     }
     answers = {OWN: {**asdict(own), "seconds": spent}}
     for name, work in works.items():

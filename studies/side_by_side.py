@@ -34,12 +34,13 @@ def main(
     none: int = 4,
     effects: str = "",
     levels: str = ",".join(LEVELS),
+    library: str = "",
     seed: int = 7000,
     jobs: int = 1,
     score_only: bool = False,
     fresh: bool = False,
 ) -> None:
-    """Record, answer by all methods, compare; ``--score-only`` compares what there is."""
+    """Record, answer, compare; ``--library a,b`` has these candidates only, ``--score-only`` compares what there is."""
     if missing := [name for name in TOOLS if importlib.util.find_spec(name) is None]:
         print(f"not compared: {', '.join(missing)} not installed (pip install 'mujoco[sysid]' pysindy petab-select)")
         raise typer.Exit(1)
@@ -55,7 +56,9 @@ def main(
     if not (work / "key.json").exists():
         print("digest", record_sealed(order, work / "cases", work / "key.json", seed=seed, jobs=jobs, progress=print))
     if not score_only:
-        diagnose_cases(work / "cases", work / "answers", farm=Processes(jobs), diagnoser=answers_of_a_case)
+        without = [name for name in registry() if library and name not in library.split(",")]
+        farm = Processes(jobs)
+        diagnose_cases(work / "cases", work / "answers", farm=farm, leave_out=without, diagnoser=answers_of_a_case)
     result = table(open_sealed(work / "answers", work / "key.json", partial=score_only))
     print("\n".join(in_words(result)))
     print(f"written to {write('side_by_side', result, methods=side_by_side_figure(result))}")

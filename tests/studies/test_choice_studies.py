@@ -115,17 +115,13 @@ def few(study, tmp_path: Path, **options):
     return json.loads((folder / "result.json").read_text(encoding="utf-8"))
 
 
+FEW = {"effects": "delay", "levels": "clear", "library": "delay,torque_offset,payload"}
+
+
 @pytest.mark.slow
 def test_decision_rules(tmp_path: Path):
-    """A plain delay is named by all rules; the shipped one is silent where there is nothing."""
-    some = {
-        "unknown": 0,
-        "left_out": 0,
-        "effects": "delay",
-        "levels": "clear",
-        "library": "delay,torque_offset,payload",
-    }
-    result = few("decision_rules", tmp_path, single=1, none=1, seed=11, **some)
+    """A plain delay is named by the shipped rule and by BIC; the shipped one is silent where there is nothing."""
+    result = few("decision_rules", tmp_path, single=1, none=1, unknown=0, left_out=0, seed=11, **FEW)
     rows = {(row["rule"], row["domain"]): row for row in result["methods"]}
     assert result["failed"] == 0
     assert rows["shipped", "torque"]["class"]["k"] == 1
@@ -138,11 +134,12 @@ def test_side_by_side(tmp_path: Path):
     """MuJoCo names nothing; all methods answer."""
     for tool in ("mujoco", "pysindy", "petab_select"):
         pytest.importorskip(tool, reason=f"{tool} is not installed: the study compares with it")
-    result = few("side_by_side", tmp_path, single=1, none=0, effects="delay", levels="clear", seed=11)
+    result = few("side_by_side", tmp_path, single=1, none=0, seed=11, **FEW)
     rows = {row["method"]: row for row in result["methods"]}
     assert all(row["failed"] == 0 for row in rows.values())
     assert rows["stribeck"]["right"]["k"] == 1
     assert rows["MuJoCo sysid"]["names"] == 0
+    assert all(row["seconds"] > 0.0 for row in rows.values())
 
 
 def test_side_by_side_says_what_is_missing(capsys, monkeypatch):
