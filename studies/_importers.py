@@ -45,6 +45,9 @@ def others() -> str:
         shutil.rmtree(folder, ignore_errors=True)
         _call([sys.executable, "-m", "venv", str(folder)])
         _call([str(python), "-m", "pip", "install", "-q", *PACKAGES])
+        unzip = python.with_name("unzip")  # Ecos calls it, and not every machine has it
+        unzip.write_text(f'#!/bin/sh\nexec "{python}" -m zipfile -e "$2" "$4"\n', encoding="utf-8")
+        unzip.chmod(0o755)
         (folder / "complete").touch()
     return str(python)
 
@@ -103,10 +106,11 @@ def coupled(model: Path, folder: Path, *, duration: float = 2.0) -> tuple[np.nda
 def run_other(arguments: list[str]) -> str:
     """Run the Python with the other importers, return what it prints.
 
-    Ecos takes libtbb.so.12 from pip's tbb there, which needs no root.
+    Ecos needs libtbb.so.12, which pip's tbb brings without root, and an ``unzip``, the machine's own where it has one.
     """
-    python = others()
-    return _call([python, *arguments], LD_LIBRARY_PATH=str(Path(python).parents[1] / "lib"))
+    python = Path(others())
+    path = f"{os.environ.get('PATH', os.defpath)}{os.pathsep}{python.parent}"
+    return _call([str(python), *arguments], LD_LIBRARY_PATH=str(python.parents[1] / "lib"), PATH=path)
 
 
 def _harness(windows: bool) -> Path:
