@@ -231,7 +231,7 @@ def arms(draw: st.DrawFn) -> Arm:
     for _ in range(draw(st.integers(0, 3))):
         where = draw(chosen)
         values = st.dictionaries(st.sampled_from(where), st.dictionaries(texts, finite, max_size=3))
-        effects.append(EffectEntry(draw(texts), where, draw(values)))
+        effects.append(EffectEntry(draw(texts), where, draw(values), draw(st.none() | texts)))
     tolerance = Tolerance(draw(positive), draw(positive))
     sample_time = draw(st.none() | positive)
     return Arm(draw(texts), draw(st.tuples(finite, finite)), tuple(joints), sample_time, tolerance, tuple(effects))

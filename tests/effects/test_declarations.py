@@ -11,7 +11,7 @@ import pytest
 
 from stribeck.arm import EffectEntry, load_arm, save_arm
 from stribeck.effects import registry as module
-from stribeck.effects.registry import effect_named, entries_of, placed_effects, registry
+from stribeck.effects.registry import effect_named, entries_of, laws, placed_effects, registry
 from stribeck.errors import InputError
 from stribeck.model.effect import (
     ActuatorEffect,
@@ -27,7 +27,7 @@ from stribeck.model.values import Scale
 
 from .bench import nominal_arm, starts
 
-EFFECTS = [pytest.param(effect, id=name) for name, effect in registry().items()]
+EFFECTS = [pytest.param(effect, id=effect.label) for effect in laws().values()]
 STAGES = (ActuatorEffect, ExternalEffect, FrictionEffect, RigidBodyEffect, SensingEffect, TransmissionEffect)
 CHANNELS = ("friction", "actuator", "transmission", "sensing", "rigid_body", "external")
 UNIT = re.compile(r"(1|N m|N|m|rad|s|kg|Hz|kg m\^2)( s(\^2)?| m)?(/(1|rad|s|kg|m)(\^[0-9.]+)?)?")
@@ -42,6 +42,7 @@ every_effect = pytest.mark.parametrize("effect", EFFECTS)
 @every_effect
 def test_words(effect: Effect) -> None:
     assert re.fullmatch(r"[a-z]+(_[a-z]+)*", effect.name)
+    assert re.fullmatch(r"([a-z]+(_[a-z]+)*)?", effect.law)
     assert effect.channel in CHANNELS
     for text in (effect.equation, effect.symptom, effect.source, inspect.getdoc(type(effect))):
         assert text
@@ -101,14 +102,18 @@ def test_stage_and_sites(effect: Effect) -> None:
 
 @every_effect
 def test_file(effect: Effect) -> None:
-    """One final class in effects/<channel>/<name>.py, which knows no other effect and nothing downstream."""
+    """One final class in effects/<channel>/<name>.py, or <name>_<law>.py for a further law of a family.
+
+    It knows no other effect and nothing downstream.
+    """
     kind = type(effect)
     if not kind.__module__.startswith("stribeck.effects."):
         pytest.skip("from another package")
     path = Path(inspect.getfile(kind))
-    assert path.stem == effect.name
+    first = effect_named(effect.name) is effect
+    assert path.stem == (effect.name if first else f"{effect.name}_{effect.law}")
     assert path.parent.name == effect.channel
-    assert kind.__name__ == effect.name.title().replace("_", "")
+    assert kind.__name__ == path.stem.title().replace("_", "")
     assert kind.__final__
     tree = ast.parse(path.read_text(encoding="utf-8"))
     imported = [node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
@@ -120,14 +125,43 @@ def test_file(effect: Effect) -> None:
 
 @every_effect
 def test_registered_once(effect: Effect) -> None:
-    assert effect_named(effect.name) is effect
+    assert effect_named(effect.name, effect.law) is effect
+    assert [e.label for e in laws().values()].count(effect.label) == 1
+
+
+def test_laws_of_a_family() -> None:
+    """They share stage, channel and joints, and all have a law's name; the first is meant where none is given."""
+    for name, first in registry().items():
+        family = [effect for effect in laws().values() if effect.name == name]
+        assert family[0] is first
+        places = {(e.channel, e.sites(3), e.whole_arm, type(e).__mro__[1]) for e in family}
+        assert len(places) == 1
+        assert len(family) == 1 or all(effect.law for effect in family)
+        assert len(family) > 1 or not first.law
+
+
+def test_a_law_in_an_arm_file() -> None:
+    from dataclasses import replace
+
+    arm = nominal_arm()
+
+    def placed(law: str | None) -> str:
+        return placed_effects(replace(arm, effects=(EffectEntry("presliding", ("A",), law=law),)))[0].effect.law
+
+    assert placed(None) == placed("lugre") == "lugre"
+    assert placed("maxwell_slip") == "maxwell_slip"
+    with pytest.raises(InputError, match="unknown law of presliding: found dahl; use one of: lugre, maxwell_slip"):
+        placed("dahl")
+    with pytest.raises(InputError, match="unknown law of delay: found pade; leave law out"):
+        effect_named("delay", "pade")
 
 
 def test_every_file_is_registered() -> None:
     folder = Path(module.__file__).parent
     files = {path.stem for path in folder.glob("*/*.py")} - {"__init__"}
-    own = {name for name, e in registry().items() if type(e).__module__.startswith("stribeck.effects.")}
-    assert files == own
+    kinds = [type(effect) for effect in laws().values()]
+    own = [kind.__module__ for kind in kinds if kind.__module__.startswith("stribeck.effects.")]
+    assert sorted(name.rpartition(".")[2] for name in own) == sorted(files)
 
 
 @every_effect
@@ -138,7 +172,7 @@ def test_arm_file_round_trip(effect: Effect, tmp_path: Path) -> None:
     arm = nominal_arm()
     joints = tuple(arm.names[j] for j in effect.sites(2))
     values = {name: starts(effect, j)[0] for name, j in zip(joints, effect.sites(2), strict=True)}
-    corrected = replace(arm, effects=(EffectEntry(effect.name, joints, values),))
+    corrected = replace(arm, effects=(EffectEntry(effect.name, joints, values, effect.law or None),))
     save_arm(corrected, tmp_path / "arm.toml")
     again = load_arm(tmp_path / "arm.toml")
     assert again == corrected
@@ -159,7 +193,7 @@ def test_wrong_entries_are_refused(effect: Effect) -> None:
     joint = arm.names[effect.sites(2)[0]]
 
     def place(**values: float) -> None:
-        placed_effects(replace(arm, effects=(EffectEntry(effect.name, (joint,), {joint: values}),)))
+        placed_effects(replace(arm, effects=(EffectEntry(effect.name, (joint,), {joint: values}, effect.law or None),)))
 
     place()  # what is not given is at its null
     with pytest.raises(InputError, match="unknown parameter"):
@@ -178,18 +212,24 @@ def test_unknown_effect() -> None:
 
 
 def test_effects_of_other_packages(monkeypatch: pytest.MonkeyPatch) -> None:
-    """An entry point adds an effect; it cannot replace one of the library's."""
+    """An entry point adds an effect, or a law to a name; it cannot replace one of the library's."""
     points = [
         EntryPoint("brush", f"{__name__}:Brush", "stribeck.effects"),
         EntryPoint("delay", f"{__name__}:Impostor", "stribeck.effects"),
+        EntryPoint("pade", f"{__name__}:Pade", "stribeck.effects"),
     ]
     monkeypatch.setattr(module, "entry_points", lambda group: EntryPoints(points).select(group=group))
     monkeypatch.setattr(EntryPoint, "load", lambda self: globals()[self.attr])
+    laws.cache_clear()
     registry.cache_clear()
     try:
         assert list(registry())[-1] == "brush"
         assert type(registry()["delay"]) is not Impostor
+        assert all(type(effect) is not Impostor for effect in laws().values())
+        assert type(effect_named("delay", "pade")) is Pade
+        assert effect_named("delay") is registry()["delay"]
     finally:
+        laws.cache_clear()
         registry.cache_clear()
 
 
@@ -207,3 +247,9 @@ class Impostor(Brush):
     """Takes a name that is taken."""
 
     name = "delay"
+
+
+class Pade(Impostor):
+    """Adds a law to a name that is taken."""
+
+    law = "pade"

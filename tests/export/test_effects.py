@@ -8,7 +8,7 @@ import pytest
 from fmpy.validation import validate_fmu
 
 from stribeck.arm import Arm, EffectEntry
-from stribeck.effects.registry import registry
+from stribeck.effects.registry import laws, registry
 from stribeck.errors import InputError
 from stribeck.export import export_fmu
 from stribeck.model.effect import Effect
@@ -29,7 +29,7 @@ def with_effects(*effects: Effect) -> Arm:
     for effect in effects:
         sites = list(effect.sites(2))[:1] if effect.whole_arm else [1]
         joint = "AB"[sites[0]]
-        entries.append(EffectEntry(effect.name, (joint,), {joint: effect.starts(SCALE)[0]}))
+        entries.append(EffectEntry(effect.name, (joint,), {joint: effect.starts(SCALE)[0]}, effect.law or None))
     return two_links(*entries, gravity=(9.81, 0.0))
 
 
@@ -63,14 +63,14 @@ def test_several_effects_at_once(made: Callable[[Arm, int], Path]) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", list(registry()))
-def test_every_effect(name: str, made: Callable[[Arm, int], Path]) -> None:
-    arm = with_effects(registry()[name])
+@pytest.mark.parametrize("effect", [pytest.param(e, id=e.label) for e in laws().values()])
+def test_every_effect(effect: Effect, made: Callable[[Arm, int], Path]) -> None:
+    arm = with_effects(effect)
     for fmi in (2, 3):
         fmu = Fmu(made(arm, fmi))
         assert validate_fmu(str(fmu.path)) == []
         assert compared(fmu, arm) < 1e-9
-        if registry()[name].delays:
+        if effect.delays:
             assert fmu.instance("me").c is None
             continue
         engine = Engine(path_of(arm))

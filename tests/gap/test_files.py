@@ -59,6 +59,16 @@ def diagnosis():
     )
 
 
+def test_the_law_of_a_family_is_said_where_there_are_several(diagnosis, tmp_path):
+    assert all("law" not in cause for cause in diagnosis_json(diagnosis)["causes"])
+    chosen = replace(diagnosis.causes[0], law={"A": "maxwell_slip"})
+    corrected = arm(effects=(EffectEntry("presliding", ("A",), PRESLIDING, "maxwell_slip"),))
+    said = replace(diagnosis, causes=(chosen,), models={**diagnosis.models, "corrected": corrected})
+    assert diagnosis_json(said)["causes"][0]["law"] == {"A": "maxwell_slip"}
+    write_diagnosis(said, tmp_path)
+    assert load_arm(tmp_path / "corrected.toml").effects[0].law == "maxwell_slip"
+
+
 def test_keys_and_nesting_are_those_of_the_contract(diagnosis):
     data = diagnosis_json(diagnosis)
     head = [

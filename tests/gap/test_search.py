@@ -6,7 +6,7 @@ import pytest
 from stribeck.effects.registry import effect_named, registry
 from stribeck.gap.model import Model, fit_model, retune, weights_of
 from stribeck.gap.prepare import Prepared, prepare
-from stribeck.gap.screen import candidates, screen
+from stribeck.gap.screen import Trial, best_laws, candidates, screen
 from stribeck.identify.map_fit import Weights
 from stribeck.model.layout import Placed
 
@@ -24,8 +24,10 @@ def late() -> tuple[Prepared, Model, Weights]:
 
 
 def test_candidates() -> None:
-    names = [effect.name for effect, joint in candidates(TRUE, ())]
-    assert len(names) == len(set(names))
+    found = [effect for effect, _ in candidates(TRUE, ())]
+    names = [effect.name for effect in found]
+    assert len(found) == len({effect.label for effect in found})
+    assert names.count("presliding") == 2  # every law of a family
     assert "negative_damping" not in names  # the nominal model has a falling part
     assert set(names) <= set(registry())
     assert {"delay", "payload", "backlash"} <= set(names)
@@ -43,6 +45,15 @@ def test_one_compliance_a_joint(there: str, gone: str) -> None:
     names = [effect.name for effect, _ in candidates(TRUE, [Placed(effect_named(there), 0)])]
     assert gone not in names
     assert "presliding" in names
+
+
+def test_of_a_family_the_law_that_promises_most() -> None:
+    one, other = effect_named("presliding", "lugre"), effect_named("presliding", "maxwell_slip")
+    tried = [Trial(one, 0, {}, 3.0), Trial(other, 0, {}, 4.0), Trial(one, 1, {}, 3.0), Trial(other, 1, {}, 3.0)]
+    kept = best_laws([*tried, Trial(effect_named("delay"), 0, {}, 1.0)])
+    assert [(trial.effect.label, trial.joint) for trial in kept] == [
+        ("presliding/maxwell_slip", 0), ("presliding/lugre", 1), ("delay", 0)
+    ]  # fmt: skip
 
 
 def test_screen_promises_what_the_fit_keeps(late: tuple[Prepared, Model, Weights]) -> None:

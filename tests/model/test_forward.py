@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from stribeck.arm import Arm, Friction, Joint
-from stribeck.effects.registry import registry
+from stribeck.effects.registry import laws, registry
 from stribeck.model.balance import Balance
 from stribeck.model.cut import Cut
 from stribeck.model.drive import DRIVE, Drive
@@ -30,7 +30,7 @@ def arm(n: int = 2) -> Arm:
 
 
 def trials() -> Iterator[tuple[Effect, dict[str, float]]]:
-    for effect in registry().values():
+    for effect in laws().values():
         for values in effect.starts(SCALE)[:1]:
             yield effect, values
 
@@ -54,7 +54,7 @@ def record_of(position: np.ndarray, velocity: np.ndarray, acceleration: np.ndarr
     return np.concatenate([known.get(name, np.zeros(len(position))) for name in DRIVE])
 
 
-@pytest.mark.parametrize(("effect", "values"), [pytest.param(e, v, id=e.name) for e, v in trials()])
+@pytest.mark.parametrize(("effect", "values"), [pytest.param(e, v, id=e.label) for e, v in trials()])
 def test_forward_balances_the_cut(effect: Effect, values: dict[str, float]) -> None:
     """Accelerations and state rates of a random sliding state leave no residual at the cut."""
     rng = np.random.default_rng(1)
@@ -83,7 +83,7 @@ def test_forward_balances_the_cut(effect: Effect, values: dict[str, float]) -> N
         assert derivatives.full().ravel() == pytest.approx(rates[4:], rel=1e-9, abs=1e-9 * size)
 
 
-@pytest.mark.parametrize("effect", [pytest.param(e, id=e.name) for e in registry().values()])
+@pytest.mark.parametrize("effect", [pytest.param(e, id=e.label) for e in laws().values()])
 def test_stuck_joint_is_masked(effect: Effect) -> None:
     """Modes 0: no velocity, no acceleration, and the same break-away margin as a joint that is free to move."""
     path = SignalPath(arm(), [Placed(effect, joint, effect.starts(SCALE)[0]) for joint in effect.sites(2)])

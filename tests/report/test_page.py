@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
-from stribeck.effects.registry import registry
+from stribeck.effects.registry import laws
 from stribeck.report import page
 from stribeck.report.equation import equation_image
 from stribeck.report.page import Answer, Bullets, Facts, Files, Law, Laws, Picture, Row, Section, Table, render
@@ -35,7 +35,7 @@ def test_every_kind_of_section_is_covered_above():
 
 
 def test_every_effects_equation_can_be_set():
-    failed = [name for name, effect in registry().items() if not equation_image(effect.equation).startswith("data:")]
+    failed = [effect.label for effect in laws().values() if not equation_image(effect.equation).startswith("data:")]
     assert failed == []
 
 

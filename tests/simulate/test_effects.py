@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from stribeck.arm import EffectEntry, Friction
-from stribeck.effects.registry import registry
+from stribeck.effects.registry import laws
+from stribeck.model.effect import Effect
 from stribeck.model.layout import Placed
 from stribeck.model.path import SignalPath
 from stribeck.model.values import Scale
@@ -116,10 +117,9 @@ SCALE = Scale(torque=8.0, friction=4.0, speed=1.0, travel=2.0, inertia=0.4, samp
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", sorted(registry()))
-def test_every_effect_runs(name: str) -> None:
+@pytest.mark.parametrize("effect", [pytest.param(e, id=e.label) for e in laws().values()])
+def test_every_effect_runs(effect: Effect) -> None:
     """Compiled, simulated, and converged, whatever the registry holds."""
-    effect = registry()[name]
     placed = [Placed(effect, joint, effect.starts(SCALE)[0]) for joint in effect.sites(2)]
     engine = Engine(SignalPath(two_links(gravity=(9.81, 0.0)), placed))
     start = engine.start(engine.p, np.array([0.2, -0.1]), np.zeros(2), COMMAND[0])

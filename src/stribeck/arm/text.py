@@ -73,6 +73,8 @@ def _friction(header: str, friction: Friction, units: Mapping[str, str]) -> Iter
 def _effect(entry: EffectEntry) -> Iterator[str]:
     yield "[[effects]]"
     yield f"effect = {_text(entry.effect)}"
+    if entry.law is not None:
+        yield f"law = {_text(entry.law)}"
     yield f"joints = [{', '.join(_text(name) for name in entry.joints)}]"
     for joint, values in entry.parameters.items():
         yield f"[effects.parameters.{_key(joint)}]"

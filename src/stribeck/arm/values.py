@@ -87,13 +87,17 @@ class Tolerance:
 
 @dataclass(frozen=True)
 class EffectEntry:
-    """An effect beyond the nominal model: its name, its joints, and joint -> parameter -> value (SI)."""
+    """An effect beyond the nominal model: its name, its joints, joint -> parameter -> value (SI), and the law.
+
+    Where a name stands for several laws and none is given, it is the first of the registry.
+    """
 
     __pydantic_config__ = _STRICT
 
     effect: Name
     joints: Annotated[tuple[Name, ...], Field(min_length=1)]
     parameters: Mapping[str, Mapping[str, Finite]] = field(default_factory=dict)
+    law: Name | None = None
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,7 @@
-"""The one list of effects; third parties add theirs through the entry point group ``stribeck.effects``."""
+"""The one list of effects, a line each; third parties add theirs through the entry point group ``stribeck.effects``.
+
+Effects of one name are the laws of one family: an arm file or a diagnosis names the family and says the law.
+"""
 
 from __future__ import annotations
 
@@ -21,11 +24,13 @@ from stribeck.effects.external.input_disturbance import InputDisturbance
 from stribeck.effects.friction.asymmetric_friction import AsymmetricFriction
 from stribeck.effects.friction.dwell_time import DwellTime
 from stribeck.effects.friction.frictional_lag import FrictionalLag
+from stribeck.effects.friction.frictional_lag_delay import FrictionalLagDelay
 from stribeck.effects.friction.history import History
 from stribeck.effects.friction.load_dependent_friction import LoadDependentFriction
 from stribeck.effects.friction.negative_damping import NegativeDamping
 from stribeck.effects.friction.position_dependent_friction import PositionDependentFriction
 from stribeck.effects.friction.presliding import Presliding
+from stribeck.effects.friction.presliding_maxwell_slip import PreslidingMaxwellSlip
 from stribeck.effects.friction.quadratic_damping import QuadraticDamping
 from stribeck.effects.rigid_body.base_flexibility import BaseFlexibility
 from stribeck.effects.rigid_body.gravity_tilt import GravityTilt
@@ -45,7 +50,9 @@ _OWN: tuple[type[Effect], ...] = (
     AsymmetricFriction,
     NegativeDamping,
     Presliding,
+    PreslidingMaxwellSlip,
     FrictionalLag,
+    FrictionalLagDelay,
     DwellTime,
     History,
     LoadDependentFriction,
@@ -76,22 +83,38 @@ _OWN: tuple[type[Effect], ...] = (
 
 
 @cache
-def registry() -> Mapping[str, Effect]:
-    """Return every known effect by name, the library's own first."""
-    effects: dict[str, Effect] = {kind.name: kind() for kind in _OWN}
+def laws() -> Mapping[tuple[str, str], Effect]:
+    """Return every known effect by name and law, the library's own first; the first law of a name is its default.
+
+    An effect of another package may add a name, or a law of its own to a name that is known.
+    """
+    effects = {(kind.name, kind.law): kind() for kind in _OWN}
     for point in entry_points(group="stribeck.effects"):
         effect = point.load()()
-        effects.setdefault(effect.name, effect)
+        if effect.law or effect.name not in {name for name, _ in effects}:
+            effects.setdefault((effect.name, effect.law), effect)
     return effects
 
 
-def effect_named(name: str) -> Effect:
-    """Return one effect by its contract name; raise :class:`InputError` where there is none."""
-    try:
+@cache
+def registry() -> Mapping[str, Effect]:
+    """Return every family by name, as its first law, the library's own first."""
+    families: dict[str, Effect] = {}
+    for effect in laws().values():
+        families.setdefault(effect.name, effect)
+    return families
+
+
+def effect_named(name: str, law: str | None = None) -> Effect:
+    """Return one effect by its contract name, of the law given or the family's first; raise :class:`InputError`."""
+    if name not in registry():
+        raise InputError("unknown effect", name, f"use one of: {', '.join(registry())}")
+    if law is None:
         return registry()[name]
-    except KeyError:
-        known = ", ".join(registry())
-        raise InputError("unknown effect", name, f"use one of: {known}") from None
+    if (name, law) not in laws():
+        known = ", ".join(other for family, other in laws() if family == name and other)
+        raise InputError(f"unknown law of {name}", law, f"use one of: {known}" if known else "leave law out")
+    return laws()[name, law]
 
 
 def placed_effects(arm: Arm) -> tuple[Placed, ...]:
@@ -100,7 +123,7 @@ def placed_effects(arm: Arm) -> tuple[Placed, ...]:
 
 
 def _place(arm: Arm, entry: EffectEntry, joint: str) -> Placed:
-    effect = effect_named(entry.effect)
+    effect = effect_named(entry.effect, entry.law)
     given = dict(entry.parameters.get(joint, {}))
     known = {parameter.name for parameter in effect.parameters}
     for name in given:
@@ -115,15 +138,16 @@ def _place(arm: Arm, entry: EffectEntry, joint: str) -> Placed:
 
 
 def entries_of(arm: Arm, placed: tuple[Placed, ...]) -> tuple[EffectEntry, ...]:
-    """Return placed effects as arm-file entries, effects of one name gathered over joints."""
-    grouped: dict[str, list[Placed]] = {}
+    """Return placed effects as arm-file entries, effects of one name and law gathered over joints."""
+    grouped: dict[tuple[str, str], list[Placed]] = {}
     for place in placed:
-        grouped.setdefault(place.effect.name, []).append(place)
+        grouped.setdefault((place.effect.name, place.effect.law), []).append(place)
     return tuple(
         EffectEntry(
             name,
             tuple(arm.names[place.joint] for place in places),
             {arm.names[place.joint]: dict(place.values) for place in places},
+            law or None,
         )
-        for name, places in grouped.items()
+        for (name, law), places in grouped.items()
     )

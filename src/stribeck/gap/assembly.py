@@ -155,7 +155,12 @@ class Assembly:
         step = self.prepared.fit[0].run.t
         parameters = {joint: widened(own, float(step[1] - step[0])) for joint, own in parameters.items()}
         closes = self._closed_by(cause.effect)
-        return replace(cause, parameters=parameters, closes=closes)
+        return replace(cause, parameters=parameters, closes=closes, law=self._laws_of(cause.effect))
+
+    def _laws_of(self, effect: str) -> dict[str, str]:
+        """Return joint -> law of a named family that has several."""
+        names, added = self.prepared.arm.names, self.models[-1].placed[len(self.base.placed) :]
+        return {names[p.joint]: p.effect.law for p in added if p.effect.name == effect and p.effect.law}
 
     def _closed_by(self, effect: str) -> Estimate:
         """Return the part of the whole closable gap that an effect's own steps close, joints scaled by their floor."""

@@ -121,6 +121,7 @@ def _cause(cause: Cause) -> dict[str, Any]:
             for joint, values in cause.parameters.items()
         },
         "closes": _estimate(cause.closes),
+        **({"law": dict(cause.law)} if cause.law else {}),
         **({} if cause.presence is None else {"presence": _number(cause.presence)}),
     }
 

@@ -69,7 +69,8 @@ class Cause:
 
     ``probability`` sums to 1 over the causes: where several effects are named together they share it by what each
     closes. ``presence`` is the probability that this effect is there at all, beside whatever else is.
-    ``parameters`` is joint -> parameter -> Estimate; ``closes`` the part of the closable gap that it closes.
+    ``parameters`` is joint -> parameter -> Estimate; ``closes`` the part of the closable gap that it closes; ``law``
+    is joint -> law, where the effect is a family with several.
     """
 
     effect: str
@@ -79,6 +80,7 @@ class Cause:
     parameters: Mapping[str, Mapping[str, Estimate]] = field(default_factory=dict)
     closes: Estimate | None = None
     presence: float | None = None
+    law: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stribeck.arm import Arm
-from stribeck.effects.registry import registry
+from stribeck.effects.registry import laws
 from stribeck.gap.model import Model, effect_scales, start_values
 from stribeck.gap.prepare import Prepared
 from stribeck.identify.map_fit import Weights
@@ -39,12 +39,17 @@ class Trial:
         """Effect name and joint."""
         return self.effect.name, self.joint
 
+    @property
+    def law_key(self) -> tuple[str, str, int]:
+        """Effect name, law and joint."""
+        return self.effect.name, self.effect.law, self.joint
+
 
 def candidates(arm: Arm, placed: Sequence[Placed], leave_out: Sequence[str] = ()) -> list[tuple[Effect, int]]:
-    """Return the effects and joints that can be added to those already placed."""
+    """Return the effects (every law of each) and joints that can be added to those already placed."""
     taken = {(place.effect.name, place.joint) for place in placed}
     out = []
-    for effect in (effect for effect in registry().values() if not effect.direct):
+    for effect in (effect for effect in laws().values() if not effect.direct):
         for joint in effect.sites(arm.n):
             fits = effect.applies(arm, joint) and not _clashes(effect, joint, placed)
             if effect.name not in leave_out and fits and (effect.name, joint) not in taken:
@@ -60,6 +65,15 @@ def _clashes(effect: Effect, joint: int, placed: Sequence[Placed]) -> bool:
     if isinstance(effect, FrictionEffect) and effect.bristle:
         return any(isinstance(other, FrictionEffect) and other.bristle for other in here)
     return False
+
+
+def best_laws(tried: Sequence[Trial]) -> list[Trial]:
+    """Return the trials with, of each family at each joint, the law that promises most; ties go to the first."""
+    best: dict[tuple[str, int], Trial] = {}
+    for trial in tried:
+        if trial.key not in best or trial.promise > best[trial.key].promise:
+            best[trial.key] = trial
+    return list(best.values())
 
 
 def screen(

@@ -14,7 +14,7 @@ from stribeck.gap.gates import LEAST_GAIN, earns_its_place, needed
 from stribeck.gap.model import Model, fit_model, weights_of
 from stribeck.gap.prepare import Prepared
 from stribeck.gap.rank import Ranking, rank
-from stribeck.gap.screen import Trial, candidates, screen
+from stribeck.gap.screen import Trial, best_laws, candidates, screen
 from stribeck.gap.white import noise_of_best
 from stribeck.identify.map_fit import Weights
 from stribeck.model.layout import Placed
@@ -104,7 +104,7 @@ class _Setting:
 
 def _forward(setting: _Setting, base: Model) -> tuple[Step, ...]:
     steps: list[Step] = []
-    known: dict[tuple[str, int], dict[str, float]] = {}
+    known: dict[tuple[str, str, int], dict[str, float]] = {}
     own = len(base.placed)
     while len(steps) < MOST_EFFECTS:
         step = _step(setting, base, base.placed[own:], known)
@@ -135,7 +135,7 @@ def _idle(setting: _Setting, steps: Sequence[Step]) -> tuple[str, int] | None:
 
 
 def _step(
-    setting: _Setting, base: Model, taken: Sequence[Placed], known: dict[tuple[str, int], dict[str, float]]
+    setting: _Setting, base: Model, taken: Sequence[Placed], known: dict[tuple[str, str, int], dict[str, float]]
 ) -> Step:
     prepared, floor, pool = setting.prepared, setting.floor, setting.pool
     weights = weights_of(base.fit.residual, prepared, floor)
@@ -146,11 +146,11 @@ def _step(
     # a joint with a slow gap has few independent rows; counted joint by joint, another's noise would outbid it
     even = replace(weights, correlation=np.full_like(weights.correlation, weights.correlation.max()))
     tried = pool(
-        delayed(screen)(prepared, base, even, effect, joint, known.get((effect.name, joint)))
+        delayed(screen)(prepared, base, even, effect, joint, known.get((effect.name, effect.law, joint)))
         for effect, joint in possible
     )
-    known.update({trial.key: trial.start for trial in tried})
-    best_trials = _survivors(tried, strained=bool(base.fit.at_limit))
+    known.update({trial.law_key: trial.start for trial in tried})
+    best_trials = _survivors(best_laws(tried), strained=bool(base.fit.at_limit))
     setting.progress(f"fitting {len({trial.key for trial in best_trials})} candidates")
     order = list(registry())
     best_trials = sorted(best_trials, key=lambda trial: (order.index(trial.effect.name), trial.joint))
@@ -162,7 +162,8 @@ def _step(
     if passing:
         ranking = replace(ranking, best=passing[0])
     kept = {(model.placed[-1].effect.name, model.placed[-1].joint) for model in rivals}
-    out = tuple((effect.name, joint) for effect, joint in possible if (effect.name, joint) not in kept)
+    tried_out = dict.fromkeys((effect.name, joint) for effect, joint in possible)
+    out = tuple(key for key in tried_out if key not in kept)
     return Step(base, tuple(rivals), ranking, passing, out, floor)
 
 

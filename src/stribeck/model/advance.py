@@ -10,8 +10,10 @@ from stribeck.model.balance import Balance
 from stribeck.model.drive import Drive
 from stribeck.model.effect import FrictionEffect
 from stribeck.model.path import SignalPath
+from stribeck.model.values import Expression
 
 SUBSTEP = 1e-3  # s, longest step of a flexible joint's link
+PASSED_ON = 2  # states of a chain that feel a change at its head within one step
 
 
 def advance(balance: Balance, sample_time: float, now: Drive, after: Drive, x: Any) -> Any:
@@ -34,8 +36,9 @@ def advance(balance: Balance, sample_time: float, now: Drive, after: Drive, x: A
     if len(path.state_names) > links:
         # a bristle follows the distance moved, the mean velocity's; other laws the velocity of the instant
         slid, moved = (_relax(balance, sample_time, *pair, x) for pair in ((first, last), (now, after)))
-        bristles = _bristles(path)
-        out += [slid[i] if name in bristles else moved[i] for i, name in enumerate(path.state_names) if i >= links]
+        bristles, known = _bristles(path), _slid(balance, sample_time, first, last, x)
+        for i, name in enumerate(path.state_names[links:], links):
+            out.append(known.get(name, slid[i]) if name in bristles else moved[i])
     return ca.vertcat(*out)
 
 
@@ -43,6 +46,22 @@ def _bristles(path: SignalPath) -> frozenset[str]:
     """Return the names of the states that carry a joint's friction."""
     placed = [(k, place.effect) for k, place in enumerate(path.placed) if isinstance(place.effect, FrictionEffect)]
     return frozenset(f"{k}.{state}" for k, effect in placed if effect.bristle for state in effect.states)
+
+
+def _slid(balance: Balance, sample_time: float, now: Drive, after: Drive, x: Any) -> dict[str, Expression]:
+    """Return the bristle states whose law is known in closed form, by name."""
+    path = balance.path
+    out: dict[str, Expression] = {}
+    for j in range(path.n):
+        bristle = path.bristle(j)
+        if bristle is None:
+            continue
+        k, effect = bristle
+        s, later = balance.signals(now, x)[0][j], balance.signals(after, x)[0][j]
+        level, distance = path.present_level(j, later, x), sample_time * s.velocity
+        states = effect.bristle_moved(level, distance, path.states(k, x), path.parameters(k))
+        out |= {f"{k}.{name}": value for name, value in (states or {}).items()}
+    return out
 
 
 def _swing(balance: Balance, sample_time: float, now: Drive, after: Drive, x: Any) -> Any:
@@ -86,17 +105,24 @@ def _contacts(path: SignalPath) -> bool:
 
 
 def _relax(balance: Balance, sample_time: float, now: Drive, after: Drive, x: Any) -> Any:
-    """Advance each effect state by an exponential step, exact for a linear law under linear forcing."""
+    """Advance each effect state by an exponential step, exact for a linear law under linear forcing.
+
+    Where states drive one another, further rounds take the change of the others into account.
+    """
     count = len(balance.path.state_names)
     state = ca.SX.sym("state", count)
     h = sample_time
     rate_now, rate_after = balance.derivatives(now, state), balance.derivatives(after, state)
-    middle = 0.5 * (rate_now + rate_after)
-    slope = ca.vertcat(*[ca.jacobian(middle[i], state[i]) for i in range(count)])
-    z = h * slope
+    slopes = ca.jacobian(0.5 * (rate_now + rate_after), state)
+    z = h * ca.diag(slopes)
     near = ca.fabs(z) < 1e-4
     safe = ca.if_else(near, 1.0, z)
     phi1 = ca.if_else(near, 1 + z / 2 + z**2 / 6, ca.expm1(safe) / safe)
     phi2 = ca.if_else(near, 0.5 + z / 6, (phi1 - 1) / safe)
     step = state + h * (phi1 * rate_now + phi2 * (rate_after - rate_now))
+    slopes[:, : 2 * len(balance.path.flexible)] = 0.0  # links move by a step of their own
+    coupling = ca.sparsify(slopes - ca.diag(ca.diag(slopes)))
+    alone = step
+    for _ in range(PASSED_ON if coupling.nnz() else 0):
+        step = alone + h * phi2 * ca.mtimes(coupling, step - state)
     return ca.substitute(step, state, x)

@@ -20,6 +20,9 @@ class Effect(ABC):
     """Base of all effects; subclass one of the stage classes below, never this one."""
 
     name: ClassVar[str]
+    """The family's name: effects of one name are laws of one phenomenon, and a joint has at most one of them."""
+    law: ClassVar[str] = ""
+    """Which law of the family this is; empty where the family has but one."""
     channel: ClassVar[str]
     parameters: ClassVar[tuple[Parameter, ...]]
     equation: ClassVar[str]
@@ -40,6 +43,11 @@ class Effect(ABC):
     """True where the records themselves show the effect (``observed``), which leaves no trace in the torque."""
     whole_arm: ClassVar[bool] = False
     """True where the effect belongs to the arm and is declared once, at the joint named in ``sites``."""
+
+    @property
+    def label(self) -> str:
+        """The name, and the law where the family has several: ``presliding/lugre``."""
+        return f"{self.name}/{self.law}" if self.law else self.name
 
     def sites(self, n: int) -> tuple[int, ...]:
         """Return the joints (indices) at which the effect can sit on an arm of ``n`` joints."""
@@ -128,6 +136,15 @@ class FrictionEffect(Effect):
     def bristle_derivatives(self, level: Expression, s: Signals, x: States, p: Parameters) -> dict[str, Expression]:
         """Return the derivatives of the bristle's states, given the level for the present direction."""
         raise NotImplementedError
+
+    def bristle_moved(
+        self, level: Expression, distance: Expression, x: States, p: Parameters
+    ) -> dict[str, Expression] | None:
+        """Return the bristle's states after a slide of ``distance`` (rad) one way; None where no closed form is known.
+
+        Along a recorded motion it takes the place of a step by the derivatives.
+        """
+        return None
 
 
 class RigidBodyEffect(Effect):

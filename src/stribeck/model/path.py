@@ -100,6 +100,13 @@ class SignalPath:
         side = "backward" if direction < 0 and f"{name}.backward.C0" in self._index else "friction"
         return {key: self.parameter(f"{name}.{side}.{key}") for key in ("C0", "C1", "C2", "alpha")}
 
+    def _constants(self, joint: int, direction: float, s: Signals, x: Any) -> Parameters:
+        """Return the Tustin constants after the effects that change them."""
+        constants = self.constants(joint, direction)
+        for k, effect in self.at(joint, FrictionEffect):
+            constants = effect.constants(constants, s, self.states(k, x), self.parameters(k))
+        return constants
+
     def rotor(self, joint: int) -> ca.SX:
         """Return the rotor inertia's symbol; a prismatic axis carries it as reflected mass."""
         return self.parameter(f"{self.arm.names[joint]}.rotor_inertia")
@@ -133,9 +140,8 @@ class SignalPath:
 
     def level(self, joint: int, speed: Expression, direction: float, s: Signals, x: Any) -> Expression:
         """Return the sliding friction level G (N m) of a joint at a speed for one direction."""
-        constants = self.constants(joint, direction)
+        constants = self._constants(joint, direction, s, x)
         for k, effect in self.at(joint, FrictionEffect):
-            constants = effect.constants(constants, s, self.states(k, x), self.parameters(k))
             speed = effect.speed(speed, s, self.states(k, x), self.parameters(k))
         level = tustin_level(speed, constants)
         for k, effect in self.at(joint, FrictionEffect):
@@ -150,7 +156,7 @@ class SignalPath:
 
     def viscous(self, joint: int, s: Signals, x: Any) -> Expression:
         """Return the friction torque of a joint that has no sign function, N m."""
-        forward, backward = self.constants(joint, 1.0)["C2"], self.constants(joint, -1.0)["C2"]
+        forward, backward = (self._constants(joint, way, s, x)["C2"] for way in (1.0, -1.0))
         torque = tustin_viscous(s.velocity, forward, backward)
         for k, effect in self.at(joint, FrictionEffect):
             torque = effect.viscous(torque, s, self.states(k, x), self.parameters(k))

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from stribeck.effects.registry import registry
+from stribeck.effects.registry import effect_named, registry
 from stribeck.gap.result import Cause, Diagnosis, Estimate
+from stribeck.model.effect import Effect
 from stribeck.report import words
 from stribeck.report.candidates_order import ranked
 from stribeck.report.equation import equation_image
@@ -174,11 +175,21 @@ def laws(diagnosis: Diagnosis) -> Laws | None:
     wanted = dict.fromkeys(
         name for named in diagnosis.named for name in (named, *words.cause_of(diagnosis, named).equivalent)
     )
-    known = [registry()[name] for name in wanted if name in registry()]
+    known = [effect for name in wanted if name in registry() for effect in _laws_of(diagnosis, name)]
     if not known:
         return None
-    found = tuple(Law(words.effect(e.name), e.equation, equation_image(e.equation), e.symptom, e.source) for e in known)
-    return Laws("What these effects are", found)
+    return Laws("What these effects are", tuple(_law(effect) for effect in known))
+
+
+def _laws_of(diagnosis: Diagnosis, name: str) -> list[Effect]:
+    """Return the laws that a family was named with, its first where it was not named."""
+    chosen = dict.fromkeys(words.cause_of(diagnosis, name).law.values())
+    return [effect_named(name, law) for law in chosen] or [registry()[name]]
+
+
+def _law(effect: Effect) -> Law:
+    name = words.effect(effect.name) + (f" ({words.effect(effect.law)})" if effect.law else "")
+    return Law(name, effect.equation, equation_image(effect.equation), effect.symptom, effect.source)
 
 
 def method(diagnosis: Diagnosis, version: str) -> Facts:

@@ -16,7 +16,7 @@ class TorqueOffset(ActuatorEffect):
     channel = "actuator"
     equation = r"\tau = u + \tau_0"
     symptom = "a constant residual, whatever the pose, the direction and the speed"
-    source = "Gautier (1997); Swevers et al. (1997), offset terms in robot identification"
+    source = "Gautier & Briot (2014), offset of amplifier and friction together"
     parameters = (Parameter("offset", "N m", "torque without a command"),)
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:

@@ -18,7 +18,7 @@ class AsymmetricFriction(FrictionEffect):
     channel = "friction"
     equation = r"G_\pm = G \pm \Delta_0, \quad B = C_2 v + \Delta_2 |v|"
     symptom = "a residual whose sign does not turn with the direction of motion, only while the joint moves"
-    source = "Popovic, Goldenberg, Shimoga & Hui, section 2.1; Armstrong (1991)"
+    source = "paper, sections 2.1 and 2.2; Armstrong-Helouvry (1991)"
     parameters = (
         Parameter("coulomb", "N m", "half the difference of the Coulomb levels, forward less backward"),
         Parameter("viscous", "N m s/rad", "half the difference of the viscous constants, forward less backward"),

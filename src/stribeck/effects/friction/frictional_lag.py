@@ -19,6 +19,7 @@ class FrictionalLag(FrictionEffect):
     """
 
     name = "frictional_lag"
+    law = "one_pole"
     channel = "friction"
     equation = r"G = C_0 + C_1 e^{-w/\alpha}, \quad T \dot w = |v| - w"
     symptom = "a residual at low speed that differs between speeding up and slowing down: a loop over velocity"

@@ -20,6 +20,7 @@ class Presliding(FrictionEffect):
     """
 
     name = "presliding"
+    law = "lugre"
     channel = "friction"
     equation = r"\dot b = \sigma_0 (v - |v| b / G(v)), \quad \tau_f = b + \sigma_1 \dot b / \sigma_0 + C_2 v"
     symptom = "a residual at velocity reversals that grows with the distance moved since, not with time"

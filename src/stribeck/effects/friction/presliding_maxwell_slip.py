@@ -1,0 +1,87 @@
+"""Elastic micro-motion before sliding, as a row of elements that give way one after the other."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from types import MappingProxyType
+from typing import final
+
+import casadi as ca
+
+from stribeck.model.effect import FrictionEffect
+from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
+
+EDGES = (0.0, 0.5, 1.6, math.inf)  # of level / stiffness: classes of the distance at which elements give way
+LAST = 0.05  # of an element's limit: over so much its torque bends into it, so that derivatives stay finite
+
+
+def _shares() -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return each class's share of the stiffness and of the level.
+
+    With distances spread exponentially the elements together follow Dahl's curve from rest, G (1 - exp(-sigma_0 x/G)).
+    """
+    beyond = [(math.exp(-u), (1.0 + u) * math.exp(-u)) if math.isfinite(u) else (0.0, 0.0) for u in EDGES]
+    pairs = list(pairwise(beyond))
+    return tuple(a[0] - b[0] for a, b in pairs), tuple(a[1] - b[1] for a, b in pairs)
+
+
+STIFFNESS, LEVEL = _shares()
+NAMES = tuple(f"element_{i + 1}" for i in range(len(LEVEL)))
+
+
+@final
+class PreslidingMaxwellSlip(FrictionEffect):
+    """Springs in parallel, each with a slider of its own, in place of the sign function: inner loops close.
+
+    A single bristle drifts under small back-and-forth loads and is twice as stiff after a reversal as at rest; a row of
+    elements keeps the contact's own stiffness sigma_0 in both.
+    """
+
+    name = "presliding"
+    law = "maxwell_slip"
+    channel = "friction"
+    equation = (
+        r"\dot b_i = \kappa_i \sigma_0 v \ [\,|b_i| < \lambda_i G\,], \quad "
+        r"\tau_f = \sum_i (b_i + \kappa_i \sigma_1 v \ [\,|b_i| < \lambda_i G\,]) + C_2 v"
+    )
+    symptom = "a residual at velocity reversals that grows with the distance moved since, in loops that close"
+    source = "Iwan (1966); generalized Maxwell-slip: Al-Bender, Lampaert & Swevers (2005)"
+    parameters = (
+        Parameter("stiffness", "N m/rad", "stiffness of the unloaded contact", math.inf, 1e-2, 1e9, log=True),
+        Parameter("damping", "N m s/rad", "damping of the contact before it slides", 0.0, 0.0),
+    )
+    states = NAMES
+    state_units = MappingProxyType(dict.fromkeys(NAMES, "N m"))
+    bristle = True
+    nonlinear = True
+
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        level = max(scale.friction, 0.01 * scale.torque)
+        return tuple({"stiffness": level / (part * scale.travel), "damping": 0.0} for part in (0.003, 0.015, 0.06))
+
+    def bristle_torque(self, level: Expression, s: Signals, x: States, p: Parameters) -> Expression:
+        sticking = [_sticking(level, i, s, x) for i in range(len(NAMES))]
+        held = sum(share * part for share, part in zip(STIFFNESS, sticking, strict=True))
+        return sum(x[name] for name in NAMES) + p["damping"] * s.velocity * held
+
+    def bristle_derivatives(self, level: Expression, s: Signals, x: States, p: Parameters) -> dict[str, Expression]:
+        return {
+            name: STIFFNESS[i] * p["stiffness"] * s.velocity * _sticking(level, i, s, x) for i, name in enumerate(NAMES)
+        }
+
+    def bristle_moved(self, level: Expression, distance: Expression, x: States, p: Parameters) -> dict[str, Expression]:
+        limits = [share * _floor(level) for share in LEVEL]
+        moved = [x[name] + share * p["stiffness"] * distance for name, share in zip(NAMES, STIFFNESS, strict=True)]
+        return {name: ca.fmin(ca.fmax(b, -limit), limit) for name, b, limit in zip(NAMES, moved, limits, strict=True)}
+
+
+def _sticking(level: Expression, i: int, s: Signals, x: States) -> Expression:
+    """Return 1 where an element's torque is off its limit or leaves it, 0 at it, negative beyond (a falling level)."""
+    limit = LEVEL[i] * _floor(level)
+    ahead = x[NAMES[i]] * ca.sign(s.velocity) / limit
+    return ca.fmin(1.0, (1.0 - ahead) / LAST)
+
+
+def _floor(level: Expression) -> Expression:
+    return ca.fmax(level, 1e-9)
