@@ -41,6 +41,7 @@ def test_misbehaving_binary(tmp_path: Path, way: int) -> None:
     assert "\n" not in problem
 
 
+@pytest.mark.slow  # it takes all the time that it is given
 def test_binary_that_hangs(tmp_path: Path) -> None:
     tiny(tmp_path / "tiny.fmu", way=HANG)
     folder = tmp_path / "unpacked"
