@@ -21,7 +21,7 @@ from stribeck.loop.exact.settle import settle
 from stribeck.loop.exact.shooting import shoot
 from stribeck.loop.linear import Assembly, assemble, free, kp_max, margins
 from stribeck.loop.linear.controller import derivative_gain
-from stribeck.loop.surroundings import Grid, alone, branch_of, map_of
+from stribeck.loop.surroundings import Grid, alone, branch_of, locus_of, map_of
 from stribeck.loop.watched import watched
 from stribeck.simulate import Closed, JointLoop, Loop, close_loop
 
@@ -122,6 +122,7 @@ def _joint(
         name, arm.joints[arm.names.index(name)].kind, entry, derivative_gain(entry, entry.kp, inertia),
         0.0 if entry.compensation.kind == "none" else entry.compensation.ratio, inertia, best, methods, critical, fold,
         largest, linear, approximation.nyquist, branch, chart, tuple(notes),
+        locus_of(assembly, name, largest.stability),
     )  # fmt: skip
 
 

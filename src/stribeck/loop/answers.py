@@ -98,6 +98,28 @@ class Branch:
 
 
 @dataclass(frozen=True)
+class Locus:
+    """Poles of a joint's linear loop against its Kp, friction left out, the other loops closed.
+
+    Attributes
+    ----------
+    gains : array (G,)
+        N m/rad.
+    poles : array (G, P) of complex
+        1/s of a continuous loop; z of a sampled one.
+    own : array (P,) of complex
+        With the loop's own Kp.
+    sample_time : float
+        s; 0 is continuous.
+    """
+
+    gains: Floats
+    poles: Complex
+    own: Complex
+    sample_time: float
+
+
+@dataclass(frozen=True)
 class JointAnswer:
     """All that is found for one joint.
 
@@ -125,6 +147,7 @@ class JointAnswer:
     nyquist : Nyquist or None
     branch : Branch or None
     map : Map or None
+    locus : Locus or None
     notes : tuple of str
         What a reader must know before trusting the rest.
     """
@@ -145,6 +168,7 @@ class JointAnswer:
     branch: Branch | None = None
     map: Map | None = None
     notes: tuple[str, ...] = ()
+    locus: Locus | None = None
 
     @property
     def kp(self) -> float:

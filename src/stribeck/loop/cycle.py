@@ -50,7 +50,7 @@ class Cycle:
         ``chatter`` (a cycle of a few samples); ``unbounded``; ``undetermined`` (``status`` says why).
     amplitude : float or None
         Half the peak-to-peak position (of the error, where the reference moves), rad; None where there is no cycle.
-        Where the motion repeats only roughly, as under a sampled controller, the mean over its rounds.
+        Where the motion repeats only after several rounds, as under a sampled controller, the mean over them.
     period : float or None
         s.
     peak_velocity : float or None
@@ -58,7 +58,8 @@ class Cycle:
     stick_fraction : float or None
         Share of the time stuck.
     multipliers : tuple of complex
-        Eigenvalues of the return map's derivative, largest first; real ones are given as floats.
+        Eigenvalues of the return map's derivative, largest first; real ones are given as floats. Where a sampled loop
+        repeats after several rounds, the size of one round's share; where it is not known to, mean rates of growth.
     stable : bool or None
         Whether all of them lie inside the unit circle.
     steady_error : float or None

@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from stribeck.arm import Arm
 from stribeck.errors import InputError
-from stribeck.loop.answers import Branch
+from stribeck.loop.answers import Branch, Locus
 from stribeck.loop.approximate import predicted_amplitudes
 from stribeck.loop.exact.branch import Parameter, continue_in
 from stribeck.loop.exact.rounds import Rounds, RoundsEngine
+from stribeck.loop.linear import Assembly, root_locus
 from stribeck.loop.linear.operating import pose
 from stribeck.loop.maps import Map, label_map
 from stribeck.loop.maps.cells import fits
@@ -21,6 +22,7 @@ from stribeck.simulate import JointLoop, Loop
 Floats = NDArray[np.float64]
 
 BRANCH = 13  # values along a branch
+LOCUS = 160  # gains of a root locus
 SLOW = (9, 7)  # cells of a map that the quick kernel cannot take
 WINDING = (25, 13, 7)  # cells of a map, and values of a branch, where an integral winds up for minutes of motion
 
@@ -103,6 +105,13 @@ def map_of(engine: RoundsEngine, loop: Loop, joint: str, grid: Grid, highest: fl
     across, up = min(grid.across, most[0]), min(grid.up, most[1])
     name, values = _across(entry, across)
     return label_map(engine.arm, loop, joint, {"kp": _gains(entry, up, highest), name: values})
+
+
+def locus_of(assembly: Assembly, joint: str, highest: float | None) -> Locus:
+    """Return the poles of a joint's loop against its Kp, from an eighth of its own to beyond the largest one."""
+    kp = assembly.entries[assembly.index(joint)].kp
+    gains = np.geomspace(kp / 8.0, 8.0 * kp if highest is None else max(1.5 * highest, 2.0 * kp), LOCUS)
+    return Locus(gains, np.array(root_locus(assembly, joint, gains)), assembly.poles(joint), assembly.sample_time)
 
 
 def _setting(entry: JointLoop) -> Parameter:

@@ -33,8 +33,8 @@ def verdict_table(analysis: Analysis) -> Table:
     )  # fmt: skip
     note = (
         "The amplitude is half the peak-to-peak position. Multipliers are the eigenvalues of the return map: a small "
-        "disturbance of the cycle is multiplied by them every period. A sampled loop repeats only on average and has "
-        "none; its figures are means over many rounds."
+        "disturbance of the cycle is multiplied by them every period. Those of a sampled loop are of the samples after "
+        "which it repeats, a round's share of them; without such, mean growth a round along its motion."
     )
     return Table("What the loop does", columns, tuple(rows), frozenset({2, 3, 4, 5, 6, 7}), note)
 
@@ -93,7 +93,7 @@ def method_facts() -> Facts:
             ("harmonic balance", "odd harmonics up to the Nyquist frequency, 20 at most, with exact zero crossings; "
              "no sticking phase"),
             ("shooting", "Newton's method on the return map of the event-driven simulation, sticking phases included; "
-             "a sampled loop, which repeats only on average, is followed until its averages stand still"),
+             "of a sampled loop on the map over the samples after which it repeats"),
             ("simulation", "run from the loop's own start, a small and a large one, until the averages stand still"),
             ("margins", "exact derivatives of the model with its effects; hold, delay, lag and velocity filter by "
              "exact discretisation"),

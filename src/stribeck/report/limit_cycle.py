@@ -21,6 +21,7 @@ from stribeck.report.figures.cycle_map import map_figure
 from stribeck.report.figures.cycle_trace import trace_figure
 from stribeck.report.figures.nyquist import nyquist_figure
 from stribeck.report.figures.portrait import portrait_figure
+from stribeck.report.figures.root_locus import locus_figure
 from stribeck.report.page import Answer, Bullets, Files, Picture, Section, render
 from stribeck.report.style import data_uri, finding_of, png_and_svg
 
@@ -63,6 +64,12 @@ PLOTS = (
         lambda analysis, i: nyquist_figure(analysis.joints[i]),
         "W is the velocity per torque of everything but friction. Where it meets -1/N a sinusoid sustains itself, as "
         "far as one harmonic can tell.",
+    ),
+    _Plot(
+        "poles",
+        lambda analysis, i: locus_figure(analysis.joints[i]),
+        "Poles of the linear loop, friction left out, as Kp grows; Kv follows Kp where the loop file asks for critical "
+        "damping. A sampled loop's are shown as ln(z)/Ts; much faster ones lie outside.",
     ),
 )
 

@@ -31,8 +31,9 @@ def continue_in(
 ) -> list[Cycle]:  # fmt: skip
     """Return the joint's cycle at each value, followed from the one before it.
 
-    A continuous loop is followed, through unstable cycles too, by Newton's method on its return map; a sampled one by its motion. Where nothing is followed any more (at a fold, or where the cycle ends in rest) the loop is started anew from its
-    large start, so that the next branch is found.
+    A continuous loop is followed, through unstable cycles too, by Newton's method on its return map; a sampled one by
+    its motion. Where nothing is followed any more (at a fold, or where the cycle ends in rest) the loop is started anew
+    from its large start, so that the next branch is found.
 
     Parameters
     ----------
@@ -103,8 +104,9 @@ def _followed(rounds: Rounds, known: Ending | None) -> Ending:
 def _with_past(rounds: Rounds, place: Place) -> Place:
     """Return a place with as many past commands as this loop's delay wants."""
     missing = rounds.history - place.past.shape[1]
-    past = place.past[:, -rounds.history :] if missing <= 0 else np.pad(place.past, ((0, 0), (missing, 0), (0, 0)), "edge")
-    return replace(place, past=past)
+    if missing > 0:
+        return replace(place, past=np.pad(place.past, ((0, 0), (missing, 0), (0, 0)), "edge"))
+    return replace(place, past=place.past[:, -rounds.history :])
 
 
 def _large(rounds: Rounds) -> Place:

@@ -205,7 +205,8 @@ def _traces(rounds: Rounds, ending: Ending) -> dict[int, CycleTrace]:
     """Return one period of each joint: of the motion where it repeats, else of the first round after it settled."""
     span = ending.span
     if ending.kind == "roughly":
-        span = max(size_of(ending, ending.turns[ending.turns["joint"] == j])[1] for j in np.unique(ending.turns["joint"]))
+        joints = [ending.turns[ending.turns["joint"] == j] for j in np.unique(ending.turns["joint"])]
+        span = max(size_of(ending, mine)[1] for mine in joints)
     rows, step = _ROWS, span / (_ROWS - 1)
     if rounds.sampled:
         step = rounds.loop.sample_time

@@ -57,7 +57,7 @@ def ending_of(rounds: Rounds, place: Place) -> Ending:
     """Return what the loop ends in from a place."""
     if rounds.sampled:
         return settle_from(rounds, place)
-    history = np.zeros(0)
+    history: np.ndarray = np.zeros(0)
     watch, fixed = ANY, None
     for turns in _STRETCHES:
         done = follow(rounds, place, watch, turns, 1e7 if rounds.n == 1 else 2000.0)

@@ -60,7 +60,9 @@ def kp_max(assembly: Assembly, joint: str, ms_limit: float = MS_LIMIT) -> KpMax:
     return KpMax(stability, ms2, why or (f"no gain keeps Ms under {ms_limit:g}" if robust_why == NONE_HOLDS else ""))
 
 
-def root_locus(assembly: Assembly, joint: str, gains: Sequence[float]) -> list[NDArray[np.complex128]]:
+def root_locus(
+    assembly: Assembly, joint: str, gains: Sequence[float] | NDArray[np.float64]
+) -> list[NDArray[np.complex128]]:
     """Return the poles of the closed loop for each Kp of a joint, 1/s for a continuous loop, z for a sampled one.
 
     Unlike `control.root_locus` it lets kv follow Kp where the loop asks for critical damping.

@@ -24,6 +24,7 @@ LABEL = {
     "ki": "Ki, N m/(rad s)",
     "velocity": "velocity of the ramp, rad/s",
 }
+SPREAD = 30.0  # of the median amplitude, up to which colours differ
 PLAIN = {"rest": ("#eef2f5", "rest"), "unbounded": (COLOUR["measured"], "unbounded"),
          "undetermined": (COLOUR["retuned"], "undetermined")}  # fmt: skip
 
@@ -37,7 +38,9 @@ def map_figure(answer: JointAnswer) -> Figure | None:
     ax = figure.add_subplot()
     shades = draw_map(ax, answer.map, answer)
     if shades is not None:
-        bar = figure.colorbar(shades, ax=ax, label=f"amplitude of the cycle, {small_unit(answer)}", pad=0.02)
+        over = "max" if np.nanmax(1e3 * answer.map.amplitude) > shades.norm.vmax else "neither"
+        label = f"amplitude of the cycle, {small_unit(answer)}"
+        bar = figure.colorbar(shades, ax=ax, label=label, pad=0.02, extend=over)
         plain_log(bar.ax.yaxis)
     heading(figure, _finding(answer), 8.0)
     return figure
@@ -70,7 +73,8 @@ def draw_map(ax: Axes, found: Map, answer: JointAnswer) -> QuadMesh | None:
     if not np.isfinite(amplitude).any():
         return None
     low, high = float(np.nanmin(amplitude)), float(np.nanmax(amplitude))
-    norm = LogNorm(max(low, 1e-4 * high), 1.0001 * high)
+    high = min(high, SPREAD * float(np.nanmedian(amplitude)))  # a few cells near instability must not take all colours
+    norm = LogNorm(min(max(low, 1e-4 * high), high), 1.0001 * high)
     return ax.pcolormesh(across, gains, amplitude, cmap="viridis_r", norm=norm, shading="nearest", rasterized=True)
 
 

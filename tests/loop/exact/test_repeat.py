@@ -1,0 +1,96 @@
+"""Sampled loops whose motion repeats after whole samples: their fixed points and multipliers."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stribeck.loop.exact.repeat import DIGITS, repeated
+from stribeck.loop.exact.rounds import NONE, Rounds
+from stribeck.loop.exact.settle import settle, settle_from
+from stribeck.loop.exact.shooting import shoot
+from stribeck.loop.exact.starts import starts
+
+STEP = 0.0125
+LOOPS = {
+    "delay": {"ratio": 1.265, "at_zero": "zero", "zeta": 0.17, "delay_samples": 2},
+    "set-valued": {"ratio": 1.3, "zeta": 0.5},
+    "lag": {"ratio": 1.5, "at_zero": "hold", "zeta": 0.15, "actuator_lag": 0.005},
+}
+THREE = {"ratio": 1.6, "at_zero": "error_sign", "zeta": 0.2, "actuator_lag": 0.01, "delay_samples": 1}  # rounds
+
+
+@pytest.mark.parametrize("settings", [*LOOPS.values(), THREE])
+def test_it_repeats_to_the_last_digit(joint_a, loop_of, settings):
+    rounds = Rounds(joint_a, loop_of(sample_time=STEP, **settings))
+    found = repeated(rounds, settle_from(rounds, starts(rounds)["own"]))
+    samples = round(found.repeat / STEP)
+    assert samples > 0, found.status
+    after = rounds.run(found.place, NONE, duration=(samples + 0.5) * STEP, quiet=False).place
+    for part in (rounds.layout.state, rounds.layout.memory):  # position and velocity; the last position
+        assert after.values[part][:2] == pytest.approx(found.place.values[part][:2], abs=1e-8)
+    assert after.past[0] == pytest.approx(found.place.past[0], abs=1e-6)
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_the_multiplier_is_how_fast_the_motion_settles(joint_a, loop_of, name):
+    """Against plain simulation: what is left of the way to the cycle shrinks by it from one repeat to the next."""
+    rounds = Rounds(joint_a, loop_of(sample_time=STEP, **LOOPS[name]))
+    found = repeated(rounds, settle_from(rounds, starts(rounds)["own"]))
+    lead = max(abs(root) for root in found.multipliers)
+    values = found.place.values.copy()
+    values[rounds.layout.state][0] *= 1.0 + 1e-5
+    places = [replace(found.place, values=values), found.place]
+    ways = []
+    for _ in range(6):
+        places = [rounds.run(p, NONE, duration=found.repeat + 0.5 * STEP, quiet=False).place for p in places]
+        ways.append(np.abs(places[0].values[rounds.layout.state][0] - places[1].values[rounds.layout.state][0]))
+    assert lead < 1.0
+    last = max(k for k, way in enumerate(ways) if way > 1e-11)
+    if last >= 3:
+        assert (ways[last] / ways[1]) ** (1.0 / (last - 1)) == pytest.approx(lead, rel=0.03)
+    else:
+        assert lead < 0.1
+
+
+def test_fast_sampling_has_the_multipliers_of_the_continuous_loop(coulomb, loop_of):
+    """rho^2 a round, with rho what is left of half a swing."""
+    zeta = 0.2
+    found = shoot(coulomb, loop_of(1.3, zeta=zeta, sample_time=0.001))["A"]
+    rho = math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta**2))
+    assert max(abs(root) for root in found.multipliers) == pytest.approx(rho**2, rel=0.05)
+
+
+def test_averages_and_the_fixed_point_agree(joint_a, loop_of):
+    loop = loop_of(1.3, zeta=0.5, sample_time=STEP)
+    exact, mean = shoot(joint_a, loop)["A"], settle(joint_a, loop)["A"]
+    assert "repeats every" in exact.status
+    assert (exact.amplitude, exact.period) == pytest.approx((mean.amplitude, mean.period), rel=1e-3)
+    assert exact.multipliers
+    assert not mean.multipliers
+
+
+def test_hunting_repeats_too(joint_a, loop_of):
+    found = shoot(joint_a, loop_of(0.9, "zero", ki=30.0, sample_time=STEP))["A"]
+    assert (found.verdict, found.stable) == ("hunting", True)
+    assert found.amplitude == pytest.approx(0.091, rel=0.01)
+    assert found.multipliers
+
+
+def test_a_period_that_rounding_sets_is_told(joint_a, loop_of):
+    """Over-damped, the velocity falls to nothing before the law's rule for rest turns the joint round."""
+    found = shoot(joint_a, loop_of(1.8, "error_sign", zeta=1.0, sample_time=STEP))["A"]
+    assert found.verdict == "sliding_cycle"
+    assert found.status == DIGITS
+    assert found.multipliers == ()
+    held = shoot(joint_a, loop_of(1.3, "zero", zeta=1.0, sample_time=STEP))["A"]
+    assert held.verdict == "rest"
+
+
+def test_an_encoder_with_steps_is_left_as_it_is(joint_a, loop_of):
+    loop = loop_of(1.3, zeta=0.5, sample_time=STEP)
+    coarse = replace(loop, joints=(replace(loop.joints[0], encoder_resolution=1e-5),))
+    rounds = Rounds(joint_a, coarse)
+    ending = settle_from(rounds, rounds.start({}))
+    assert repeated(rounds, ending) is ending
