@@ -10,7 +10,6 @@ import pytest
 from stribeck.arm import Friction, load_arm, save_arm
 from stribeck.cli import main
 from stribeck.errors import InputError
-from stribeck.identify.asymmetry import compare_curves
 from stribeck.identify.files import identification_json
 from stribeck.identify.findings import Identification
 from stribeck.identify.identification import identify
@@ -93,15 +92,6 @@ def test_a_joint_that_never_moves_keeps_its_constants() -> None:
     found = identify(joint(WRONG, WRONG), [Run("still", 0.005 * np.arange(600), q, tau)])
     assert found.arm.joints[0].friction == WRONG
     assert any("it never moved" in text for text in found.warnings)
-
-
-def test_equal_directions_are_not_told_apart() -> None:
-    rng = np.random.default_rng(1)
-    speed = np.concatenate([np.repeat(np.geomspace(0.01, 1.0, 10), 4), np.zeros(10)])
-    level = tustin(values(FORWARD), speed)
-    same = [(speed, level * (1 + 0.05 * rng.standard_normal(len(speed)))) for _ in range(2)]
-    assert compare_curves(same) > 0.01
-    assert compare_curves([same[0], (speed, 0.9 * same[1][1])]) < 1e-4
 
 
 def test_too_short() -> None:
