@@ -15,7 +15,7 @@ LEAST_GAIN = 0.06  # of the squared residual; held-out runs must show half of it
 LEAST_FURTHER = 0.25  # the same for a further effect at a joint: less may be what the first one's law does not fit
 LEAST_ELSEWHERE = 0.15  # the same where the joint has no effect yet, but another one has
 LARGE_GAIN, SURE = 0.25, 0.99  # a large gain needs no t value where any choice of blocks has it: few may excite it
-PLAIN_T = 4.0  # t value from which held-out runs that hardly excite an effect need not confirm it
+PLAIN_T, PLAIN_GAIN = 4.0, 0.2  # from which held-out runs that hardly excite an effect need not confirm it
 ELUSIVE_T, ELUSIVE_GAIN = 3.5, 0.2  # for laws that also fit what filters do around rest
 ELUSIVE_HELD = 0.4  # gain on the held-out runs alone that makes up for a lower t value
 CLEAR_T, CLEAR_GAIN = 5.0, 0.1  # t value, and gain there and on all runs, that make up for a smaller gain
@@ -24,6 +24,7 @@ ABOVE = 0.7  # of the noise floor's power: less is no gap
 FAINT, FAINT_T = 0.35, 4.0  # the same for a large gain of at least such a t value
 LEAST_POWER = 0.15  # of the noise floor's power, that an effect removes from a joint whose residual is above it
 LEAST_PRIOR = 8.0  # cost that the prior must save for an effect that the residual alone does not show
+MOST_PRIOR = 4.0  # cost to the prior that a law may ask for: more, and it is the nominal values that it bends
 KEPT_T = 2.0  # block-robust t value below which an effect is dropped again
 
 
@@ -52,9 +53,10 @@ def earns_its_place(ranking: Ranking, k: int, rival: Model, taken: Sequence[Plac
     here = any(place.joint == rival.placed[-1].joint for place in taken)
     least = LEAST_FURTHER if here else LEAST_ELSEWHERE if taken else LEAST_GAIN
     # held-out runs that hardly excite the effect cannot confirm it; they must not speak against it
-    agreed = held > 0.5 * least or (held > NOTHING and (large or t > PLAIN_T))
-    by_prior = ranking.prior_gain[k] > LEAST_PRIOR and gain > -LEAST_GAIN
-    return bool((above and sure and gain > least and agreed) or by_prior)
+    agreed = held > 0.5 * least or (held > NOTHING and (large or (t > PLAIN_T and gain > PLAIN_GAIN)))
+    by_prior = rival.placed[-1].effect.rescales and ranking.prior_gain[k] > LEAST_PRIOR and gain > -LEAST_GAIN
+    bearable = ranking.prior_gain[k] > -MOST_PRIOR or gain > 2.0 * LARGE_GAIN
+    return bool((above and sure and gain > least and agreed and bearable) or by_prior)
 
 
 def needed(ranking: Ranking) -> bool:
