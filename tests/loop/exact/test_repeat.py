@@ -40,18 +40,17 @@ def test_the_multiplier_is_how_fast_the_motion_settles(joint_a, loop_of, name):
     found = repeated(rounds, settle_from(rounds, starts(rounds)["own"]))
     lead = max(abs(root) for root in found.multipliers)
     values = found.place.values.copy()
-    values[rounds.layout.state][0] *= 1.0 + 1e-5
+    values[rounds.layout.state][1] *= 1.0 + 1e-4
     places = [replace(found.place, values=values), found.place]
     ways = []
     for _ in range(6):
         places = [rounds.run(p, NONE, duration=found.repeat + 0.5 * STEP, quiet=False).place for p in places]
-        ways.append(np.abs(places[0].values[rounds.layout.state][0] - places[1].values[rounds.layout.state][0]))
+        ways.append(abs(np.subtract(*(place.values[rounds.layout.state][1] for place in places))))
     assert lead < 1.0
-    last = max(k for k, way in enumerate(ways) if way > 1e-11)
-    if last >= 3:
-        assert (ways[last] / ways[1]) ** (1.0 / (last - 1)) == pytest.approx(lead, rel=0.03)
+    if lead > 0.1:
+        assert ways[-1] / ways[-2] == pytest.approx(lead, rel=0.01)
     else:
-        assert lead < 0.1
+        assert ways[-1] < 1e-9
 
 
 def test_fast_sampling_has_the_multipliers_of_the_continuous_loop(coulomb, loop_of):
@@ -71,6 +70,7 @@ def test_averages_and_the_fixed_point_agree(joint_a, loop_of):
     assert not mean.multipliers
 
 
+@pytest.mark.slow
 def test_hunting_repeats_too(joint_a, loop_of):
     found = shoot(joint_a, loop_of(0.9, "zero", ki=30.0, sample_time=STEP))["A"]
     assert (found.verdict, found.stable) == ("hunting", True)
@@ -80,8 +80,9 @@ def test_hunting_repeats_too(joint_a, loop_of):
 
 def test_a_period_that_rounding_sets_is_told(joint_a, loop_of):
     """Over-damped, the velocity falls to nothing before the law's rule for rest turns the joint round."""
-    found = shoot(joint_a, loop_of(1.8, "error_sign", zeta=1.0, sample_time=STEP))["A"]
-    assert found.verdict == "sliding_cycle"
+    rounds = Rounds(joint_a, loop_of(1.8, "error_sign", zeta=1.0, sample_time=STEP))
+    found = repeated(rounds, settle_from(rounds, rounds.start({})))
+    assert found.kind == "roughly"
     assert found.status == DIGITS
     assert found.multipliers == ()
     held = shoot(joint_a, loop_of(1.3, "zero", zeta=1.0, sample_time=STEP))["A"]
