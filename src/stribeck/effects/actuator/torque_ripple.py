@@ -21,8 +21,8 @@ class TorqueRipple(ActuatorEffect):
     symptom = "a residual that repeats with position in proportion to the torque"
     source = "Jahns & Soong (1996)"
     parameters = (
-        Parameter("sine", "1", "relative amplitude of the sine", 0.0, -0.4, 0.4),
-        Parameter("cosine", "1", "relative amplitude of the cosine", 0.0, -0.4, 0.4),
+        Parameter("sine", "1", "relative amplitude of the sine", 0.0, -0.7, 0.7),
+        Parameter("cosine", "1", "relative amplitude of the cosine", 0.0, -0.7, 0.7),
         Parameter("harmonic", "1/rad", "cycles per turn", 1.0, 1.0, 200.0),
     )
 
@@ -42,4 +42,4 @@ class TorqueRipple(ActuatorEffect):
 
 
 def _inside(amplitude: float) -> float:
-    return float(min(max(amplitude, -0.35), 0.35))
+    return float(min(max(amplitude, -0.6), 0.6))
