@@ -52,5 +52,5 @@ def detail_figure(runs: Mapping[str, Run], true: float) -> Figure:
             grid(ax)
     axes[0][0].set_ylabel("velocity, rad/s")
     axes[1][0].set_ylabel("torque, N m")
-    heading(figure, f"Joint A at 0.03 rad/s: {true:.3g} N m (dashed), not 6.5; a trial is some 5 % off like any other")
+    heading(figure, f"Joint A at 0.03 rad/s: {true:.3g} N m in the mean (dashed), not 6.5; trials differ by some 5 %")
     return figure
