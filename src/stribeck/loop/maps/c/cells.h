@@ -432,7 +432,10 @@ static void slide_held(const cell *c, track *k, double end) {
     int begun = k->y[V] == 0.0;
     while (k->t < end) {
         const double k1 = held_rate(c, k, f, m, k->y[V]), before = k->y[V];
-        double h = fmin(end - k->t, longest), x, v = held_step(c, k, f, m, k1, h, &x);
+        const double left = end - k->t;
+        /* well above the bend of the friction the whole rest is one step */
+        const int fast = m * before > 10.0 * f[3] && m * (before + k1 * left) > 8.0 * f[3];
+        double h = fast ? left : fmin(left, longest), x, v = held_step(c, k, f, m, k1, h, &x);
         const int stops = m * v < 0.0 || (v == 0.0 && !begun);
         const int turns = c->rate != 0.0 && !stops && k->above != (k->sign * (v - c->rate) > 0.0) && before != c->rate;
         if (stops || turns) {
