@@ -77,6 +77,11 @@ def full_folder(bench: Path) -> None:
     (bench / "out" / "mine.txt").touch()
 
 
+def circle(bench: Path) -> None:
+    (bench / "run.csv").unlink()
+    (bench / "run.csv").symlink_to("run.csv")
+
+
 BAD_INPUTS: dict[str, tuple[Callable[[Path], object], str]] = {
     "missing column": (row(1, "t,q1,torque"), "run.csv: column tau1 is missing: found t, q1, torque"),
     "text in a column": (row(7, "0.05,abc,0"), "run.csv: column q1, row 7: not a number: found 'abc'"),
@@ -96,6 +101,8 @@ BAD_INPUTS: dict[str, tuple[Callable[[Path], object], str]] = {
     "binary run": (content("run.csv", b"\x7fELF\0\xff\xfe" * 50), "run.csv: is not a CSV file: found binary data"),
     "unreadable arm": (lambda bench: (bench / "arm.toml").unlink(), "arm.toml: cannot be read"),
     "unreadable run": (lambda bench: (bench / "run.csv").unlink(), "run.csv: cannot be read"),
+    "links in a circle": (circle, "run.csv: cannot be read"),
+    "keys without end": (content("arm.toml", b".".join([b"a"] * 300) + b" = 1"), "a key of more than 100 names"),
     "output not empty": (full_folder, "out: output folder is not empty"),
     "output is a file": (content("out", b"x"), "out: output folder cannot be made"),
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import json
+import re
 import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -15,6 +16,7 @@ from stribeck.errors import InputError
 
 LARGEST_TEXT_FILE = 1 << 20
 """Bytes; a file of parameters larger than this is taken for a mistake."""
+DEEPEST_KEY = 100  # names joined by dots; the parser's time grows with the square of their number
 
 _T = TypeVar("_T")
 
@@ -64,7 +66,10 @@ def load_toml(path: Path) -> dict[str, Any]:
             f"{path}: too large for a parameter file", "more than 1 MiB", "give the TOML file, not a recording"
         )
     try:
-        return tomllib.loads(raw.decode("utf-8"))
+        text = raw.decode("utf-8")
+        if any(part.count(".") > DEEPEST_KEY for part in re.split("[=,{\n]", text)):
+            raise ValueError(f"a key of more than {DEEPEST_KEY} names")
+        return tomllib.loads(text)
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: not a text file in UTF-8", f"byte {error.start}", "give a TOML file") from error
     except (ValueError, RecursionError) as error:  # tomllib's own error is a ValueError

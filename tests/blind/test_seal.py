@@ -100,6 +100,16 @@ def test_a_key_lies_apart_and_is_never_overwritten(tmp_path, key, says):
     assert [path.name for path in tmp_path.iterdir()] == ["old.json"]
 
 
+def test_a_key_that_cannot_be_written_is_told_before_the_work(tmp_path):
+    def never(seed, plan):
+        raise AssertionError("recorded")
+
+    (tmp_path / "file").touch()
+    with pytest.raises(InputError, match=r"file.key\.json: cannot be written"):
+        record_sealed(Order(single=1), tmp_path / "cases", tmp_path / "file" / "key.json", jobs=1, make=never)
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
 def test_another_key_does_not_open(tmp_path, sealed, straw):
     cases, key = sealed
     diagnose_cases(cases, tmp_path / "answers", farm=Processes(1), diagnoser=straw)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -34,11 +35,12 @@ def progress(task: str) -> Iterator[Callable[[str], None]]:
 
 def load_runs(arm: Arm, fitted: Sequence[Path], judged: Sequence[Path]) -> tuple[list[Run], list[Run]]:
     """Load the runs of both kinds; a file that is given twice would judge a fit by its own data."""
-    seen: set[Path] = set()
+    seen: set[str] = set()
     for path in (*fitted, *judged):
-        if path.resolve() in seen:
+        true = os.path.realpath(path)  # not resolve(): it raises where links go round in a circle
+        if true in seen:
             raise InputError("a run is given twice", str(path), "give each recording once")
-        seen.add(path.resolve())
+        seen.add(true)
     runs = [load_run(path, arm.n) for path in (*fitted, *judged)]
     for run in runs:
         for text in run.warnings:

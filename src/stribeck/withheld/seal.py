@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import os
 import secrets
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
@@ -80,7 +81,7 @@ def record_sealed(
     wanted = plans(order, np.random.default_rng([seed, 1]))
     seeds = np.random.default_rng([seed, 2]).integers(2**53, size=(len(wanted), TRIES))
     width = max(4, len(str(len(wanted))))
-    with whole_folder(out) as folder:
+    with whole_folder(out) as folder, whole_file(key) as part:  # a place that cannot be written is told now
         names = [f"case_{i:0{width}d}" for i in range(1, len(wanted) + 1)]
         work = (
             delayed(_record)(make, plan, [int(s) for s in own], folder / name)
@@ -97,19 +98,18 @@ def record_sealed(
                 progress(f"{len(truths)} of {len(wanted)} cases recorded")
         if not truths:
             raise StribeckError("none of the cases can be recorded", skipped[0], "see which --effects the arm can hold")
-        digest = _seal({"order": asdict(order), "skipped": skipped, "cases": truths}, seed, folder, key)
+        digest = _seal({"order": asdict(order), "skipped": skipped, "cases": truths}, seed, folder, part)
     return digest
 
 
-def _seal(answers: dict[str, Any], seed: int, folder: Path, key: Path) -> str:
+def _seal(answers: dict[str, Any], seed: int, folder: Path, part: Path) -> str:
     """Write digest and key; the salt keeps the digest from being found by guessing."""
     head = {"schema": KEY_SCHEMA, "version": version("stribeck"), "units": "SI", "salt": secrets.token_hex(32)}
     content = {**head, "seed": seed, **answers}
     text = (json.dumps(content, indent=1, allow_nan=False) + "\n").encode("utf-8")
     digest = hashlib.sha256(text).hexdigest()
     (folder / DIGEST).write_text(f"{digest}  {ANSWERS_LATER}\n", encoding="utf-8")
-    with whole_file(key) as part:
-        part.write_bytes(text)
+    part.write_bytes(text)
     return digest
 
 
@@ -136,7 +136,8 @@ def digest_of_files(files: dict[str, bytes]) -> str:
 def _check_key(key: Path, out: Path) -> None:
     if key.exists():
         raise InputError(f"{key}: the key file exists", "", "give a new file: other cases may need this one")
-    if out.resolve() in (key.resolve(), *key.resolve().parents):
+    true = Path(os.path.realpath(key))  # not resolve(): it raises where links go round in a circle
+    if Path(os.path.realpath(out)) in (true, *true.parents):
         raise InputError(f"{key}: the key would lie among the cases", str(out), "give a file elsewhere")
 
 
