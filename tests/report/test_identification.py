@@ -54,12 +54,13 @@ def page(found: Identification, tmp_path) -> str:
 
 def test_the_page_says_what_was_found(tmp_path):
     text = page(identification(FULL), tmp_path)
-    assert "identified" in text
+    assert "Identified" in text
     assert "Break-away 6.25" in text
     assert "do not clearly differ" in text
     assert "a warning" in text
     assert "a note" in text
     assert "Section 3, step by step" in text
+    assert "3.3: saddle, N m at rad/s" in text.replace("\u00a0", " ")
     assert (tmp_path / "friction_curve.png").read_bytes().startswith(b"\x89PNG")
 
 
@@ -71,9 +72,9 @@ def test_directions_that_differ_are_said_to(tmp_path):
 @pytest.mark.parametrize(
     ("joint", "badge"),
     [
-        (JointFriction("A", {"forward": direction("runs", 0)}, None, None), "partly identified"),
-        (JointFriction("A", {"backward": direction("runs", 3)}, None, None), "partly identified"),
-        (JointFriction("A", {}, None, None), "not identified"),
+        (JointFriction("A", {"forward": direction("runs", 0)}, None, None), "Partly identified"),
+        (JointFriction("A", {"backward": direction("runs", 3)}, None, None), "Partly identified"),
+        (JointFriction("A", {}, None, None), "Not identified"),
     ],
 )
 def test_what_is_missing_is_left_out(joint, badge, tmp_path):

@@ -69,7 +69,7 @@ def _answer(found: Identification) -> Answer:
     sources = [one.source for joint in found.joints for one in joint.directions.values()]
     good = bool(sources) and all(source == "curve" for source in sources)
     some = any(source in ("curve", "runs") for source in sources)
-    badge = "identified" if good else "partly identified" if some else "not identified"
+    badge = "Identified" if good else "Partly identified" if some else "Not identified"
     count = len(found.runs)
     subtitle = f"Tustin friction of {words.joints(found.nominal.names)} from {count} recording{'s' * (count != 1)}."
     answers = tuple((words.clean(joint.name), _sentence(found, k)) for k, joint in enumerate(found.joints))
@@ -133,8 +133,11 @@ def _by_hand(found: Identification) -> Table | None:
                 " or ".join(number(value) for value in steps.alphas_by_velocity) or "none",
             )
             rows.append(Row(cells, "" if steps.ok else "flag"))
-    columns = ("joint", "direction", "3.1: velocities", "3.2: break-away", "3.3: saddle", "condition (2)",
-               "alpha by (3) instead of (12)")  # fmt: skip
+    units = UNITS[found.nominal.joints[0].kind]
+    torque, speed = unit_text(units["C0"]), unit_text(units["alpha"])
+    columns = ("joint", "direction", f"3.1: velocities, {speed}", f"3.2: break-away, {torque}",
+               f"3.3: saddle, {torque} at {speed}", "condition (2)",
+               f"alpha by (3) instead of (12), {speed}")  # fmt: skip
     note = "Condition (2), C2 alpha / C1 < 1, must hold for a bend. Highlighted: the procedure gave no Tustin curve."
     return Table("Section 3, step by step", columns, tuple(rows), frozenset({3}), note) if rows else None
 

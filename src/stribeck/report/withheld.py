@@ -109,6 +109,14 @@ def share(found: Score) -> str:
     return f"{percent_interval(Estimate(found['value'], *found['ci95']))}, {found['k']} of {found['n']}"
 
 
+def _counted(found: Score) -> str:
+    """Return "3 of 4 (30 to 95 %)": of a few cases the count says more than the share, and a table has little room."""
+    if not found["n"]:
+        return "–"
+    value = percent_interval(Estimate(found["value"], *found["ci95"]))
+    return f"{found['k']} of {found['n']} {value[value.index('(') :]}"
+
+
 def _answer(score: Score) -> Answer:
     judged = [line for line in score["targets"] if line["holds"] is not None]
     hold = sum(line["holds"] for line in judged)
@@ -164,12 +172,10 @@ def _effects(score: Score) -> Table | None:
         limit = row["detection_limit"]
         mark = {"below": "< ", "above": "> "}.get(limit["outside"] or "", "") if limit else ""
         text = f"{mark}{number(limit['strength'], 2)}" if limit else "–"
-        rows.append(
-            Row((words.effect(name), share(row["named"]), share(row["clean"]), share(row["wrong_name"]),
-                 share(row["joint"]), text))
-        )  # fmt: skip
+        counted = (_counted(row[what]) for what in ("named", "clean", "wrong_name", "joint"))
+        rows.append(Row((words.effect(name), *counted, text)))
     columns = ("effect", "named", "and nothing else", "wrong name", "joint right", "limit (strength)")
-    note = "Shares with their 95 % interval (Wilson). The limit is the strength at which half are named."
+    note = "Cases, with the 95 % interval of their share (Wilson). The limit is the strength at which half are named."
     return Table("Effect by effect", columns, tuple(rows), frozenset(range(1, 6)), note)
 
 

@@ -17,6 +17,7 @@ BINS = {"strong": "3 and more", "fair": "1 to 3", "faint": "below 1"}
 ASKED = {"strong": 0.90, "fair": 0.75}
 RIGHT, WRONG, SILENT = COLOUR["corrected"], COLOUR["as_given"], COLOUR["noise_floor"]
 TICKS = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0)
+FARTHEST = (0.01, 1000.0)  # a bootstrap over a few cases gives intervals without end
 Score = Mapping[str, Any]
 
 
@@ -66,7 +67,7 @@ def reliability_figure(score: Score) -> Figure | None:
     found = score["calibration"]["likeliest"]
     if not found["bins"]:
         return None
-    figure = new_figure(4.6, 6.4)
+    figure = new_figure(4.6)
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(4, 1))
     draw_reliability(upper, found["bins"])
     lower.bar(
@@ -75,7 +76,7 @@ def reliability_figure(score: Score) -> Figure | None:
     lower.set_ylabel("answers")
     _shares(lower, "x", "stated probability of the likeliest answer")
     error, chance = number(found["ece"], 2), number(found["ece_by_chance"], 2)
-    heading(figure, f"Stated probabilities are off by {error} on average; {chance} by chance alone", 6.4)
+    heading(figure, f"Stated probabilities are off by {error} on average; {chance} by chance alone")
     return figure
 
 
@@ -118,7 +119,8 @@ def draw_limits(ax: Axes, rows: Sequence[tuple[str, Score, Score]]) -> Axes:
             textcoords="offset points", va="center", fontsize=9, color=MUTED, annotation_clip=False,
         )  # fmt: skip
     ax.set_xscale("log")
-    low, high = ax.get_xlim()
+    low, high = np.clip(ax.get_xlim(), *FARTHEST)
+    ax.set_xlim(low, high)
     ax.set_xticks([tick for tick in TICKS if low <= tick <= high], minor=False)
     ax.xaxis.set_major_formatter(lambda x, _: f"{x:g}")
     ax.minorticks_off()
@@ -177,14 +179,12 @@ def shrinkage_figure(score: Score) -> Figure | None:
     rows = [row for row in score["rows"] if row.get("true") is not None]
     if not rows:
         return None
-    figure = new_figure(4.4, 6.4)
+    figure = new_figure(4.4)
     draw_shrinkage(figure.subplots(), rows)
     found = score["shrinkage"]
     within, middle = percent(found["within_5_points"]["value"]), percent(found["median_true"])
     heading(
-        figure,
-        f"Half of the corrections close at least {middle} of the gap; {within} keep their claim to 5 points",
-        6.4,
+        figure, f"Half of the corrections close at least {middle} of the gap; {within} keep their claim to 5 points"
     )
     return figure
 
