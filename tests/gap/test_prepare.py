@@ -1,6 +1,7 @@
 """From runs to fit and held-out parts: nothing lies in both."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -73,3 +74,21 @@ def test_uneven_clock_is_noted() -> None:
     prepared = prepare(TRUE, [jittered, sines(4.0, seed=1, name="even")])
     assert any("jittery" in note or "resampled" in note for note in prepared.notes)
     assert np.ptp(np.diff(prepared.fit[0].time)) < 1e-9
+
+
+def test_a_run_that_goes_where_no_other_goes_is_fitted() -> None:
+    """What only one recording shows could not be learnt from the others."""
+    runs = [sines(3.0, seed=k, name=f"{k}") for k in range(6)]
+    assert [run.name for run in split(runs, [])[1]] == ["1", "4"]
+    runs[1] = replace(runs[1], tau=3.0 * runs[1].tau)
+    fit, held = split(runs, [])
+    assert "1" in {run.name for run in fit}
+    assert [run.name for run in held] == ["2", "4"]
+
+
+def test_two_runs_that_both_stand_alone_are_split_all_the_same() -> None:
+    runs = [sines(3.0, name="a"), sines(3.0, seed=1, name="b")]
+    runs[0], runs[1] = replace(runs[0], tau=9.0 * runs[0].tau), replace(runs[1], q=2.0 * runs[1].q)
+    fit, held = split(runs, [])
+    assert [run.name for run in fit] == ["a"]
+    assert [run.name for run in held] == ["b"]

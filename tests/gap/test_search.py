@@ -1,12 +1,15 @@
 """What the search tries, and how it sorts what it has tried."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from stribeck.effects.registry import effect_named, registry
 from stribeck.gap.model import Model, fit_model, retune, weights_of
 from stribeck.gap.prepare import Prepared, prepare
-from stribeck.gap.screen import Trial, best_laws, candidates, screen
+from stribeck.gap.screen import Trial, _loudest, best_laws, candidates, screen
+from stribeck.gap.search import _survivors
 from stribeck.identify.map_fit import Weights
 from stribeck.model.layout import Placed
 
@@ -104,3 +107,28 @@ def test_retuning_starts_from_nominal_and_improves(late: tuple[Prepared, Model, 
     nominal = Residual(path, prepared.held, ())(values_of(path.entries))[0]
     assert base.fit.ok
     assert base.rms()[0] < np.sqrt(np.mean(nominal**2))
+
+
+def test_screening_comes_down_from_a_far_start(late: tuple[Prepared, Model, Weights]) -> None:
+    """A step that makes things worse is taken back, so that a start ten times too small ends where a near one does."""
+    prepared, base, weights = late
+    found = screen(prepared, base, weights, effect_named("delay"), 0, {"time": 0.002})
+    near = screen(prepared, base, weights, effect_named("delay"), 0, {"time": 0.019})
+    assert found.promise == pytest.approx(near.promise, rel=0.05)
+    assert found.start["time"] == pytest.approx(0.02, rel=0.1)
+
+
+def test_laws_that_strained_values_mimic_are_fitted_in_any_case() -> None:
+    tried = [Trial(effect_named("delay"), 0, {}, 9.0 + k) for k in range(9)]
+    heavy = Trial(effect_named("payload"), 0, {}, 0.01)
+    assert heavy not in _survivors([*tried, heavy], strained=False)
+    assert heavy in _survivors([*tried, heavy], strained=True)
+
+
+def test_half_of_the_runs_that_says_most(late: tuple[Prepared, Model, Weights]) -> None:
+    prepared, base, weights = late
+    quiet = np.full(1, 1e-3)
+    lengths = [len(run.analysis_index) for run in prepared.fit]
+    loud = np.repeat([0.0, 1.0, 2.0][: len(lengths)], lengths)[:, None]
+    fit = replace(base.fit, residual=loud * quiet)
+    assert _loudest(prepared, replace(base, fit=fit), weights) == [1, 2]

@@ -115,3 +115,12 @@ def test_delayed_command() -> None:
     actuator = residual.stages(run, values_of(residual.path.entries))["actuator"]
     assert actuator[5:] == pytest.approx(run.command[:-5], abs=1e-9)
     assert actuator[:5] == pytest.approx(np.broadcast_to(run.command[0], (5, 1)), abs=1e-9)
+
+
+def test_a_gain_that_goes_with_position_shrinks_no_residual() -> None:
+    """In units of the command: a drive of half the strength everywhere cannot halve what is left unexplained."""
+    run = condition(pendulum(), recorded(noise=1e-5), 20.0)
+    weak = path(("torque_ripple", {"sine": 0.0, "cosine": -0.5, "harmonic": 1e-9}))
+    gain = path(("torque_gain", {"gain": 0.5}))
+    left = [Residual(one, [run], ())(values_of(one.entries))[0] for one in (weak, gain)]
+    assert left[0] == pytest.approx(left[1], abs=1e-9)
