@@ -38,7 +38,7 @@ def made_up_fits(rng, rho=0.0, amount=0.0):
     }  # fmt: skip
 
 
-def share_named(rule, rho, amount=0.0, draws=60):
+def share_named(rule, rho, amount=0.0, draws=40):
     from _decision_rules import RULES
 
     names = [RULES[rule](made_up_fits(np.random.default_rng(seed), rho, amount), "torque") for seed in range(draws)]
@@ -50,11 +50,14 @@ def test_every_rule_names_what_is_plain_and_is_quiet_in_white_noise(rule):
     right, _ = share_named(rule, 0.0, 0.5, 20)
     assert right == 1.0
     _, spoken = share_named(rule, 0.0)
-    assert spoken < 0.2 if rule != "stacking" else spoken < 0.6  # by chance one of three models gets most weight
+    if rule == "stacking":  # models that predict alike share the weight by chance: it is no probability
+        assert spoken > 0.3
+    else:
+        assert spoken < 0.1
 
 
 @pytest.mark.parametrize(("rule", "least", "most"), [
-    ("BIC", 0.7, 1.0), ("likelihood ratio", 0.85, 1.0), ("block score", 0.0, 0.12), ("held-out gain", 0.0, 0.06),
+    ("BIC", 0.7, 1.0), ("likelihood ratio", 0.85, 1.0), ("block score", 0.0, 0.3), ("held-out gain", 0.0, 0.1),
 ])  # fmt: skip
 def test_coloured_residuals_fool_the_rules_that_take_them_for_white(rule, least, most):
     _, spoken = share_named(rule, RHO)
