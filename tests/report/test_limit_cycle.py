@@ -121,6 +121,18 @@ def test_every_verdict_has_words_tables_and_figures(cycling: Analysis, cycle: Cy
     assert finding_of(trace_figure(changed, 0))
 
 
+@pytest.mark.parametrize(("velocity", "error", "side"), [(0.05, 0.018, "behind"), (0.05, -0.018, "ahead of"),
+                                                         (-0.05, -0.018, "behind")])  # fmt: skip
+def test_what_keeps_up_with_a_ramp_does_not_come_to_rest(
+    cycling: Analysis, velocity: float, error: float, side: str
+) -> None:
+    entry = replace(cycling.joints[0].entry, reference=Reference("ramp", velocity=velocity))
+    answer = replace(cycling.joints[0], entry=entry, cycle=Cycle("rest", steady_error=error))
+    assert f"slides steadily along its ramp, 18.0 mrad {side} it" in headline(answer).replace("\u00a0", " ")
+    (axes,) = portrait_figure(replace(cycling, joints=(answer,)), 0).axes
+    assert axes.lines[1].get_xydata().tolist() == [pytest.approx([-1e3 * error, velocity])]
+
+
 def test_a_prismatic_axis_is_in_metres(cycling: Analysis) -> None:
     answer = replace(cycling.joints[0], kind="prismatic")
     figure = map_figure(answer)

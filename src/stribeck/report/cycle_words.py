@@ -48,16 +48,33 @@ def seconds(value: float) -> str:
     return with_unit(value, "s")
 
 
+def on_a_ramp(answer: JointAnswer) -> bool:
+    """Tell whether the reference moves on for ever: there what is called rest is steady sliding."""
+    return answer.entry.reference.kind == "ramp" and answer.entry.reference.velocity != 0.0
+
+
 def headline(answer: JointAnswer) -> str:
     """Return the verdict on one joint in one line, for the terminal and for figures."""
-    cycle, name = answer.cycle, words.short(answer.joint)
+    return f"{words.short(answer.joint)}: {_finding(answer)}"
+
+
+def _finding(answer: JointAnswer) -> str:
+    cycle = answer.cycle
     verdict = VERDICT[cycle.verdict].lower()
     if cycle.cycles and cycle.amplitude is not None and cycle.period is not None:
         stuck = f", stuck {percent(cycle.stick_fraction)} of the time" if cycle.stick_fraction else ""
-        return f"{name}: {verdict} of ±{rotation(answer, cycle.amplitude)} every {seconds(cycle.period)}{stuck}"
+        return f"{verdict} of ±{rotation(answer, cycle.amplitude)} every {seconds(cycle.period)}{stuck}"
     if cycle.verdict == "rest" and cycle.steady_error is not None:
-        return f"{name}: comes to rest {rotation(answer, abs(cycle.steady_error))} from its reference"
-    return f"{name}: {verdict}" + (f" ({cycle.status})" if cycle.status != "ok" else "")
+        return _steady(answer, cycle.steady_error)
+    return verdict + (f" ({cycle.status})" if cycle.status != "ok" else "")
+
+
+def _steady(answer: JointAnswer, error: float) -> str:
+    away = rotation(answer, abs(error))
+    if on_a_ramp(answer):
+        side = "behind" if error * answer.entry.reference.velocity > 0.0 else "ahead of"
+        return f"slides steadily along its ramp, {away} {side} it"
+    return f"comes to rest {away} from its reference"
 
 
 def answer_sentences(answer: JointAnswer, several: bool) -> tuple[tuple[str, str], ...]:
@@ -67,8 +84,9 @@ def answer_sentences(answer: JointAnswer, several: bool) -> tuple[tuple[str, str
     if method.status == "not_applicable":
         trust = "does not apply here"
     head = f"{words.short(answer.joint)}: " if several else ""
+    found = _finding(answer)
     return (
-        (f"{head}what", f"{headline(answer)}."),
+        (f"{head}what", f"{found[0].upper()}{found[1:]}."),
         (f"{head}limits", f"{_limits(answer)}."),
         (f"{head}method", f"The describing function {trust}: {method.why}."),
     )
@@ -78,9 +96,9 @@ def _limits(answer: JointAnswer) -> str:
     gain, unit = answer.kp_max, unit_text(gain_unit(answer))
     parts = []
     if gain.stability is not None:
-        robust = "" if gain.ms2 is None else f", and {number(gain.ms2)} for a sensitivity peak of at most 2"
-        stable = f"the linear loop is stable up to {number(gain.stability)}{NBSP}{unit}{robust}"
-        parts.append(f"Kp is {number(answer.kp)}; {stable}")
+        robust = "" if gain.ms2 is None else f", with a sensitivity peak of at most 2 up to {number(gain.ms2)}"
+        stable = f"the linear loop is stable up to {number(gain.stability)}{robust}"
+        parts.append(f"Kp is {number(answer.kp)}{NBSP}{unit}; {stable}")
     else:
         parts.append(f"Kp is {number(answer.kp)}{NBSP}{unit}; {gain.why}")
     if answer.k_critical == 0.0:

@@ -10,7 +10,7 @@ from stribeck.loop.answers import Branch, JointAnswer
 from stribeck.report import words
 from stribeck.report.cycle_words import gain_unit, small_unit
 from stribeck.report.figures.log_ticks import plain_log
-from stribeck.report.numbers import number, with_unit
+from stribeck.report.numbers import number
 from stribeck.report.style import COLOUR, INK, MUTED, drawn, grid, heading, key, new_figure
 
 
@@ -57,7 +57,9 @@ def draw_branch(ax: Axes, branch: Branch) -> Axes:
         ax.set_xscale("log")
         plain_log(ax.xaxis)
     ax.set_ylim(-0.03 * top, 1.15 * top)
-    key(ax, [("rest", MUTED), ("exact cycle", COLOUR["corrected"]), ("describing function", COLOUR["as_given"])])
+    lines = (("rest", MUTED, resting), ("exact cycle", COLOUR["corrected"], np.isfinite(cycling)),
+             ("describing function", COLOUR["as_given"], np.isfinite(branch.predicted)))  # fmt: skip
+    key(ax, [(name, colour) for name, colour, shown in lines if shown.any()])
     grid(ax, "both")
     return ax
 
@@ -80,5 +82,7 @@ def _finding(answer: JointAnswer) -> str:
             return f"{name}: cycles without compensation too"
         return f"{name}: no k makes it cycle"
     if not cycling:
-        return f"{name}: no cycle from Kp {with_unit(branch.values[0], '1')} to {with_unit(branch.values[-1], '1')}"
+        return (
+            f"{name}: no cycle at Kp from {number(branch.values[0])} to {number(branch.values[-1])} {gain_unit(answer)}"
+        )
     return f"{name}: cycles at Kp from {number(min(cycling))} to {number(max(cycling))} {gain_unit(answer)}"
