@@ -74,6 +74,26 @@ def test_a_map_of_101_by_50_takes_three_seconds(arm, loop_of):
     assert time.process_time() - begin == pytest.approx(spent / 5.0, rel=0.6)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("sample_time", [0.0, 0.0125])
+def test_labels_of_large_maps_are_those_of_the_events(arm, loop_of, sample_time):
+    """Random cells of a whole map, and of an atlas over k, Kp, zeta and delay."""
+    axes = {"k": np.linspace(0.5, 2.0, 101), "kp": np.linspace(10.0, 100.0, 50), "zeta": (0.5,)}
+    if sample_time:
+        axes = {"k": np.linspace(0.5, 2.0, 15), "kp": np.geomspace(10.0, 100.0, 8), "zeta": np.linspace(0.1, 1.2, 8),
+                "delay": np.arange(3.0)}  # fmt: skip
+    loop = loop_of("zero" if sample_time else "set_valued", sample_time=sample_time)
+    begin = time.process_time()
+    fast = label_map(arm, loop, "A", axes)
+    assert (time.process_time() - begin) / fast.codes.size < 600e-6  # a million on two cores within 5 min
+    rng, wrong, count = np.random.default_rng(11), 0, 100
+    for place in zip(*(rng.integers(0, size, count) for size in fast.codes.shape), strict=True):
+        cell = {name: (values[i],) for (name, values), i in zip(axes.items(), place, strict=True)}
+        exact = label_map(arm, loop, "A", cell, method="events", jobs=1)
+        wrong += exact.codes.item() != fast.codes[place]
+    assert wrong <= 0.01 * count
+
+
 def test_chunks_and_backends_do_not_matter(arm, loop_of, monkeypatch):
     axes = {"k": np.linspace(0.8, 1.6, 7), "zeta": np.linspace(0.2, 0.9, 5)}
     whole = label_map(arm, loop_of(), "A", axes)
