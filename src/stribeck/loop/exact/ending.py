@@ -125,8 +125,13 @@ def dies_out(mine: np.ndarray) -> bool:
     if len(spread) < 2 or not spread[-1] < spread[0]:
         return bool(len(spread) and spread.max() < TINY)
     creeps = len(spread) >= 8 and spread[-1] < 0.7 * spread[-8] and bool((np.diff(spread[-8:]) < 0.0).all())
-    falls = len(spread) >= 4 and bool((spread[-3:] < 0.5 * spread[-4:-1]).all())
-    return bool(spread[-1] < TINY or (spread[-1] < _CREEP and (creeps or falls)))
+    return bool(spread[-1] < TINY or (spread[-1] < _CREEP and creeps))
+
+
+def falls(mine: np.ndarray) -> bool:
+    """Tell whether one joint's last rounds were small and ever smaller, each less than half the one before."""
+    spread = 0.5 * (mine["high"] - mine["low"])
+    return len(spread) >= 4 and bool(spread[-1] < _CREEP and (spread[-3:] < 0.5 * spread[-4:-1]).all())
 
 
 def answers(rounds: Rounds, ending: Ending) -> dict[str, Cycle]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from stribeck.arm import Arm
 from stribeck.loop.cycle import Cycle
-from stribeck.loop.exact.ending import TINY, Ending, answers, dies_out, fold_of, gather
+from stribeck.loop.exact.ending import TINY, Ending, answers, dies_out, falls, fold_of, gather
 from stribeck.loop.exact.place import Place
 from stribeck.loop.exact.repeat import repeated
 from stribeck.loop.exact.rest import follow
@@ -67,7 +67,7 @@ def ending_of(rounds: Rounds, place: Place) -> Ending:
             if watch >= 0 and done.why == "end" and len(done.turns):
                 watch = ANY  # that joint has come to rest, others go on
                 continue
-            if done.why == "end" and _all_die_out(history):
+            if done.why == "end" and _all_fall(history):
                 return Ending("rest", place)
             return _stopped(done.why, place)
         if watch < 0:
@@ -75,7 +75,7 @@ def ending_of(rounds: Rounds, place: Place) -> Ending:
             watch = int(np.bincount(joints).argmax())
             if joints[-1] != watch:  # the place must be a turn of the joint that is watched
                 continue
-        if dies_out(history[history["joint"] == watch]):
+        if dies_out(done.turns[done.turns["joint"] == watch]):
             return Ending("rest", place)
         fixed = _attempt(rounds, watch, place, history, fixed)
         if fixed is not None and _drawn_in(rounds, watch, place, fixed):
@@ -83,8 +83,8 @@ def ending_of(rounds: Rounds, place: Place) -> Ending:
     return settle_from(rounds, place)
 
 
-def _all_die_out(turns: np.ndarray) -> bool:
-    return bool(len(turns)) and all(dies_out(turns[turns["joint"] == j]) for j in np.unique(turns["joint"]))
+def _all_fall(turns: np.ndarray) -> bool:
+    return bool(len(turns)) and all(falls(turns[turns["joint"] == j]) for j in np.unique(turns["joint"]))
 
 
 def _stopped(why: str, place: Place) -> Ending:
