@@ -83,6 +83,24 @@ def test_starts(effect: Effect, scale: Scale) -> None:
 
 
 @every_effect
+@every_effect
+@pytest.mark.parametrize("scale", [SMALL, LARGE], ids=["small", "large"])
+def test_starts_are_plausible(effect: Effect, scale: Scale) -> None:
+    assert all(effect.plausible(start, scale) for start in effect.starts(scale))
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("torque_saturation", {"limit": 0.02}),  # a drive that hardly drives: seen on a real joint without one
+        ("torque_dead_zone", {"width": 0.2}),
+        ("negative_damping", {"amount": 47.0, "velocity": 0.002}),  # the same at rest
+    ],
+)
+def test_corners_are_not(name: str, values: dict[str, float]) -> None:
+    assert not effect_named(name).plausible(values, SMALL)
+
+
 def test_starts_in_sight_of_the_residual(effect: Effect) -> None:
     for joint in effect.sites(2):
         for trial in starts(effect, joint):

@@ -9,6 +9,7 @@ import numpy as np
 from stribeck.gap.model import Model
 from stribeck.gap.rank import Ranking
 from stribeck.model.layout import Placed
+from stribeck.model.values import Scale
 
 LEAST_T = 2.8  # block-robust t value of the gain
 LEAST_GAIN = 0.06  # of the squared residual; held-out runs must show half of it
@@ -28,15 +29,20 @@ MOST_PRIOR = 4.0  # cost to the prior that a law may ask for: more, and it is th
 KEPT_T = 2.0  # block-robust t value below which an effect is dropped again
 
 
-def earns_its_place(ranking: Ranking, k: int, rival: Model, taken: Sequence[Placed] = ()) -> bool:
+def earns_its_place(
+    ranking: Ranking, k: int, rival: Model, scales: Sequence[Scale], taken: Sequence[Placed] = ()
+) -> bool:
     """Return whether the k-th model may be taken: it surely closes some of a gap above the floor; or the prior asks.
 
     Parameters
     ----------
+    scales : sequence of Scale
+        Typical magnitudes of each joint.
     taken : sequence of Placed
         Effects that earlier steps of the search have taken.
     """
-    if strained(rival.placed[-1]):
+    new = rival.placed[-1]
+    if strained(new) or not new.effect.plausible(new.values, scales[new.joint]):
         return False
     gain, held, t = ranking.overall[k], ranking.gain[k, 0], ranking.t[k]
     before, after = ranking.power[0], ranking.power[k]
@@ -45,16 +51,16 @@ def earns_its_place(ranking: Ranking, k: int, rival: Model, taken: Sequence[Plac
     above = bool(np.any((before > least_power) & (before - after > LEAST_POWER)))
     surely = bool(ranking.sure[k] > SURE)
     large = bool(gain > LARGE_GAIN and surely and not taken)
-    if rival.placed[-1].effect.elusive:
+    if new.effect.elusive:
         sure = gain > ELUSIVE_GAIN and (t > ELUSIVE_T or (held > ELUSIVE_HELD and surely))
         sure = sure or (t > CLEAR_T and min(gain, held) > CLEAR_GAIN)
     else:
         sure = t > LEAST_T or large
-    here = any(place.joint == rival.placed[-1].joint for place in taken)
+    here = any(place.joint == new.joint for place in taken)
     least = LEAST_FURTHER if here else LEAST_ELSEWHERE if taken else LEAST_GAIN
     # held-out runs that hardly excite the effect cannot confirm it; they must not speak against it
     agreed = held > 0.5 * least or (held > NOTHING and (large or (t > PLAIN_T and gain > PLAIN_GAIN)))
-    by_prior = rival.placed[-1].effect.rescales and ranking.prior_gain[k] > LEAST_PRIOR and gain > -LEAST_GAIN
+    by_prior = new.effect.rescales and ranking.prior_gain[k] > LEAST_PRIOR and gain > -LEAST_GAIN
     bearable = ranking.prior_gain[k] > -MOST_PRIOR or gain > 2.0 * LARGE_GAIN
     return bool((above and sure and gain > least and agreed and bearable) or by_prior)
 

@@ -158,7 +158,7 @@ def _step(
     rivals = _best_of_each(fitted)
     floor = noise_of_best(setting.floor, [base, *rivals], prepared)
     ranking = rank(prepared, [base, *rivals], floor, setting.seed)
-    passing = tuple(k for k in ranking.order if earns_its_place(ranking, k, rivals[k - 1], taken))
+    passing = tuple(k for k in ranking.order if earns_its_place(ranking, k, rivals[k - 1], prepared.scales, taken))
     if passing:
         ranking = replace(ranking, best=passing[0])
     kept = {(model.placed[-1].effect.name, model.placed[-1].joint) for model in rivals}

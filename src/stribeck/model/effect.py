@@ -65,6 +65,10 @@ class Effect(ABC):
         """Return trial values in sight of what the model so far leaves at the joint, as a frequency needs it."""
         return self.starts(scale)
 
+    def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
+        """Return whether fitted values can be meant: not a corner where the law stands for another one, or for none."""
+        return True
+
     def observed(self, record: Record) -> Observed | None:
         """Return what the records show of a ``direct`` effect; None where they show nothing of it."""
         return None

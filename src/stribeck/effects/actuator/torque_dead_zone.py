@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import final
 
 import casadi as ca
@@ -23,6 +24,9 @@ class TorqueDeadZone(ActuatorEffect):
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         return ({"width": 0.1 * scale.torque},)
+
+    def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
+        return values["width"] < scale.torque
 
     def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         return torque - ca.fmax(ca.fmin(torque, p["width"]), -p["width"])

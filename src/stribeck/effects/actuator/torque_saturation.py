@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import final
 
 import casadi as ca
@@ -25,6 +26,9 @@ class TorqueSaturation(ActuatorEffect):
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         # below the peak of the command, or nothing would say which way to go
         return tuple({"limit": times * scale.torque} for times in (1.2, 1.8, 2.6))
+
+    def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
+        return values["limit"] > 0.7 * scale.torque  # less would be a drive that hardly drives
 
     def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         return ca.fmax(ca.fmin(torque, p["limit"]), -p["limit"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, final
 
 import casadi as ca
@@ -34,6 +35,10 @@ class NegativeDamping(FrictionEffect):
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         size = 0.3 * max(scale.friction, 0.02 * scale.torque)
         return tuple({"amount": size, "velocity": part * scale.speed} for part in (0.1, 0.4))
+
+    def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
+        # a peak of any height fits a joint at rest where it is narrow enough
+        return values["amount"] < 2.0 * max(scale.friction, scale.torque)
 
     def level(self, level: Expression, direction: float, s: Signals, x: States, p: Parameters) -> Expression:
         return level + p["amount"] * ca.exp(-ca.fabs(s.velocity) / p["velocity"])
