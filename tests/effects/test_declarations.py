@@ -83,7 +83,6 @@ def test_starts(effect: Effect, scale: Scale) -> None:
 
 
 @every_effect
-@every_effect
 @pytest.mark.parametrize("scale", [SMALL, LARGE], ids=["small", "large"])
 def test_starts_are_plausible(effect: Effect, scale: Scale) -> None:
     assert all(effect.plausible(start, scale) for start in effect.starts(scale))
@@ -101,6 +100,7 @@ def test_corners_are_not(name: str, values: dict[str, float]) -> None:
     assert not effect_named(name).plausible(values, SMALL)
 
 
+@every_effect
 def test_starts_in_sight_of_the_residual(effect: Effect) -> None:
     for joint in effect.sites(2):
         for trial in starts(effect, joint):
