@@ -1,12 +1,26 @@
 """The arithmetic of the verdict: the closed part by the contract's formula, and probabilities that behave."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from stribeck.effects.registry import effect_named
 from stribeck.gap.blocks import bayesian_bootstrap
-from stribeck.gap.verdict import closes_estimate, closure, explained, unknown_probability
+from stribeck.gap.result import Cause
+from stribeck.gap.search import Step
+from stribeck.gap.verdict import (
+    NAMED_OVER,
+    UNKNOWN_HELD,
+    closes_estimate,
+    closure,
+    explained,
+    suspected,
+    unknown_probability,
+)
+from stribeck.model.layout import Placed
 
 FLOOR = np.array([0.1, 0.4])
 
@@ -77,3 +91,27 @@ def test_unknown_is_likely_where_little_is_explained() -> None:
     assert (np.diff(values) < 0.0).all()
     assert values[0] > 0.95
     assert values[-1] < 0.05
+
+
+def test_what_came_nearest_is_suspected() -> None:
+    """Probabilities still sum to one, nothing suspected comes near a name, and "unknown" keeps what it has held."""
+    taken = [Cause("backlash", 0.04, ("A",), ("backlash",), presence=0.04)]
+    for causes, unknown in ((taken, 0.96), ([], 1.0)):
+        found = suspected(step("delay", "delay", "payload", "cogging"), causes, unknown, ("A", "B"))
+        assert sum(cause.probability for cause in found) == pytest.approx(1.0)
+        assert found[-1].effect == "unknown"
+        assert found[-1].probability == pytest.approx(UNKNOWN_HELD * unknown)
+        assert all(0.0 < (cause.presence or 0.0) < NAMED_OVER for cause in found[:-1])
+        expected = ["backlash"] if causes else ["delay", "payload"]
+        assert [cause.effect for cause in found[:-1]] == expected
+
+
+def test_where_nothing_was_tried_all_is_unknown() -> None:
+    assert suspected(step(), [], 0.9, ("A",)) == [Cause("unknown", 0.9)]
+
+
+def step(*effects: str) -> Step:
+    """The last step of a search, its rivals in the order of their score, as far as the question looks at it."""
+    models = tuple(SimpleNamespace(placed=(Placed(effect_named(name), k % 2),)) for k, name in enumerate(effects))
+    ranking = SimpleNamespace(order=tuple(range(1, len(models) + 1)))
+    return Step(None, models, ranking, (), (), FLOOR)  # type: ignore[arg-type]

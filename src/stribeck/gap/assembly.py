@@ -27,6 +27,7 @@ from stribeck.gap.verdict import (
     causes_of,
     closes_estimate,
     no_gap_probability,
+    suspected,
     with_observed,
 )
 from stribeck.gap.where import analysis_signals, regions
@@ -67,9 +68,9 @@ class Assembly:
         causes = [self._with_details(cause) for cause in causes]
         chain = self._chain(in_torque)
         final = chain[-1]
-        verdict, rest = self._verdict(final, in_torque, left_over)
+        verdict, causes = self._verdict(final, in_torque, causes, left_over)
         closed = self._closes(self.base, final) if in_torque else None
-        verdict, causes = with_observed(verdict, [*causes, *rest], self.seen.causes, len(in_torque))
+        verdict, causes = with_observed(verdict, causes, self.seen.causes, len(in_torque))
         named = (*(cause.effect for cause in self.seen.causes), *in_torque)
         arms = {
             "as_given": arm,
@@ -116,18 +117,24 @@ class Assembly:
             chain.append(fit_model(self.prepared, placed, weights, chain[-1].fit, evaluations=40))
         return chain
 
-    def _verdict(self, final: Model, named: tuple[str, ...], left_over: float) -> tuple[str, list[Cause]]:
+    def _verdict(
+        self, final: Model, named: tuple[str, ...], causes: list[Cause], left_over: float
+    ) -> tuple[str, list[Cause]]:
+        """Return the verdict, and the causes with what is left for ``none`` and ``unknown``."""
         ratio = float(np.max(final.rms() / self.floor))
         if named:
             verdict = (
                 "explained" if ratio < AT_FLOOR or self._closes(self.base, final).value > 0.9 else "partly_explained"
             )
-            return verdict, [Cause("unknown", left_over)]
-        if any(step.taken for step in self.steps):
-            return "unexplained", [Cause("unknown", left_over)]
+            return verdict, [*causes, Cause("unknown", left_over)]
+        last, names = self.steps[-1], self.prepared.arm.names
+        if causes:
+            return "unexplained", suspected(last, causes, left_over, names)
         none = no_gap_probability(self.steps[0], self.floor)
-        rest = [Cause("none", NONE_HELD * none), Cause("unknown", 1.0 - NONE_HELD * none)]
-        return ("no_gap" if none > NAMED_OVER else "unexplained"), rest
+        nothing = Cause("none", NONE_HELD * none)
+        if none > NAMED_OVER:
+            return "no_gap", [nothing, Cause("unknown", 1.0 - nothing.probability)]
+        return "unexplained", [nothing, *suspected(last, (), 1.0 - nothing.probability, names)]
 
     def _experiment(self, causes: Sequence[Cause], *, unexplained: bool) -> Experiment | None:
         """Return what would tell apart what these data cannot, where there is such a question."""

@@ -19,6 +19,8 @@ EACH_MORE = 0.05  # on the former for each further effect: several together fit 
 PLAIN_T, PLAIN_CHANCE, PLAIN_GAIN = 5.0, 0.95, 0.1  # block-robust t, against its rivals, and sure held-out gain
 PLAIN = 0.6  # presence of an effect that plain, however much others leave unexplained
 CEILING = 0.92  # of any presence: of 145 surest names on sealed cases nine in ten were right
+UNKNOWN_HELD = 0.65  # of the chance of "unknown": four of ten unexplained gaps were an effect of the library after all
+MOST_SUSPECTS = 2
 SURE_T, SURE_WIDTH = 2.0, 0.6  # block-robust t value that bears a name out to one half, and how fast that turns
 NONE_HELD = (
     0.65  # of the chance of "none": every other sealed case without a visible gap hid an effect too weak to show
@@ -107,6 +109,33 @@ def causes_of(steps: Sequence[Step], names: Sequence[str], floor: np.ndarray) ->
         )
     left_over = 1.0 - sum(cause.probability for cause in causes)
     return causes, max(left_over, 0.0)
+
+
+def suspected(step: Step, causes: Sequence[Cause], unknown: float, names: Sequence[str]) -> list[Cause]:
+    """Return the causes where no effect is named, ``unknown`` among them: what came nearest may be there all the same.
+
+    Parameters
+    ----------
+    step : Step
+        The last of the search.
+    causes : sequence of Cause
+        Effects that were taken, but do not explain enough to be named.
+    unknown : float
+        What they leave to ``unknown``, which keeps a part of it.
+    names : sequence of str
+        Of the joints.
+    """
+    near = list(causes)
+    if not near:
+        places = [step.rivals[k - 1].placed[-1] for k in step.ranking.order]
+        first = {place.effect.name: place for place in reversed(places)}
+        ordered = [place for place in places if first[place.effect.name] is place][:MOST_SUSPECTS]
+        near = [Cause(p.effect.name, 0.0, (names[p.joint],), (p.effect.name,), presence=0.0) for p in ordered]
+    if not near:
+        return [Cause("unknown", unknown)]
+    spare = (1.0 - UNKNOWN_HELD) * unknown / len(near)
+    raised = [replace(c, probability=c.probability + spare, presence=(c.presence or 0.0) + spare) for c in near]
+    return [*raised, Cause("unknown", UNKNOWN_HELD * unknown)]
 
 
 def with_observed(
