@@ -93,6 +93,7 @@ def test_starts_are_plausible(effect: Effect, scale: Scale) -> None:
     [
         ("torque_saturation", {"limit": 0.02}),  # a drive that hardly drives: seen on a real joint without one
         ("torque_dead_zone", {"width": 0.2}),
+        ("encoder_eccentricity", {"sine": 0.12, "cosine": -0.12, "harmonic": 1.0}),  # it would be inertia that is meant
         ("negative_damping", {"amount": 47.0, "velocity": 0.002}),  # the same at rest
     ],
 )

@@ -12,6 +12,7 @@ from stribeck.model.layout import Placed
 from stribeck.model.values import Scale
 
 LEAST_T = 2.8  # block-robust t value of the gain
+SMALL_GAIN, SMALL_T = 0.15, 6.0  # a smaller gain needs a larger t value: filters leave some of that kind
 LEAST_GAIN = 0.06  # of the squared residual; held-out runs must show half of it
 LEAST_FURTHER = 0.25  # the same for a further effect at a joint: less may be what the first one's law does not fit
 LEAST_ELSEWHERE = 0.15  # the same where the joint has no effect yet, but another one has
@@ -19,6 +20,7 @@ LARGE_GAIN, SURE = 0.25, 0.99  # a large gain needs no t value where any choice 
 PLAIN_T, PLAIN_GAIN = 4.0, 0.2  # from which held-out runs that hardly excite an effect need not confirm it
 ELUSIVE_T, ELUSIVE_GAIN = 3.5, 0.2  # for laws that also fit what filters do around rest
 ELUSIVE_HELD = 0.4  # gain on the held-out runs alone that makes up for a lower t value
+WELL_ABOVE, WELL_CLOSED = 2.0, 0.35  # of the noise floor's power, or of the squared residual, that they must show
 CLEAR_T, CLEAR_GAIN = 5.0, 0.1  # t value, and gain there and on all runs, that make up for a smaller gain
 NOTHING = -0.02  # gain on held-out runs that says neither yes nor no
 ABOVE = 0.7  # of the noise floor's power: less is no gap
@@ -52,10 +54,11 @@ def earns_its_place(
     surely = bool(ranking.sure[k] > SURE)
     large = bool(gain > LARGE_GAIN and surely and not taken)
     if new.effect.elusive:
+        above = above and (before[new.joint] > WELL_ABOVE or gain > WELL_CLOSED)
         sure = gain > ELUSIVE_GAIN and (t > ELUSIVE_T or (held > ELUSIVE_HELD and surely))
         sure = sure or (t > CLEAR_T and min(gain, held) > CLEAR_GAIN)
     else:
-        sure = t > LEAST_T or large
+        sure = (t > LEAST_T and (gain > SMALL_GAIN or t > SMALL_T)) or large
     here = any(place.joint == new.joint for place in taken)
     least = LEAST_FURTHER if here else LEAST_ELSEWHERE if taken else LEAST_GAIN
     # held-out runs that hardly excite the effect cannot confirm it; they must not speak against it

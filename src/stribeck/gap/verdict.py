@@ -22,9 +22,7 @@ CEILING = 0.92  # of any presence: of 145 surest names on sealed cases nine in t
 UNKNOWN_HELD = 0.65  # of the chance of "unknown": four of ten unexplained gaps were an effect of the library after all
 MOST_SUSPECTS = 2
 SURE_T, SURE_WIDTH = 2.0, 0.6  # block-robust t value that bears a name out to one half, and how fast that turns
-NONE_HELD = (
-    0.65  # of the chance of "none": every other sealed case without a visible gap hid an effect too weak to show
-)
+NONE_HELD = 0.6  # of the chance of "none": every other sealed case without a visible gap hid an effect too weak to show
 NAMED_OVER = 0.5  # probability of presence from which an effect is named
 
 
