@@ -40,11 +40,12 @@ def repeated(rounds: Rounds, ending: Ending) -> Ending:
     Parameters
     ----------
     rounds : Rounds
-        Sampled. Under noise, dither or the steps of an encoder nothing is changed.
+        Of a continuous loop, under noise, dither or the steps of an encoder nothing is changed.
     ending : Ending
         Any; only a lasting motion changes.
     """
-    if ending.kind != "roughly" or rounds.noisy or not all(_smooth(entry) for entry in rounds.loop.joints):
+    smooth = not rounds.noisy and all(_smooth(entry) for entry in rounds.loop.joints)
+    if not (rounds.sampled and smooth and ending.kind == "roughly"):
         return ending
     size, period = _largest(ending)
     ts = rounds.loop.sample_time
