@@ -159,6 +159,8 @@ def _answer(rounds: Rounds, ending: Ending, j: int) -> Cycle:
     if ending.kind == "undetermined":
         return Cycle("undetermined", status=ending.status)
     mine = ending.turns[ending.turns["joint"] == j]
+    if len(mine) == 0 and rounds.entry(rounds.arm.names[j]).ki > 0.0 and abs(steady) > TINY:
+        return Cycle("undetermined", status="it sticks for longer than the other joints took to settle, and winds up")
     if len(mine) == 0 or np.ptp([mine["low"].min(), mine["high"].max()]) < 2.0 * TINY:
         return Cycle("rest", steady_error=steady, status=ending.status)
     amplitude, period, stuck = size_of(ending, mine)
