@@ -12,13 +12,14 @@ from stribeck.errors import StribeckError
 from stribeck.gap.blocks import bayesian_bootstrap, block_of_rows
 from stribeck.gap.corrected import arm_of
 from stribeck.gap.experiment import Experiment, next_experiment, open_question
+from stribeck.gap.listing import candidates_of, traces_of
 from stribeck.gap.margins import widened
 from stribeck.gap.model import Model, fit_model, weights_of
 from stribeck.gap.motion import motion_gap
 from stribeck.gap.observed import Observation
 from stribeck.gap.places import places
 from stribeck.gap.prepare import Prepared
-from stribeck.gap.result import Candidate, Cause, Diagnosis, Estimate, Stage, Trace, Tuned
+from stribeck.gap.result import Cause, Diagnosis, Estimate, Stage, Tuned
 from stribeck.gap.search import Step
 from stribeck.gap.verdict import (
     AT_FLOOR,
@@ -30,7 +31,7 @@ from stribeck.gap.verdict import (
     suspected,
     with_observed,
 )
-from stribeck.gap.where import analysis_signals, regions
+from stribeck.gap.where import regions
 from stribeck.identify.confidence import Intervals, intervals
 
 HORIZON = 0.5  # s
@@ -92,9 +93,9 @@ class Assembly:
             where=places(prepared, chain, self.noise, regions_, self.seed),
             regions=regions_,
             causes=tuple(causes),
-            candidates=self._candidates(),
+            candidates=candidates_of(self.steps, arm.names),
             tuned=self._tuned(),
-            traces=self._traces(final),
+            traces=traces_of(prepared, self.given, self.base, final),
             models=arms,
             notes=prepared.notes,
             warnings=tuple(self.warnings + self._limits()),
@@ -210,25 +211,6 @@ class Assembly:
             self.warnings.append(f"{stage}: {failed} windows could not be simulated and are left out of the motion gap")
         return motion
 
-    def _candidates(self) -> tuple[Candidate, ...]:
-        names = self.prepared.arm.names
-        rows = []
-        for number, step in enumerate(self.steps, 1):
-            for k, model in enumerate(step.rivals, 1):
-                place, gain = model.placed[-1], step.ranking.gain[k]
-                chosen = step.taken and k == step.ranking.best
-                estimate = Estimate(float(gain[0]), float(gain[1]), float(gain[2]))
-                t = float(step.ranking.t[k])
-                rows.append(
-                    Candidate(number, place.effect.name, names[place.joint], estimate, t, model.fit.status, chosen)
-                )
-            nothing = Estimate(np.nan, np.nan, np.nan)
-            rows.extend(
-                Candidate(number, effect, names[joint], nothing, np.nan, "screened out")
-                for effect, joint in step.screened_out
-            )
-        return tuple(rows)
-
     def _tuned(self) -> tuple[Tuned, ...]:
         fit, bounds = self.base.fit, self._intervals(self.base)
         return tuple(
@@ -250,25 +232,3 @@ class Assembly:
             f"{key}: the data push it to three standard deviations from its nominal value or beyond"
             for key in self.models[-1].fit.at_limit
         ]
-
-    def _traces(self, final: Model) -> tuple[Trace, ...]:
-        signals = analysis_signals(self.prepared.held)
-        traces = []
-        start = 0
-        for run in self.prepared.held:
-            rows = slice(start, start + len(run.analysis_index))
-            start = rows.stop
-            measured = signals["command"][rows]
-            traces.append(
-                Trace(
-                    run.name,
-                    signals["time"][rows],
-                    signals["position"][rows],
-                    signals["velocity"][rows],
-                    measured,
-                    measured - self.given[rows],
-                    measured - self.base.held[rows],
-                    measured - final.held[rows],
-                )
-            )
-        return tuple(traces)
