@@ -9,18 +9,15 @@ from typing import Any
 import numpy as np
 
 from stribeck.arm import Arm
-from stribeck.effects.registry import placed_effects
 from stribeck.gap.blocks import block_of_rows, block_sums, correlation_rows
 from stribeck.gap.corrected import arm_of
-from stribeck.gap.floor import noise_floor
-from stribeck.gap.model import Model, retune, weights_of
+from stribeck.gap.diagnose import searched
+from stribeck.gap.model import Model, weights_of
 from stribeck.gap.prepare import Prepared, prepare
 from stribeck.gap.screen import candidates
-from stribeck.gap.search import Step, search
+from stribeck.gap.search import Step
 from stribeck.gap.verdict import NAMED_OVER, causes_of
 from stribeck.identify.conditioning import Conditioned, condition
-from stribeck.model.layout import values_of
-from stribeck.model.path import SignalPath
 from stribeck.run import Run
 from stribeck.simulate.engine import Engine, path_of
 from stribeck.simulate.predict import predict_conditioned
@@ -28,25 +25,11 @@ from stribeck.simulate.predict import predict_conditioned
 HORIZON = 0.5  # s
 
 
-def searched(arm: Arm, runs: Sequence[Run], leave_out: Sequence[str]) -> tuple[Prepared, np.ndarray, tuple[Step, ...]]:
-    """Return the runs as the diagnosis sees them, its noise floor (n,) in N m, and the steps of its search."""
-    prepared = prepare(arm, runs)
-    own = tuple(place for place in placed_effects(arm) if not place.effect.direct)
-    path = SignalPath(arm, own)
-
-    def floor_at(p: np.ndarray) -> np.ndarray:
-        noise = noise_floor(arm, path, p, prepared.held, prepared.cutoff, 0)
-        return np.asarray(np.maximum(np.sqrt(np.mean(noise**2, axis=0)), 1e-12))
-
-    base = retune(prepared, floor_at(values_of(path.entries)), own)
-    floor = floor_at(base.fit.p)
-    steps = search(prepared, base, floor, jobs=1, leave_out=leave_out)
-    return prepared, steps[-1].floor, steps
-
-
 def fits_of_a_case(arm: Arm, runs: Sequence[Run], leave_out: Sequence[str]) -> dict[str, Any]:
     """Return, as a diagnoser does, what the shipped rule names, and beside it what other rules need (``fits``)."""
-    prepared, floor, steps = searched(arm, runs, leave_out)
+    prepared = prepare(arm, runs)
+    steps = searched(prepared, jobs=1, leave_out=leave_out).steps
+    floor = steps[-1].floor
     causes, _ = causes_of(steps, arm.names, floor)
     named = [cause for cause in causes if (cause.presence or 0.0) > NAMED_OVER]
     said = diagnosis_of([(cause.effect, cause.joints[0], cause.equivalent) for cause in named])

@@ -11,7 +11,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from _decision_fits import diagnosis_of, searched
+from _decision_fits import diagnosis_of
 from _rival import CONSTANTS, Answer, friction_intervals
 from _rival_least_squares import by_least_squares
 from _rival_mujoco import by_mujoco
@@ -23,8 +23,9 @@ from stribeck.blind.key import Opened
 from stribeck.blind.outcome import outcome
 from stribeck.blind.rates import rate
 from stribeck.gap.blocks import block_of_rows
+from stribeck.gap.diagnose import searched
 from stribeck.gap.model import weights_of
-from stribeck.gap.prepare import Prepared
+from stribeck.gap.prepare import Prepared, prepare
 from stribeck.gap.search import Step
 from stribeck.gap.verdict import NAMED_OVER, causes_of, no_gap_probability
 from stribeck.identify.confidence import intervals
@@ -41,7 +42,9 @@ def answers_of_a_case(arm: Arm, runs: Sequence[Run], leave_out: Sequence[str]) -
     The preparation is charged to all, the re-tuning to those that use it, and the search to those that judge its fits.
     """
     begun = time.process_time()
-    prepared, floor, steps = searched(arm, runs, leave_out)
+    prepared = prepare(arm, runs)
+    steps = searched(prepared, jobs=1, leave_out=leave_out).steps
+    floor = steps[-1].floor
     spent = time.process_time() - begun
     base = steps[0].base
     own = _own(arm, prepared, floor, steps)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,9 +14,9 @@ from stribeck.gap.assembly import Assembly
 from stribeck.gap.floor import noise_floor
 from stribeck.gap.model import retune
 from stribeck.gap.observed import observe
-from stribeck.gap.prepare import prepare
+from stribeck.gap.prepare import Prepared, prepare
 from stribeck.gap.result import Diagnosis
-from stribeck.gap.search import Progress, search
+from stribeck.gap.search import Progress, Step, search
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import values_of
 from stribeck.model.path import SignalPath
@@ -60,6 +61,30 @@ def diagnose(
     progress("conditioning the recordings")
     seen = observe(arm, (*runs, *held_out), leave_out)
     prepared = prepare(arm, runs, held_out)
+    found = searched(prepared, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
+    progress("simulating the held-out runs")
+    return Assembly(prepared, seen, found.given, found.noise, found.steps[-1].floor, found.steps, seed).diagnosis()
+
+
+@dataclass(frozen=True)
+class Searched:
+    """A finished search: its steps, and on the held-out runs (M, n) the residual as given and its noise floor, N m."""
+
+    given: np.ndarray
+    noise: np.ndarray
+    steps: tuple[Step, ...]
+
+
+def searched(
+    prepared: Prepared,
+    *,
+    seed: int = 0,
+    jobs: int = 2,
+    leave_out: Sequence[str] = (),
+    progress: Progress = lambda text: None,
+) -> Searched:
+    """Re-tune the nominal model and search for what it lacks; arguments as of :func:`diagnose`."""
+    arm = prepared.arm
     own = tuple(place for place in placed_effects(arm) if not place.effect.direct)
     path = SignalPath(arm, own)
     given = Residual(path, prepared.held, ())(values_of(path.entries))[0]
@@ -69,9 +94,7 @@ def diagnose(
     noise = noise_floor(arm, path, base.fit.p, prepared.held, prepared.cutoff, seed)
     floor = _floor_rms(noise)
     steps = search(prepared, base, floor, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
-    noise = np.sqrt(noise**2 + np.maximum(steps[-1].floor ** 2 - floor**2, 0.0))
-    progress("simulating the held-out runs")
-    return Assembly(prepared, seen, given, noise, steps[-1].floor, steps, seed).diagnosis()
+    return Searched(given, np.sqrt(noise**2 + np.maximum(steps[-1].floor ** 2 - floor**2, 0.0)), steps)
 
 
 def _floor_rms(noise: np.ndarray) -> np.ndarray:
