@@ -167,7 +167,12 @@ def _motion(
 
 def needed_torque(arm: Arm, q: Array, dq: Array, ddq: Array) -> Array:
     """Return the torque (N, n) that the arm with its sliding friction needs, N m; friction is zero at rest."""
-    torque = rigid_torque(arm, q, dq, ddq)
+    return rigid_torque(arm, q, dq, ddq) + sliding(arm, dq)
+
+
+def sliding(arm: Arm, dq: Array) -> Array:
+    """Return the friction (N, n) of sliding joints at the velocities `dq`, rad/s, N m; zero at rest."""
+    torque = np.zeros_like(dq)
     for k, joint in enumerate(arm.joints):
         v = dq[:, k]
         for side, f in ((1.0, joint.friction), (-1.0, joint.backward)):

@@ -37,9 +37,10 @@ class Case:
     runs : tuple of Run
         The recordings, in the order in which they were made.
     truth : dict
-        ``effects`` (effect, joint, parameters, strength: torque over the noise floor), ``disturbances`` (the same,
-        of what is no effect of the arm), ``level``, ``worth`` (share of each joint's torque), ``known`` (whether a
-        library may hold the effects) and ``laboratory``; can be written as JSON.
+        ``effects`` (effect, joint, parameters, strength: torque over the noise floor, strength_left: what re-tuning
+        the nominal arm leaves of it), ``disturbances`` (the same, of what is no effect of the arm), ``level``,
+        ``worth`` (share of each joint's torque), ``known`` (whether a library may hold the effects) and
+        ``laboratory``; can be written as JSON.
     """
 
     arm_nominal: Arm
@@ -88,9 +89,10 @@ def hide(
     bench, runs = _steady(true, nominal, hidden, motions, bench, seed)
     strong = strengths(true, nominal, hidden, telling, bench, seed)
     rows = [
-        {"effect": e.effect, "joint": e.joint, "parameters": dict(e.params), "strength": float(f"{s:.4g}")}
+        {"effect": e.effect, "joint": e.joint, "parameters": dict(e.params), "strength": float(f"{s.plain:.4g}"),
+         "strength_left": float(f"{s.left:.4g}")}
         for e, s in zip(hidden, strong, strict=True)
-    ]
+    ]  # fmt: skip
     worth = relative_gap(true, effects, telling, bench.gains(nominal))
     truth = {
         "seed": seed,

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from stribeck.arm import Arm
-from stribeck.withheld.excitation import needed_torque
+from stribeck.withheld.excitation import sliding
 from stribeck.withheld.injections import Injection
 from stribeck.withheld.motions import Motion
 from stribeck.withheld.plant import Array, rigid_torque
@@ -57,21 +57,45 @@ def residual_torque(arm: Arm, q: Array, tau: Array, rate: float, cut: float = CU
 
     Below `cut`, Hz, and without the edges; `q` and `tau` are (N, n), `rate` in Hz.
     """
+    motion = derived(q, rate)
+    need = _need(arm, motion, _command(tau))
+    moving = need - rigid_torque(arm, q, 0.0 * q, 0.0 * q)
+    return _inside(_command(tau) - need, rate, cut), _inside(moving, rate, cut)
+
+
+def unexplained(arm: Arm, motion: tuple[Array, Array, Array], tau: Array, rate: float, cut: float = CUT) -> Array:
+    """Return the torque (M, n) that a `motion` (see `derived`) leaves unexplained, as `residual_torque`, N m."""
+    command = _command(tau)
+    return _inside(command - _need(arm, motion, command), rate, cut)
+
+
+def derived(q: Array, rate: float) -> tuple[Array, Array, Array]:
+    """Return angle, velocity and acceleration (N, n) of angles sampled at `rate`, Hz."""
     dq = np.gradient(q, 1.0 / rate, axis=0)
-    ddq = np.gradient(dq, 1.0 / rate, axis=0)
-    command = 0.5 * (tau + np.vstack([tau[:1], tau[:-1]]))  # held commands, brought to the time of the sample
-    gravity = rigid_torque(arm, q, 0.0 * q, 0.0 * q)
+    return q, dq, np.gradient(dq, 1.0 / rate, axis=0)
+
+
+def _command(tau: Array) -> Array:
+    """Bring held commands to the time of the sample."""
+    return np.asarray(0.5 * (tau + np.vstack([tau[:1], tau[:-1]])))
+
+
+def _need(arm: Arm, motion: tuple[Array, Array, Array], command: Array) -> Array:
+    """Return the torque (N, n) that the arm needs; while a joint sticks, friction is what the command leaves to it."""
+    q, dq, ddq = motion
     rigid = rigid_torque(arm, q, dq, ddq)
-    need = needed_torque(arm, q, dq, ddq)
+    need = rigid + sliding(arm, dq)
     for k, joint in enumerate(arm.joints):
         top, bottom = joint.friction.C0 + joint.friction.C1, joint.backward.C0 + joint.backward.C1
         stuck = np.abs(dq[:, k]) < AT_REST * joint.friction.alpha
         held = np.clip(command[:, k] - rigid[:, k], -bottom, top)
         need[:, k] = np.where(stuck, rigid[:, k] + held, need[:, k])
+    return need
+
+
+def _inside(torque: Array, rate: float, cut: float) -> Array:
     edge = round(EDGE * rate)
-    sos = butter(2, cut, fs=rate, output="sos")
-    inside = slice(edge, -edge)
-    return sosfiltfilt(sos, command - need, axis=0)[inside], sosfiltfilt(sos, need - gravity, axis=0)[inside]
+    return np.asarray(sosfiltfilt(butter(2, cut, fs=rate, output="sos"), torque, axis=0)[edge:-edge])
 
 
 def _rms(x: Array) -> Array:
