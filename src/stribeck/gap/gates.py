@@ -59,7 +59,8 @@ def earns_its_place(
         sure = sure or (t > CLEAR_T and min(gain, held) > CLEAR_GAIN)
     else:
         sure = (t > LEAST_T and (gain > SMALL_GAIN or t > SMALL_T)) or large
-    here = any(place.joint == new.joint for place in taken)
+    closing = int(np.argmax(before - after))  # the coupling may close a gap at another joint than its own
+    here = any(place.joint in (new.joint, closing) for place in taken)
     least = LEAST_FURTHER if here else LEAST_ELSEWHERE if taken else LEAST_GAIN
     # held-out runs that hardly excite the effect cannot confirm it; they must not speak against it
     agreed = held > 0.5 * least or (held > NOTHING and (large or (t > PLAIN_T and gain > PLAIN_GAIN)))

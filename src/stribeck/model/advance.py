@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi as ca
@@ -16,8 +18,8 @@ SUBSTEP = 1e-3  # s, longest step of a flexible joint's link
 PASSED_ON = 2  # states of a chain that feel a change at its head within one step
 
 
-def advance(balance: Balance, sample_time: float, now: Drive, after: Drive, x: Any) -> Any:
-    """Return the states (nx, 1) one sample later.
+def advance(balance: Balance, sample_time: float, now: Drive, after: Drive, carried: Sensitivity) -> Sensitivity:
+    """Return the states (nx, 1) one sample later, and their sensitivities by some parameters.
 
     Parameters
     ----------
@@ -25,21 +27,36 @@ def advance(balance: Balance, sample_time: float, now: Drive, after: Drive, x: A
     sample_time : float
         Between the two drives, s.
     now, after : Drive
-    x : casadi.SX (nx, 1)
-        States now.
+    carried : Sensitivity
+        States now (the path's own symbols) and their sensitivities (nx, columns).
     """
-    path = balance.path
+    path, x = balance.path, carried.states
     mean = (after.position - now.position) / sample_time
     first, last = now.at(velocity=mean), after.at(velocity=mean)
     links = 2 * len(path.flexible)
-    out = [_swing(balance, sample_time, first, last, x)] if links else []
+    out: list[Expression] = []
     if len(path.state_names) > links:
         # a bristle follows the distance moved, the mean velocity's; other laws the velocity of the instant
         slid, moved = (_relax(balance, sample_time, *pair, x) for pair in ((first, last), (now, after)))
         bristles, known = _bristles(path), _slid(balance, sample_time, first, last, x)
         for i, name in enumerate(path.state_names[links:], links):
             out.append(known.get(name, slid[i]) if name in bristles else moved[i])
-    return ca.vertcat(*out)
+    rest = ca.vertcat(*out)
+    through = ca.mtimes(ca.jacobian(rest, x), carried.columns)
+    columns = through + ca.jacobian(rest, path.p)[:, list(carried.parameters)]
+    if not links:
+        return replace(carried, states=rest, columns=columns)
+    swung = _swing(balance, sample_time, first, last, carried)
+    return replace(carried, states=ca.vertcat(swung.states, rest), columns=ca.vertcat(swung.columns, columns))
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """States (nx, 1), the parameters that count, and the states' derivatives by them (nx, number of parameters)."""
+
+    states: Any
+    parameters: tuple[int, ...]
+    columns: Any
 
 
 def _bristles(path: SignalPath) -> frozenset[str]:
@@ -64,32 +81,44 @@ def _slid(balance: Balance, sample_time: float, now: Drive, after: Drive, x: Any
     return out
 
 
-def _swing(balance: Balance, sample_time: float, now: Drive, after: Drive, x: Any) -> Any:
+def _swing(balance: Balance, sample_time: float, now: Drive, after: Drive, carried: Sensitivity) -> Sensitivity:
     """Advance the link states by the implicit midpoint rule: A-stable, second order.
 
     One Newton step solves it for a linear compliance. A contact needs two: with one, a step across its edge
-    throws the link, and the sensitivities grow without bound.
+    throws the link, and the sensitivities grow without bound. Sensitivities come from the implicit function theorem
+    at the solution, which spares the second derivatives of the arm that a differentiated Newton step would bring.
     """
     path = balance.path
-    links = 2 * len(path.flexible)
-    steps = max(1, round(sample_time / SUBSTEP))
-    h = sample_time / steps
-    middle, start, drive = ca.SX.sym("middle", links), ca.SX.sym("start", links), Drive.symbols(path.n, "_mid")
-    rate = balance.derivatives(drive, ca.vertcat(middle, x[links:]))[:links]
-    slope = ca.jacobian(rate, middle)
-    correction = ca.solve(ca.SX.eye(links) - h / 2 * slope, middle - start - h / 2 * rate)
-    known = [drive.stacked, x[links:], path.p, balance.delay_at]
-    newton = ca.Function("newton", [middle, start, *known], [middle - correction])
+    links, h = 2 * len(path.flexible), sample_time / (steps := max(1, round(sample_time / SUBSTEP)))
+    newton, slope = _midpoint(balance, h, carried.parameters)
+    drive_rest = [carried.states[links:], path.p, balance.delay_at]
     contacts = _contacts(path)
-    link = x[:links]
+    link, columns, rest = carried.states[:links], carried.columns[:links, :], carried.columns[links:, :]
     for i in range(steps):
         f = (i + 0.5) / steps
-        known[0] = now.stacked + f * (after.stacked - now.stacked)
+        known = [now.stacked + f * (after.stacked - now.stacked), *drive_rest]
         between = newton(link, link, *known)
         if contacts:
             between = newton(between, link, *known)
-        link = 2 * between - link
-    return link
+        link, columns = 2 * between - link, 2 * slope(between, columns, rest, *known) - columns
+    return replace(carried, states=link, columns=columns)
+
+
+def _midpoint(balance: Balance, h: float, parameters: Sequence[int]) -> tuple[ca.Function, ca.Function]:
+    """Return a Newton step for the links' states in the middle of a step of h, and the sensitivities there."""
+    path = balance.path
+    links, others = 2 * len(path.flexible), len(path.state_names) - 2 * len(path.flexible)
+    middle, start, still = ca.SX.sym("middle", links), ca.SX.sym("start", links), ca.SX.sym("still", others)
+    drive = Drive.symbols(path.n, "_mid")
+    rate = balance.derivatives(drive, ca.vertcat(middle, still))[:links]
+    matrix = ca.SX.eye(links) - h / 2 * ca.jacobian(rate, middle)
+    known = [drive.stacked, still, path.p, balance.delay_at]
+    correction = ca.solve(matrix, middle - start - h / 2 * rate)
+    newton = ca.Function("newton", [middle, start, *known], [middle - correction])
+    before, rest = ca.SX.sym("before", links, len(parameters)), ca.SX.sym("rest", others, len(parameters))
+    pushed = ca.jacobian(rate, path.p)[:, list(parameters)] + ca.mtimes(ca.jacobian(rate, still), rest)
+    columns = ca.solve(matrix, ca.densify(before + h / 2 * pushed)) if parameters else before
+    return newton, ca.Function("slope", [middle, before, rest, *known], [columns])
 
 
 def _contacts(path: SignalPath) -> bool:

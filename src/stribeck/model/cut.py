@@ -12,7 +12,7 @@ from typing import Any
 
 import casadi as ca
 
-from stribeck.model.advance import advance
+from stribeck.model.advance import Sensitivity, advance
 from stribeck.model.balance import Balance
 from stribeck.model.drive import Drive
 from stribeck.model.path import SignalPath
@@ -42,17 +42,17 @@ class Cut:
         self.nx = path.x.numel()
         self._sample = Balance(path)
 
-    def _advance(self, after: Drive) -> Any:
-        return advance(self._sample, self.sample_time, self.drive, after, self.path.x)
+    def _advance(self, after: Drive, parameters: tuple[int, ...], columns: Any) -> Sensitivity:
+        carried = Sensitivity(self.path.x, parameters, columns)
+        return advance(self._sample, self.sample_time, self.drive, after, carried)
 
     @cached_property
     def active(self) -> tuple[int, ...]:
         """Parameters on which the states depend."""
         if self.nx == 0:
             return ()
-        after = Drive.symbols(self.n, "1")
-        depends = ca.vertcat(self._advance(after), self._sample.start(self.drive))
-        rows = ca.jacobian(depends, self.path.p).sparsity()
+        moved = self._advance(Drive.symbols(self.n, "1"), (), ca.SX(self.nx, 0)).states
+        rows = ca.jacobian_sparsity(ca.vertcat(moved, self._sample.start(self.drive)), self.path.p)
         return tuple(sorted({int(c) for c in rows.get_triplet()[1]} & set(self.columns)))
 
     @cached_property
@@ -70,15 +70,13 @@ class Cut:
     def follow(self) -> ca.Function:
         """(states, drive now, drive one sample later, p, T0) -> states and sensitivities one sample later."""
         after = Drive.symbols(self.n, "1")
-        moved = self._advance(after)
         carried = ca.SX.sym("S", self.nx, len(self.active))
-        through = ca.mtimes(ca.jacobian(moved, self.path.x), carried)
-        sensitivity = through + ca.jacobian(moved, self.path.p)[:, list(self.active)]
+        moved = self._advance(after, self.active, carried)
         state = ca.vertcat(self.path.x, ca.vec(carried))
         return ca.Function(
             "follow",
             [state, self.drive.stacked, after.stacked, self.path.p, self._sample.delay_at],
-            [ca.densify(ca.vertcat(moved, ca.vec(sensitivity)))],
+            [ca.densify(ca.vertcat(moved.states, ca.vec(moved.columns)))],
         )
 
     @cached_property
