@@ -14,6 +14,7 @@ from stribeck.loop.approximate import predicted_amplitudes
 from stribeck.loop.exact.branch import Parameter, continue_in
 from stribeck.loop.exact.rounds import Rounds, RoundsEngine
 from stribeck.loop.linear import Assembly, root_locus
+from stribeck.loop.linear.gains import MOST_STATES
 from stribeck.loop.linear.operating import pose
 from stribeck.loop.maps import Map, label_map
 from stribeck.loop.maps.cells import fits
@@ -22,7 +23,7 @@ from stribeck.simulate import JointLoop, Loop
 Floats = NDArray[np.float64]
 
 BRANCH = 13  # values along a branch
-LOCUS = 160  # gains of a root locus
+LOCUS, LARGE = 160, 40  # gains of a root locus; states from which on it has fewer
 SLOW = (9, 7)  # cells of a map that the quick kernel cannot take
 WINDING = (25, 13, 7)  # cells of a map, and values of a branch, where an integral winds up for minutes of motion
 
@@ -107,10 +108,16 @@ def map_of(engine: RoundsEngine, loop: Loop, joint: str, grid: Grid, highest: fl
     return label_map(engine.arm, loop, joint, {"kp": _gains(entry, up, highest), name: values})
 
 
-def locus_of(assembly: Assembly, joint: str, highest: float | None) -> Locus:
-    """Return the poles of a joint's loop against its Kp, from an eighth of its own to beyond the largest one."""
+def locus_of(assembly: Assembly, joint: str, highest: float | None) -> Locus | None:
+    """Return the poles of a joint's loop against its Kp, from an eighth of its own to beyond the largest one.
+
+    None where a long delay makes them too many.
+    """
+    if assembly.plant.nstates > MOST_STATES:
+        return None
+    count = LOCUS // max(assembly.plant.nstates // LARGE, 1)
     kp = assembly.entries[assembly.index(joint)].kp
-    gains = np.geomspace(kp / 8.0, 8.0 * kp if highest is None else max(1.5 * highest, 2.0 * kp), LOCUS)
+    gains = np.geomspace(kp / 8.0, 8.0 * kp if highest is None else max(1.5 * highest, 2.0 * kp), count)
     return Locus(gains, np.array(root_locus(assembly, joint, gains)), assembly.poles(joint), assembly.sample_time)
 
 

@@ -1,6 +1,7 @@
 """Linear loops: against closed forms, python-control's own discretisation, and the figures for the largest gain."""
 
 import math
+import time
 from dataclasses import replace
 
 import control as ct
@@ -10,6 +11,7 @@ import pytest
 from stribeck.arm import Arm, EffectEntry, Friction, Joint
 from stribeck.errors import InputError
 from stribeck.loop.linear import (
+    KpMax,
     OperatingPoint,
     assemble,
     free,
@@ -20,6 +22,8 @@ from stribeck.loop.linear import (
     sliding,
     stuck,
 )
+from stribeck.loop.linear.gains import TOO_LATE
+from stribeck.loop.linear.margins import response
 from stribeck.loop.linear.sampled import lagged, sampled
 from stribeck.simulate import Compensation, JointLoop, Loop, Reference
 
@@ -81,6 +85,19 @@ def test_without_a_largest_gain_it_says_why(step: float, kv: float | None, why: 
     arm, given = one_joint(), loop(controlled(kv=kv), step=step)
     found = kp_max(assemble(arm, given, free(arm, given)), "A")
     assert (found.stability, found.why) == (None, why)
+
+
+def test_a_delay_of_many_samples_is_cheap_and_one_of_very_many_is_left_out() -> None:
+    """The largest gain of a dead time T and a rigid joint goes as 1/T^2."""
+    arm, begin = one_joint(), time.process_time()
+    tops = []
+    for late in (100, 200, 1000):
+        given = loop(controlled(delay_samples=late))
+        tops.append(kp_max(assemble(arm, given, free(arm, given)), "A"))
+    assert time.process_time() - begin < 10.0
+    assert tops[0].stability == pytest.approx(tops[1].stability * (201.0 / 101.0) ** 2, rel=0.02)
+    assert tops[0].ms2 == pytest.approx(tops[1].ms2 * (201.0 / 101.0) ** 2, rel=0.02)
+    assert tops[2] == KpMax(None, None, TOO_LATE)
 
 
 def test_friction_slope_and_inertia_at_a_sliding_point() -> None:
@@ -167,19 +184,20 @@ def test_continuous_pd_has_the_margins_of_the_textbook() -> None:
     assert found.bandwidth == pytest.approx(omega[np.abs(value / (1.0 + value)) >= math.sqrt(0.5)].max(), rel=1e-3)
 
 
+@pytest.mark.parametrize("late", [0, 7])
 @pytest.mark.parametrize("velocity", ["true", "finite_difference"])
-def test_the_sampled_law_with_filter_and_integral(velocity: str) -> None:
+def test_the_sampled_law_with_filter_and_integral(velocity: str, late: int) -> None:
     """Against the difference equations of the law, written out."""
     arm = one_joint()
-    given = loop(controlled(60.0, kv=9.0, ki=20.0, velocity=velocity, velocity_filter=0.01))
+    given = loop(controlled(60.0, kv=9.0, ki=20.0, velocity=velocity, velocity_filter=0.01, delay_samples=late))
     linear = assemble(arm, given, free(arm, given))
     z = np.exp(1j * np.array([0.5, 5.0, 50.0]) * STEP)
     gain = 1.0 - math.exp(-STEP / 0.01)
     position = STEP**2 / 2.0 * (z + 1.0) / (z - 1.0) ** 2
     raw = STEP / (z - 1.0) if velocity == "true" else position * (1.0 - 1.0 / z) / STEP
     law = 60.0 * position + 9.0 * gain / (1.0 - (1.0 - gain) / z) * raw + 20.0 * STEP / (z - 1.0) * position
-    found = ct.frequency_response(linear.broken("A"), np.array([0.5, 5.0, 50.0])).complex
-    assert found == pytest.approx(law, rel=1e-8)
+    found = response(linear.broken("A"), np.array([0.5, 5.0, 50.0]))
+    assert found == pytest.approx(law / z**late, rel=1e-8)
 
 
 def test_two_joints_coupled_and_one_held() -> None:
@@ -190,7 +208,7 @@ def test_two_joints_coupled_and_one_held() -> None:
     assert linear.plant.nstates == 4
     found = np.sort_complex(linear.poles())
     # broken at A and closed again by hand gives the same poles as closing both at once
-    opened = linear.broken("A")
+    opened = linear.broken("A").system
     again = np.linalg.eigvals(np.asarray(opened.A) - np.asarray(opened.B) @ np.asarray(opened.C))
     assert np.sort_complex(again) == pytest.approx(found, abs=1e-9)
     assert c.shape == (4, 4)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import root
 
 from stribeck.arm.values import Friction
 from stribeck.loop.describing.frequency import LinearPart
@@ -21,6 +21,8 @@ SLOWEST, FASTEST = 1e-3, 1e2  # of the frequencies that are searched, relative t
 SPEEDS, FREQUENCIES = 160, 320  # of the grid
 TABLE = 3000
 CLOSE = 1e-9  # of |1 + W N| at a root
+ITERATIONS, HALVINGS = 40, 6  # of Newton's method, and of one step of it that does not help
+FARTHEST = 0.5  # that a root lies from its cell, in the logarithms of amplitude and frequency
 
 
 @dataclass(frozen=True)
@@ -97,11 +99,11 @@ def find_roots(part: LinearPart, friction: Friction, compensator: Compensator) -
     top = min(FASTEST * part.own_frequency, (1.0 - 1e-6) * part.highest)
     omega = np.geomspace(SLOWEST * part.own_frequency, top, FREQUENCIES)
     speed = _speeds(part, friction, compensator)
+    rows, columns = _cells(_survey(part, friction, compensator, speed, omega))
     found: list[Root] = []
-    for i, k in zip(*_cells(_survey(part, friction, compensator, speed, omega)), strict=True):
-        start = np.array([math.log(speed[i] * speed[i + 1]), math.log(omega[k] * omega[k + 1])]) / 2.0
-        solved = _refine(part, friction, compensator, start)
-        if solved is not None and solved.omega < part.highest and not any(_same(solved, other) for other in found):
+    begin = _starts(np.log(speed), np.log(omega), rows, columns, kinks=compensator.dead_band > 0.0)
+    for solved in _refined(part, friction, compensator, begin):
+        if solved.omega < part.highest and not any(_same(solved, other) for other in found):
             found.append(solved)
     return tuple(sorted(found, key=lambda r: r.omega))
 
@@ -136,21 +138,64 @@ def _cells(value: Complex) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     return rows, columns
 
 
-def _refine(part: LinearPart, friction: Friction, compensator: Compensator, start: Floats) -> Root | None:
-    def parts(x: Floats) -> Floats:
-        x = np.clip(x, start - 1.0, start + 1.0)  # Newton's first steps may lead anywhere
-        value = balance(part, friction, compensator, np.exp(x[[0]]), np.exp(x[[1]]))[0]
-        return np.array([value.real, value.imag])
+def _starts(
+    speed: Floats, omega: Floats, rows: NDArray[np.intp], columns: NDArray[np.intp], kinks: bool
+) -> Floats:  # fmt: skip
+    """Return the centres of cells; where the balance may have a kink inside, places near the corners as well."""
+    shares = ((0.5, 0.5), (0.1, 0.1), (0.9, 0.1), (0.1, 0.9), (0.9, 0.9)) if kinks else ((0.5, 0.5),)
+    size = np.stack([speed[rows + 1] - speed[rows], omega[columns + 1] - omega[columns]], axis=1)
+    corner = np.stack([speed[rows], omega[columns]], axis=1)
+    return np.concatenate([corner + np.array(share) * size for share in shares])
 
-    solved = root(parts, start, tol=1e-13)
-    if not np.all(np.isfinite(solved.x)) or np.abs(parts(solved.x)).max() > CLOSE:
-        return None
-    if np.abs(solved.x - start).max() > 0.5:  # another cell's
-        return None
+
+def _refined(part: LinearPart, friction: Friction, compensator: Compensator, begin: Floats) -> list[Root]:
+    """Return the roots to which Newton's method leads from places (K, 2), logarithms of amplitude and frequency.
+
+    All places at once: a loop with a long delay has hundreds of them.
+    """
+
+    def miss(x: Floats) -> Floats:
+        value = balance(part, friction, compensator, np.exp(x[:, 0]), np.exp(x[:, 1]))
+        return np.stack([value.real, value.imag], axis=1)
+
+    x, going = begin.copy(), np.ones(len(begin), dtype=bool)
+    for _ in range(ITERATIONS):
+        if not going.any():
+            break
+        x[going], moved = _stepped(miss, x[going], begin[going])
+        going[going] = moved
+    at = (np.abs(miss(x)).max(axis=1) <= CLOSE) if len(x) else going
+    x = x[at & (np.abs(x - begin).max(axis=1, initial=0.0) <= FARTHEST)]  # beyond is another cell's
+    slopes = _slopes(miss, x)
+    stable = slopes[:, 0, 0] * slopes[:, 1, 1] - slopes[:, 0, 1] * slopes[:, 1, 0] > 0.0
+    return [Root(float(v), float(w), bool(calm)) for (v, w), calm in zip(np.exp(x), stable, strict=True)]
+
+
+def _stepped(miss: Callable[[Floats], Floats], x: Floats, begin: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+    """Return places after one step of Newton's method, shortened till it helps, and which of them still move."""
+    value, slopes = miss(x), _slopes(miss, x)
+    singular = np.abs(np.linalg.det(slopes)) < 1e-12 * np.abs(slopes).max(axis=(1, 2)) ** 2 + 1e-300
+    slopes[singular] = np.eye(2)  # no step from there
+    move = np.where(singular[:, None], 0.0, -np.linalg.solve(slopes, value[..., None])[..., 0])
+    move *= np.minimum(1.0, 0.3 / np.maximum(np.abs(move).max(axis=1), 1e-300))[:, None]
+    size, share, best = np.abs(value).max(axis=1), np.ones(len(x)), x
+    helps = np.zeros(len(x), dtype=bool)
+    for _ in range(HALVINGS):
+        tried = np.where(helps[:, None], best, x + share[:, None] * move)
+        better = np.abs(miss(tried)).max(axis=1) < size
+        best = np.where((better | helps)[:, None], tried, best)
+        helps |= better
+        if helps.all():
+            break
+        share = np.where(helps, share, 0.5 * share)
+    inside = np.abs(best - begin).max(axis=1) <= 2.0 * FARTHEST
+    return best, helps & inside & (size > 1e-14)
+
+
+def _slopes(miss: Callable[[Floats], Floats], x: Floats) -> Floats:
+    """Return the derivatives (K, 2, 2) of the balance's parts (rows) by both logarithms (columns)."""
     step = 1e-5
-    by_speed, by_omega = ((parts(solved.x + move) - parts(solved.x - move)) / (2.0 * step) for move in step * np.eye(2))
-    stable = by_speed[0] * by_omega[1] - by_omega[0] * by_speed[1] > 0.0
-    return Root(float(np.exp(solved.x[0])), float(np.exp(solved.x[1])), bool(stable))
+    return np.stack([(miss(x + move) - miss(x - move)) / (2.0 * step) for move in step * np.eye(2)], axis=2)
 
 
 def _same(one: Root, other: Root) -> bool:

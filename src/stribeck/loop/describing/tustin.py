@@ -8,14 +8,14 @@ from functools import cache
 import control as ct
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import iv, modstruve
+from scipy.special import gammaln
 
 from stribeck.arm.values import Friction
 
 Floats = NDArray[np.float64]
 
-STRUVE_UP_TO, SERIES_FROM = 8.0, 40.0
-NODES, TERMS = 80, 10
+POWERS_UP_TO, SERIES_FROM = 8.0, 40.0
+NODES, TERMS, POWERS = 80, 10, 56
 
 
 class TustinFriction(ct.DescribingFunctionNonlinearity):  # type: ignore[misc]
@@ -71,19 +71,33 @@ def exponential_part(x: Floats) -> Floats:
     Notes
     -----
     L1 and I1 grow as exp(x) while their difference falls as 1/x^2: from x = 8 on the two cancel to worse than 1e-11, at
-    20 to 1e-6. Beyond 40 the asymptotic series (DLMF 11.6.2) is exact to rounding; between the two Gauss's quadrature
-    of the integral itself is, its integrand being smooth there.
+    20 to 1e-6. Up to 8 their power series (DLMF 10.25.2 and 11.2.2) are summed as one, in a hundredth of the time of
+    the functions themselves. Beyond 40 the asymptotic series (DLMF 11.6.2) is exact to rounding; between the two
+    Gauss's quadrature of the integral itself is, its integrand being smooth there.
     """
     x = np.asarray(x, dtype=float)
-    small, large = x <= STRUVE_UP_TO, x >= SERIES_FROM
-    near, far = np.where(small, np.maximum(x, 1e-15), 1.0), np.where(large, x, SERIES_FROM)
-    struve = 2.0 + math.pi * (modstruve(1, near) - iv(1, near))
-    value = np.where(small, struve, _series(far))
-    between = ~(small | large)
-    if np.any(between):
-        value = np.array(value)
-        value[between] = _quadrature(x[between])
-    return np.asarray(value, dtype=float)
+    flat = np.atleast_1d(x).ravel()
+    value = np.empty_like(flat)
+    small, large = flat <= POWERS_UP_TO, flat >= SERIES_FROM
+    for chosen, law in ((small, _powers), (large, _series), (~(small | large), _quadrature)):
+        if chosen.any():
+            value[chosen] = law(flat[chosen])
+    return value.reshape(x.shape)
+
+
+def _powers(x: Floats) -> Floats:
+    """Return the sum over n of (-x)^n/n! times the integral of sin^(n+1) t over t from 0 to pi."""
+    total = np.zeros_like(x)
+    for factor in _factors()[::-1]:
+        total = total * x + factor
+    return total
+
+
+@cache
+def _factors() -> tuple[float, ...]:
+    n = np.arange(POWERS)
+    integral = 0.5 * math.log(math.pi) + gammaln(0.5 * n + 1.0) - gammaln(0.5 * n + 1.5)
+    return tuple(((-1.0) ** n * np.exp(integral - gammaln(n + 1.0))).tolist())
 
 
 def _series(x: Floats) -> Floats:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import control as ct
@@ -17,6 +18,22 @@ from stribeck.loop.linear.sampled import lagged, sampled
 from stribeck.simulate.loop import JointLoop, Loop
 
 Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Broken:
+    """A loop broken at a joint's command: the transfer L, whose whole samples of delay need no states.
+
+    Attributes
+    ----------
+    system : control.StateSpace
+        L without them.
+    late : int
+        Samples.
+    """
+
+    system: ct.StateSpace
+    late: int
 
 
 @dataclass(frozen=True)
@@ -36,6 +53,8 @@ class Assembly:
         Slope of the velocity feedback that a compensation adds at this point, N m s/rad.
     sample_time : float
         s; 0 is continuous.
+    prompt : tuple of m (control.StateSpace, int)
+        For each joint, the plant without the whole samples by which that joint's command is late, and their number.
     """
 
     plant: ct.StateSpace
@@ -43,6 +62,7 @@ class Assembly:
     inertia: Floats
     slope: Floats
     sample_time: float
+    prompt: tuple[tuple[ct.StateSpace, int], ...]
 
     def index(self, joint: str) -> int:
         """Return the place of a joint by its name; raise `InputError` where it does not move."""
@@ -51,17 +71,18 @@ class Assembly:
             raise InputError("the joint does not move at this operating point", joint, f"use one of: {names}")
         return names.index(joint)
 
-    def broken(self, joint: str, kp: float | None = None) -> ct.StateSpace:
+    def broken(self, joint: str, kp: float | None = None) -> Broken:
         """Return the loop transfer L at a joint's command, every other loop closed; ``kp`` replaces its own gain."""
         i = self.index(joint)
         closed = [k != i for k in range(len(self.entries))]
-        a, b, c, d = self._closed(closed, i, kp)
-        return ct.ss(a, b[:, [i]], -c[[i]], -d[[i]][:, [i]], self.sample_time)
+        plant, late = self.prompt[i]
+        a, b, c, d = self._closed(plant, closed, i, kp)
+        return Broken(ct.ss(a, b[:, [i]], -c[[i]], -d[[i]][:, [i]], self.sample_time), late)
 
     def poles(self, joint: str | None = None, kp: float | None = None) -> NDArray[np.complex128]:
         """Return the poles of the closed loop, in 1/s for a continuous one; ``kp`` replaces a joint's own gain."""
         i = -1 if joint is None else self.index(joint)
-        a, _, _, _ = self._closed([True] * len(self.entries), i, kp)
+        a, _, _, _ = self._closed(self.plant, [True] * len(self.entries), i, kp)
         return np.asarray(np.linalg.eigvals(a), dtype=complex)
 
     def is_stable(self, joint: str | None = None, kp: float | None = None) -> bool:
@@ -69,10 +90,12 @@ class Assembly:
         poles = self.poles(joint, kp)
         return bool(np.all(np.abs(poles) < 1.0) if self.sample_time > 0.0 else np.all(poles.real < 0.0))
 
-    def _closed(self, closed: list[bool], changed: int, kp: float | None) -> tuple[Floats, Floats, Floats, Floats]:
+    def _closed(
+        self, plant: ct.StateSpace, closed: list[bool], changed: int, kp: float | None
+    ) -> tuple[Floats, Floats, Floats, Floats]:
         """Return the system from commands to the controllers' commands, some of the loops closed."""
         parts = [self._controller(i, kp if i == changed else None) for i in range(len(self.entries))]
-        ap, bp, cp = (np.asarray(part) for part in (self.plant.A, self.plant.B, self.plant.C))
+        ap, bp, cp = (np.asarray(part) for part in (plant.A, plant.B, plant.C))
         ac, bc, cc, dc = _stack(parts)
         through = bp @ np.diag(np.array(closed, dtype=float))
         a = np.block([[ap + through @ dc @ cp, through @ cc], [bc @ cp, ac]])
@@ -106,11 +129,24 @@ def assemble(arm: Arm, loop: Loop, point: OperatingPoint) -> Assembly:
     by_name = {entry.joint: entry for entry in loop.joints}
     entries = tuple(by_name[arm.names[j]] for j in found.joints)
     plant = lagged(found.system, np.array([entry.actuator_lag for entry in entries]))
-    if loop.sample_time > 0.0:
-        whole = np.array([entry.delay_samples * loop.sample_time for entry in entries])
-        plant = sampled(plant, loop.sample_time, found.delays + whole)
+    plant, prompt = _sampled(plant, loop.sample_time, entries, found.delays)
     slope = np.array([_slope(arm, entry, point) for entry in entries])
-    return Assembly(plant, entries, found.inertia, slope, loop.sample_time)
+    return Assembly(plant, entries, found.inertia, slope, loop.sample_time, prompt)
+
+
+def _sampled(
+    plant: ct.StateSpace, sample_time: float, entries: tuple[JointLoop, ...], own: Floats
+) -> tuple[ct.StateSpace, tuple[tuple[ct.StateSpace, int], ...]]:
+    """Return the plant as the loop samples it, with all delays; and for each joint that without its whole samples."""
+    if sample_time == 0.0:
+        return plant, ((plant, 0),) * len(entries)
+    delays = own + np.array([entry.delay_samples * sample_time for entry in entries])
+    late = [math.floor(delay / sample_time + 1e-9) for delay in delays]
+    less = sample_time * np.diag(late)
+    prompt = tuple(
+        (sampled(plant, sample_time, np.maximum(delays - less[i], 0.0)), count) for i, count in enumerate(late)
+    )
+    return sampled(plant, sample_time, delays), prompt
 
 
 def _slope(arm: Arm, entry: JointLoop, point: OperatingPoint) -> float:

@@ -16,15 +16,18 @@ MS_LIMIT = 2.0  # Åström & Hägglund: 1.2 to 2.0 is a robust loop
 LOWEST, HIGHEST, PER_DECADE = 1e-4, 1e10, 8  # of the gains that are searched, relative to the inertia, 1/s^2
 
 
+MOST_STATES = 400  # of a loop whose poles are still sought gain by gain
+
 NO_LIMIT = "no gain is too high for this linear model"
 NONE_HOLDS = "no gain makes this loop stable"
+TOO_LATE = "the delay is too many samples long for the poles to be followed"
 
 
 @dataclass(frozen=True)
 class KpMax:
     """The largest Kp, N m/rad: for stability, and for Ms <= 2.
 
-    None is no value; ``why`` then says whether no gain is too high or none is low enough.
+    None is no value; ``why`` then says whether no gain is too high, none is low enough, or they were not sought.
     """
 
     stability: float | None
@@ -44,6 +47,8 @@ def kp_max(assembly: Assembly, joint: str, ms_limit: float = MS_LIMIT) -> KpMax:
     ms_limit : float
         Largest sensitivity peak that ``ms2`` allows.
     """
+    if assembly.plant.nstates > MOST_STATES:
+        return KpMax(None, None, TOO_LATE)
     inertia = float(assembly.inertia[assembly.index(joint)])
     count = int(PER_DECADE * np.log10(HIGHEST / LOWEST)) + 1
     grid = inertia * np.geomspace(LOWEST, HIGHEST, count)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from stribeck.loop.linear.assemble import Assembly
+from stribeck.loop.linear.assemble import Assembly, Broken
 
 Floats = NDArray[np.float64]
 
@@ -71,7 +71,7 @@ def margins(assembly: Assembly, joint: str, kp: float | None = None) -> Margins:
     )
 
 
-def sensitivity_peak(loop: ct.StateSpace, omega: Floats) -> float:
+def sensitivity_peak(loop: Broken, omega: Floats) -> float:
     """Return the largest |1/(1 + L)| over frequencies omega (F,), rad/s, refined between them."""
     size = np.abs(1.0 / (1.0 + response(loop, omega)))
     k = int(np.argmax(size))
@@ -83,13 +83,15 @@ def sensitivity_peak(loop: ct.StateSpace, omega: Floats) -> float:
     return float(max(size[k], -fine.fun))
 
 
-def response(system: ct.StateSpace, omega: Floats) -> NDArray[np.complex128]:
-    """Return the frequency response (F,) of a system with one input and output, all frequencies at once."""
+def response(loop: Broken, omega: Floats) -> NDArray[np.complex128]:
+    """Return the frequency response (F,) of a loop, all frequencies at once."""
+    system = loop.system
     point = np.exp(1j * omega * system.dt) if system.dt else 1j * omega
     a, b, c = (np.asarray(part) for part in (system.A, system.B, system.C))
     resolvent = point[:, None, None] * np.eye(len(a)) - a
     solved = np.linalg.solve(resolvent, np.broadcast_to(b.astype(complex), (len(point), *b.shape)))
-    return np.asarray((c @ solved)[:, 0, 0] + np.asarray(system.D)[0, 0], dtype=complex)
+    prompt = (c @ solved)[:, 0, 0] + np.asarray(system.D)[0, 0]
+    return np.asarray(prompt / point**loop.late, dtype=complex)
 
 
 def frequencies(assembly: Assembly, joint: str, kp: float | None = None) -> Floats:
