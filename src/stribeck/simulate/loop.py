@@ -104,7 +104,8 @@ class JointLoop:
     inertia : float
         Feedforward of the reference's acceleration, kg m^2.
     velocity : str
-        ``true`` or ``finite_difference`` (whose limit for a continuous controller is ``true``).
+        ``true`` or ``finite_difference`` (whose limit for a continuous controller is ``true``; sampled, steps below
+        1e-12 rad count as none).
     velocity_filter, actuator_lag : float
         First order, s.
     delay_samples : int

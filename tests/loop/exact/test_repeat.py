@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stribeck.loop.exact.repeat import DIGITS, repeated
+from stribeck.loop.exact.repeat import DIES, repeated
 from stribeck.loop.exact.rounds import NONE, Rounds
 from stribeck.loop.exact.settle import settle, settle_from
 from stribeck.loop.exact.shooting import shoot
@@ -78,15 +78,37 @@ def test_hunting_repeats_too(joint_a, loop_of):
     assert found.multipliers
 
 
-def test_a_period_that_rounding_sets_is_told(joint_a, loop_of):
+def test_a_period_that_the_least_step_sets_is_told(joint_a, loop_of):
     """Over-damped, the velocity falls to nothing before the law's rule for rest turns the joint round."""
     rounds = Rounds(joint_a, loop_of(1.8, "error_sign", zeta=1.0, sample_time=STEP))
     found = repeated(rounds, settle_from(rounds, rounds.start({})))
-    assert found.kind == "roughly"
-    assert found.status == DIGITS
-    assert found.multipliers == ()
+    assert found.status.startswith("repeats every")
+    assert found.status.endswith(DIES)
+    assert max(abs(root) for root in found.multipliers) < 1e-3
     held = shoot(joint_a, loop_of(1.3, "zero", zeta=1.0, sample_time=STEP))["A"]
     assert held.verdict == "rest"
+
+
+def test_the_period_does_not_hang_on_how_it_is_integrated(joint_a, loop_of):
+    """Where the velocity dies out before it turns, rounding would set the period, but for the least step that counts."""
+    loop = loop_of(1.8, "error_sign", zeta=1.0, sample_time=STEP)
+    periods = []
+    for rtol in (1e-8, 1e-10, 1e-12):
+        rounds = Rounds(joint_a, loop, rtol=rtol)
+        place = rounds.run(rounds.start({}), NONE, duration=100.0, quiet=False).place
+        turns = rounds.run(place, NONE, most=50, duration=300.0, quiet=False).turns
+        periods.append(np.diff(turns["time"]).mean())
+    assert periods == pytest.approx([periods[0]] * 3, rel=1e-6)
+
+
+def test_a_stretch_that_ends_quiet_goes_on_as_if_it_had_not(joint_a, loop_of):
+    """The sample at which it stops is taken once, not twice: else the velocity would seem to be zero there."""
+    rounds = Rounds(joint_a, loop_of(1.8, "error_sign", zeta=1.0, sample_time=STEP))
+    quiet = rounds.run(rounds.start({}), NONE, duration=60.0)
+    assert quiet.why == "quiet"
+    on = rounds.run(quiet.place, NONE, duration=60.0 - quiet.place.time, quiet=False).place
+    whole = rounds.run(rounds.start({}), NONE, duration=60.0, quiet=False).place
+    assert on.values[rounds.layout.state] == pytest.approx(whole.values[rounds.layout.state], abs=1e-9)
 
 
 def test_an_encoder_with_steps_is_left_as_it_is(joint_a, loop_of):

@@ -30,8 +30,8 @@ _CLOSE, _ITERATIONS, _TRIES = 1e-9, 6, 3
 _ROUNDS = 12  # over which rates of growth are averaged
 _LEAST = 1e-6  # a multiplier below is what a difference leaves of zero
 _TURNS = 64  # of the averages
-_STILL = 10  # samples in which no digit of the position changes
-DIGITS = "its velocity dies out to the last digit before it turns: noise, or rounding, sets the period"
+_LEAST_MOVE = 1e-12  # rad; SB_LEAST_MOVE in control.h
+DIES = "its velocity dies out before it turns: the least step that counts (1e-12 rad), or noise, sets the period"
 
 
 def repeated(rounds: Rounds, ending: Ending) -> Ending:
@@ -53,10 +53,13 @@ def repeated(rounds: Rounds, ending: Ending) -> Ending:
     if settled.why != "end":
         return ending
     motion = _Motion(rounds, settled.place, size, period)
-    if motion.lost:
-        return replace(ending, status=DIGITS)
+    out = _with_multipliers(rounds, ending, motion)
+    return replace(out, status=f"{out.status}; {DIES}") if motion.dies else out
+
+
+def _with_multipliers(rounds: Rounds, ending: Ending, motion: _Motion) -> Ending:
     for samples in motion.candidates():
-        found = _newton(Strobe(rounds, motion.place, samples, size, motion.rate))
+        found = _newton(Strobe(rounds, motion.place, samples, motion.size, motion.rate))
         if found is not None:
             return _on_orbit(rounds, ending, *found, samples)
     growth = _growth(motion)
@@ -78,7 +81,7 @@ class _Motion:
         self.round = max(round(period / ts), 1)
         first = rounds.run(place, NONE, rows=self.round + 1, quiet=False).record
         speed = np.abs(first[:, 1] - [rounds.rate(j) for j in range(rounds.n)])
-        self.lost = _lost(speed * ts, first[:, 2] != 0.0, max(float(np.abs(first[:, 0]).max()), 1e-3))
+        self.dies = _dies(speed * ts, first[:, 2] != 0.0)
         speed = speed[:, speed.max(axis=0) > 1e-3 * speed.max()]
         base = int(np.argmax((speed / speed.max(axis=0)).min(axis=1)))
         self.place = rounds.run(place, NONE, duration=(base + 0.5) * ts, quiet=False).place if base else place
@@ -96,11 +99,10 @@ class _Motion:
         return [int(k) for k in np.flatnonzero(lowest)[:_TRIES]]
 
 
-def _lost(move: Floats, slides: NDArray[np.bool_], far: float) -> bool:
-    """Tell whether a joint slides for some samples by less than its position (rad) can show."""
-    below = slides & (move < 4.0 * np.finfo(float).eps * far)
-    runs = np.lib.stride_tricks.sliding_window_view(below, min(_STILL, len(below)), axis=0)
-    return bool(runs.all(axis=-1).any())
+def _dies(move: Floats, slides: NDArray[np.bool_]) -> bool:
+    """Tell whether a joint slides on by less and less, until its steps (rad) from one sample to the next are none."""
+    below = slides & (move < 10.0 * _LEAST_MOVE)
+    return bool((below[1:] & below[:-1]).any())
 
 
 def _newton(map_: Strobe) -> tuple[Place, NDArray[np.complex128]] | None:

@@ -130,6 +130,10 @@ static int sb_winds_up(const sb_axis *a, double torque, double error) {
 
 /* --- sampled -------------------------------------------------------------------------------------------------- */
 
+/* A smaller difference of two positions, rad, is what rounding may leave of none. Without this floor a joint that creeps
+ * on is at rest once its last digit stands still, which differs from one compiler, or step of the solver, to another. */
+#define SB_LEAST_MOVE 1e-12
+
 /* What a sampled controller remembers of a joint from one sample to the next. */
 typedef struct {
     double last, filtered, integral, held, theta[3];
@@ -145,7 +149,7 @@ static double sb_sampled(const sb_axis *a, sb_memory *m, double t, double sample
     double r, velocity = dq;
     sb_seen s;
     sb_reference(a, t, &r, &s.reference_rate, &s.reference_acceleration);
-    if (!a->true_velocity) velocity = first ? 0.0 : (q - m->last) / sample;
+    if (!a->true_velocity) velocity = first || fabs(q - m->last) < SB_LEAST_MOVE ? 0.0 : (q - m->last) / sample;
     m->last = q;
     if (a->filter > 0.0) velocity = m->filtered += -expm1(-sample / a->filter) * (velocity - m->filtered);
     s.error = r - q, s.velocity = velocity, s.rate_error = s.reference_rate - velocity;

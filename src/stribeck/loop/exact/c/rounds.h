@@ -188,11 +188,13 @@ static int sb_rounds_continuous(sb_rounds *w, double end, double *record, double
 static int sb_rounds_sampled(sb_rounds *w, sb_loop *loop, sb_memory *memory, double *computed, long first,
                              double *record, long calm, long long *reached) {
     sb_sim *s = w->s;
+    sb_memory before[SB_N];
     sb_hold hold;
     double next;
     long still = 0;
     sb_hold_start(&hold, loop->times, loop->command, first > 0 ? first : 1, s->p, s->t);
     for (long k = first; k < loop->count; k++) {
+        memcpy(before, memory, sizeof before);
         sb_sample(s, loop, memory, computed, k);
         hold.count = k + 1;
         sb_hold_at(&hold, s->t, s->u, &next);
@@ -208,7 +210,10 @@ static int sb_rounds_sampled(sb_rounds *w, sb_loop *loop, sb_memory *memory, dou
         }
         still = k > first && change < quiet ? still + 1 : 0;
         *reached = k;
-        if (still > calm) return SB_QUIET;
+        if (still > calm) { /* who goes on from here takes this sample again */
+            memcpy(memory, before, sizeof before);
+            return SB_QUIET;
+        }
         while (s->t < loop->times[k + 1]) {
             if (sb_advance_rounds(w, fmin(loop->times[k + 1], next)) != SB_OK) return s->status;
             if (w->seen >= w->most) w->most = HUGE_COUNT, loop->count = k + 1; /* on to the sample's end */
