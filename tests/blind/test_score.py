@@ -17,8 +17,9 @@ from stribeck.withheld.injections import KNOWN
 LIBRARY = ["delay", "actuator_lag", "payload", "input_disturbance", "gravity_tilt", "torque_offset"]
 
 
-def effect(name="delay", joint="A", strength=4.0, **parameters):
-    return {"effect": name, "joint": joint, "strength": strength, "parameters": parameters}
+def effect(name="delay", joint="A", strength=4.0, left=None, **parameters):
+    recorded = {} if left is None else {"strength_left": left}  # older keys have none
+    return {"effect": name, "joint": joint, "strength": strength, **recorded, "parameters": parameters}
 
 
 def truth(*effects, disturbances=(), known=True):
@@ -245,6 +246,34 @@ def test_the_whole_score():
     held = {line["what"]: line["holds"] for line in result["targets"]}
     assert held["named, strength 3 and more"] is False
     assert held["both of a pair named"] is True
+
+
+def test_what_is_named_is_counted_again_by_what_re_tuning_leaves():
+    said = answer(cause("delay"))
+    cases = [
+        (truth(effect(strength=4.0, left=3.5)), said),
+        (truth(effect("payload", strength=5.0, left=0.2)), answer(named=[], verdict="no_gap", none=0.9)),
+        (truth(effect(left=2.0), effect("payload", strength=2.0, left=0.4)), said),
+        (truth(), answer(named=[], verdict="no_gap", none=0.9)),
+    ]
+    result = score(opened(*cases))
+    assert (result["single"]["strong"]["named"]["k"], result["single"]["strong"]["named"]["n"]) == (1, 2)
+    assert result["single_left"]["strong"]["named"]["value"] == 1.0
+    assert result["single_left"]["faint"]["named"] == {**result["single_left"]["faint"]["named"], "k": 0, "n": 1}
+    assert result["single_levels"]["clear"]["named"]["n"] == 2
+    assert result["pairs_left"]["faint"]["at_least_one"]["n"] == 1
+    assert [row["bin_left"] for row in result["rows"]] == ["strong", "faint", "faint", None]
+    older = score(opened(*cases, (truth(effect()), said)))
+    assert (older["single_left"], older["effects"]["delay"]["detection_limit_left"]) == (None, None)
+    assert older["pairs_left"] is not None
+
+
+def test_limits_are_told_by_strength_and_by_what_is_left():
+    sizes = [0.5, 1.0, 2.0, 4.0, 8.0]
+    cases = [(truth(effect(strength=s, left=0.5 * s)), answer(*[cause("delay")] * (s > 1.5))) for s in sizes]
+    found = score(opened(*cases))["effects"]["delay"]
+    plain, left = (found[key]["strength"] for key in ("detection_limit", "detection_limit_left"))
+    assert left == pytest.approx(0.5 * plain, rel=0.05)
 
 
 def test_every_effect_of_the_plant_has_a_channel_that_the_library_agrees_with():

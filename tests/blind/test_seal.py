@@ -134,7 +134,7 @@ def test_the_plant_records_a_sealed_case(tmp_path):
     record_sealed(order, tmp_path / "cases", tmp_path / "key.json", seed=4, jobs=1, make=drawn_case)
     (truth,) = json.loads((tmp_path / "key.json").read_text())["cases"].values()
     assert truth["effects"][0]["effect"] == "delay"
-    assert truth["effects"][0]["strength"] > 0.0
+    assert truth["effects"][0]["strength"] >= truth["effects"][0]["strength_left"] > 0.0
     assert truth["arm_true"] != truth["arm_nominal"]
     runs = [name for name in case_files(tmp_path / "cases", "case_0001") if name.startswith("run_")]
     assert 4 <= len(runs) <= 6

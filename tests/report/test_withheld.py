@@ -5,11 +5,13 @@ import re
 import numpy as np
 import pytest
 
+from stribeck.report.figures.confusion import confusion_figure
 from stribeck.report.figures.power import draw_power, power_figure
-from stribeck.report.figures.withheld import confusion_figure, limits_figure, shrinkage_figure, strength_figure
+from stribeck.report.figures.withheld import limits_figure, shrinkage_figure, strength_figure, strength_left_figure
 from stribeck.report.power import write_power_report
 from stribeck.report.style import finding_of, new_figure
-from stribeck.report.withheld import share, write_score_report
+from stribeck.report.withheld import write_score_report
+from stribeck.report.withheld_tables import share
 
 
 def rate(k, n):
@@ -43,6 +45,8 @@ def score():
     return {
         "version": "0", "digest": "d" * 64, "code": "c" * 64, "sources": 1, "cases": 3, "library": ["delay", "payload"],
         "single": {"all": measures(2, 4), "strong": measures(2, 3), "fair": measures(0, 1), "faint": empty},
+        "single_left": {"all": measures(2, 4), "strong": measures(2, 2), "fair": empty, "faint": measures(0, 2)},
+        "single_levels": {"clear": measures(2, 4), "medium": empty, "weak": empty},
         "pairs": {"all": {"both": rate(0, 0), "at_least_one": rate(0, 0)}},
         "none": {"false_alarms": rate(0, 2)},
         "outside": {"abstained": rate(1, 2), "effects": {"friction_jumps": rate(1, 2)}},
@@ -75,13 +79,31 @@ def test_the_page_says_what_holds_and_what_does_not(score, tmp_path):
     assert "not tried" in page
     assert "case_0002" in page  # it went wrong
     made = {path.name for path in tmp_path.glob("*.png")}
-    assert made == {"strength.png", "confusion.png", "reliability.png", "limits.png", "shrinkage.png"}
+    names = ("strength", "strength_left", "confusion", "reliability", "limits", "shrinkage")
+    assert made == {f"{name}.png" for name in names}
     assert all(name in page for name in made)
+    assert "stage of the path right" in page
+    assert "by what re-tuning leaves of the strength: 100" in page
     assert not re.search(r"(src|href)=.https?:", page)
+
+
+def test_an_older_key_is_said_to_lack_what_re_tuning_leaves(score, tmp_path):
+    write_score_report({**score, "single_left": None}, tmp_path)
+    assert "leaves of the strength is not recorded in this key" in (tmp_path / "report.html").read_text()
+    assert not (tmp_path / "strength_left.png").exists()
+
+
+def test_the_confusion_matrix_goes_by_the_path(score):
+    table = {"hidden": ["cogging", "friction_jumps", "presliding", "none"], "said": ["cogging", "presliding", "none"]}
+    counts = [[1, 2, 3], [4, 5, 6], [7, 8, 9], [0, 0, 1]]
+    ax = confusion_figure({"confusion": {**table, "counts": counts}}).axes[0]
+    assert [text.get_text() for text in ax.get_yticklabels()] == ["presliding", "cogging", "friction jumps", "nothing"]
+    assert ax.texts[0].get_text() == "8"  # presliding, said to be presliding
 
 
 def test_figures_say_the_finding(score):
     assert finding_of(strength_figure(score)).startswith("50 % of 4 hidden effects are named")
+    assert finding_of(strength_left_figure(score)) == "Where re-tuning leaves 3 and more, 2 of 2 cases are named"
     assert finding_of(limits_figure(score)) == "1 of 2 effects are named half of the time at 3 noise floors or less"
     assert finding_of(confusion_figure(score)) == "A wrong name in place of what was hidden: 0 of 5 cases"
 
@@ -96,6 +118,7 @@ def test_a_shrinkage_far_below_nothing_stays_in_the_picture(score):
 def test_nothing_to_show_is_left_out(score, tmp_path):
     none = measures(0, 0)
     score |= {"single": dict.fromkeys(("all", "strong", "fair", "faint"), none), "effects": {}, "rows": []}
+    score |= {"single_left": score["single"], "single_levels": dict.fromkeys(("clear", "medium", "weak"), none)}
     score["calibration"] = {"likeliest": {"ece": None, "bins": []}}
     score["confusion"] = {"hidden": [], "said": [], "counts": []}
     score["outside"] = {"abstained": rate(0, 0), "effects": {}}

@@ -54,7 +54,7 @@ def test_a_nominal_value_that_is_off_already_has_less_room(arm):
     assert off.left > 1.5 * right.left
 
 
-def test_a_velocity_filter_is_taken_up_by_nothing(arm):
+def test_a_velocity_filter_is_as_strong_as_it_is_seen_and_taken_up_by_nothing(arm):
     slow = [Injection("velocity_filter", "A", {"time": 0.02})]
     (seen,) = strengths(arm, arm, slow, [waving(0.3, 1.9)], replace(BENCH, channels=("dq",)))
     (unseen,) = strengths(arm, arm, slow, [waving(0.3, 1.9)], BENCH)

@@ -47,12 +47,17 @@ def outcome(truth: Json, answer: Json, library: Sequence[str]) -> dict[str, Any]
         hidden one), ``class`` (or lists it as equivalent), ``found`` (hidden effects in the class of any named one),
         ``extra`` (names in whose class nothing hidden is), ``answer`` for the confusion matrix, ``statements``
         (probability, whether so), ``joint`` and ``channel`` right or not (null: nothing to judge), ``intervals``.
+        ``strength`` with its ``bin`` is that of the weakest hidden effect, ``strength_left`` with its ``bin_left`` what
+        re-tuning within the tolerances leaves of it (null: not recorded in the key).
     """
     row: dict[str, Any] = {"kind": _kind(truth, answer, library), "why": _why(truth, answer, library)}
     row |= {"effects": [e["effect"] for e in truth["effects"]], "disturbed": bool(truth["disturbances"])}
     row["joints"] = [e["joint"] for e in truth["effects"]]
     row["strength"] = min((e["strength"] for e in truth["effects"]), default=None)
     row["bin"] = None if row["strength"] is None else strength_bin(row["strength"])
+    left = [e.get("strength_left") for e in truth["effects"]]  # older keys have none
+    row["strength_left"] = min((s for s in left if s is not None), default=None) if None not in left else None
+    row["bin_left"] = None if row["strength_left"] is None else strength_bin(row["strength_left"])
     row |= {
         "level": truth["level"],
         "seconds": answer["seconds"],

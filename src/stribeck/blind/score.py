@@ -12,8 +12,10 @@ from stribeck.blind.comparable import RELATED
 from stribeck.blind.key import Opened
 from stribeck.blind.outcome import STRENGTHS, outcome
 from stribeck.blind.rates import calibration, detection_limit, rate
+from stribeck.withheld.plan import LEVELS
 
 Row: TypeAlias = Mapping[str, Any]
+Measure: TypeAlias = Callable[[Sequence[Row]], dict[str, Any]]
 SCHEMA = "stribeck.withheld-score/1"
 POINTS = 0.05  # by which a claimed shrinkage may miss the true one
 
@@ -38,7 +40,11 @@ def score(opened: Opened, shrinkage: Mapping[str, Row] | None = None) -> dict[st
     result = {
         "schema": SCHEMA,
         "version": version("stribeck"),
-        "units": {"strength": "effect torque over noise floor", "seconds": "s"},
+        "units": {
+            "strength": "effect torque over noise floor",
+            "strength_left": "what re-tuning within the tolerances leaves of it, over noise floor",
+            "seconds": "s",
+        },
         "digest": opened.digest,
         "code": opened.settings["code"],
         "sources": len({answer["code"] for answer in opened.answers.values()}),
@@ -46,9 +52,12 @@ def score(opened: Opened, shrinkage: Mapping[str, Row] | None = None) -> dict[st
         "cases": len(rows),
         "failed": rate(row["error"] is not None for row in rows),
         "single": _by_strength(kinds["single"], _named),
+        "single_left": _by_strength_left(kinds["single"], _named),
+        "single_levels": _by_level(kinds["single"]),
         "none": _quiet(kinds["none"]),
         "outside": _outside(kinds["outside"]),
         "pairs": _by_strength(kinds["pair"], _both),
+        "pairs_left": _by_strength_left(kinds["pair"], _both),
         "calibration": _calibrated(rows),
         "intervals": _intervals(rows),
         "shrinkage": _shrinkage(rows),
@@ -64,9 +73,18 @@ def score(opened: Opened, shrinkage: Mapping[str, Row] | None = None) -> dict[st
     return {**result, "targets": targets(result)}
 
 
-def _by_strength(rows: Sequence[Row], measure: Callable[[Sequence[Row]], dict[str, Any]]) -> dict[str, Any]:
-    bins = {name: measure([row for row in rows if row["bin"] == name]) for _, name in STRENGTHS}
+def _by_strength(rows: Sequence[Row], measure: Measure, key: str = "bin") -> dict[str, Any]:
+    bins = {name: measure([row for row in rows if row[key] == name]) for _, name in STRENGTHS}
     return {"all": measure(rows), **bins}
+
+
+def _by_strength_left(rows: Sequence[Row], measure: Measure) -> dict[str, Any] | None:
+    """Return the same by what re-tuning leaves of the strength; None where the key does not record it."""
+    return None if any(row["bin_left"] is None for row in rows) else _by_strength(rows, measure, "bin_left")
+
+
+def _by_level(rows: Sequence[Row]) -> dict[str, Any]:
+    return {level: _named([row for row in rows if row["level"] == level]) for level in LEVELS}
 
 
 def _named(rows: Sequence[Row]) -> dict[str, Any]:
@@ -152,9 +170,18 @@ def _effects(rows: Sequence[Row]) -> dict[str, Any]:
     result = {}
     for name in sorted({row["effects"][0] for row in rows}):
         own = [row for row in rows if row["effects"] == [name]]
-        limit = detection_limit([row["strength"] for row in own], [bool(row["found"]) for row in own])
-        result[name] = {**_named(own), "detection_limit": limit}
+        result[name] = {
+            **_named(own),
+            "detection_limit": _limit(own, "strength"),
+            "detection_limit_left": _limit(own, "strength_left"),
+        }
     return result
+
+
+def _limit(rows: Sequence[Row], key: str) -> dict[str, Any] | None:
+    if any(row[key] is None for row in rows):
+        return None
+    return detection_limit([row[key] for row in rows], [bool(row["found"]) for row in rows])
 
 
 def _confusion(rows: Sequence[Row]) -> dict[str, Any]:

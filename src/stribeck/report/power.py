@@ -10,7 +10,8 @@ from stribeck.report import words
 from stribeck.report.figures.power import power_figure
 from stribeck.report.numbers import number, with_unit
 from stribeck.report.page import Answer, Files, Row, Section, Table, render
-from stribeck.report.withheld import PLOTS, Plot, pictures, share
+from stribeck.report.withheld import PLOTS, Plot, pictures
+from stribeck.report.withheld_tables import share
 
 Power = Mapping[str, Any]
 FIGURE = Plot(

@@ -11,12 +11,13 @@ from matplotlib.figure import Figure
 
 from stribeck.report import words
 from stribeck.report.numbers import number, percent
-from stribeck.report.style import COLOUR, INK, MUTED, RULE, WIDTH, drawn, grid, heading, new_figure, title
+from stribeck.report.style import COLOUR, INK, MUTED, RULE, drawn, grid, heading, new_figure
 
 BINS = {"strong": "3 and more", "fair": "1 to 3", "faint": "below 1"}
 ASKED = {"strong": 0.90, "fair": 0.75}
 RIGHT, WRONG, SILENT = COLOUR["corrected"], COLOUR["as_given"], COLOUR["noise_floor"]
 TICKS = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0)
+ALL = 0.985  # of a gap: as good as closed, where marks lie on top of each other
 FARTHEST = (0.01, 1000.0)  # a bootstrap over a few cases gives intervals without end
 Score = Mapping[str, Any]
 
@@ -37,7 +38,21 @@ def strength_figure(score: Score) -> Figure | None:
     return figure
 
 
-def draw_strengths(ax: Axes, single: Score, bins: Sequence[str]) -> Axes:
+@drawn
+def strength_left_figure(score: Score) -> Figure | None:
+    """Draw the same by what re-tuning leaves of the strength; None where the key does not record it."""
+    found = score.get("single_left")
+    bins = [name for name in BINS if found and found[name]["named"]["n"]]
+    if not found or not bins:
+        return None
+    figure = new_figure(1.5 + 0.85 * len(bins))
+    draw_strengths(figure.subplots(), found, bins, "torque left after re-tuning\n/ noise floor")
+    strong = found[bins[0]]["named"]
+    heading(figure, f"Where re-tuning leaves {BINS[bins[0]]}, {strong['k']} of {cases(strong['n'])} are named")
+    return figure
+
+
+def draw_strengths(ax: Axes, single: Score, bins: Sequence[str], label: str = "effect torque / noise floor") -> Axes:
     """Draw shares with their intervals, a row for each bin and measure, asked shares as ticks; return ``ax``."""
     measures = (
         ("named", RIGHT, "named right"),
@@ -54,9 +69,9 @@ def draw_strengths(ax: Axes, single: Score, bins: Sequence[str]) -> Axes:
             )  # fmt: skip
         if name in ASKED:
             ax.plot([ASKED[name]] * 2, [place - 0.36, place - 0.12], color=INK, linewidth=1.4)
-    ax.set_yticks(range(len(bins)), [f"{BINS[name]}\n{_cases(single[name]['named']['n'])}" for name in bins])
+    ax.set_yticks(range(len(bins)), [f"{BINS[name]}\n{cases(single[name]['named']['n'])}" for name in bins])
     ax.set_ylim(len(bins) - 0.5, -0.5)
-    ax.set_ylabel("effect torque / noise floor")
+    ax.set_ylabel(label)
     _shares(ax, "x", "share of cases (95 % interval; the tick is what is asked)")
     return ax
 
@@ -70,9 +85,12 @@ def reliability_figure(score: Score) -> Figure | None:
     figure = new_figure(4.6)
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(4, 1))
     draw_reliability(upper, found["bins"])
-    lower.bar(
+    bars = lower.bar(
         [b["stated"] for b in found["bins"]], [b["held"]["n"] for b in found["bins"]], width=0.04, color=SILENT
     )  # fmt: skip
+    lower.bar_label(bars, padding=2, fontsize=9, color=MUTED)
+    lower.set_ylim(0.0, 1.35 * max(b["held"]["n"] for b in found["bins"]))
+    lower.set_yticks([])
     lower.set_ylabel("answers")
     _shares(lower, "x", "stated probability of the likeliest answer")
     error, chance = number(found["ece"], 2), number(found["ece_by_chance"], 2)
@@ -127,49 +145,12 @@ def draw_limits(ax: Axes, rows: Sequence[tuple[str, Score, Score]]) -> Axes:
     ax.set_yticks(range(len(rows)), [words.effect(name) for name, _, _ in rows])
     ax.set_ylim(len(rows) - 0.4, -0.6)
     ax.tick_params(axis="y", length=0, labelcolor=INK)
-    ax.set_xlabel("effect torque / noise floor at which half are named (arrow: beyond what was tried); right: named")
+    ax.annotate(
+        "named", (1.0, 1.0), xycoords="axes fraction", xytext=(8, 2), textcoords="offset points", fontsize=9,
+        color=MUTED, fontweight="bold", annotation_clip=False,
+    )  # fmt: skip
+    ax.set_xlabel("effect torque / noise floor at which half are named (95 % interval; arrow: beyond what was tried)")
     grid(ax, "x")
-    return ax
-
-
-@drawn
-def confusion_figure(score: Score) -> Figure | None:
-    """Draw what was said by what was hidden, as shares of each row; None without cases."""
-    table = score["confusion"]
-    counts = np.array(table["counts"], dtype=float)
-    if counts.size == 0:
-        return None
-    width = min(WIDTH, 4.0 + 0.3 * len(table["said"]))
-    figure = new_figure(1.9 + 0.24 * len(table["hidden"]), width)
-    draw_confusion(figure.subplots(), table, counts)
-    wrong = sum(counts[i, j] for i, j in zip(*np.nonzero(counts), strict=True) if _is_wrong(table, i, j))
-    heading(figure, f"A wrong name in place of what was hidden: {wrong:.0f} of {_cases(int(counts.sum()))}", width)
-    return figure
-
-
-def _is_wrong(table: Score, i: int, j: int) -> bool:
-    return table["said"][j] not in (table["hidden"][i], "none", "unknown", "failed")
-
-
-def draw_confusion(ax: Axes, table: Score, counts: np.ndarray) -> Axes:
-    """Draw a matrix of counts, shaded by the share of each row; return ``ax``."""
-    shares = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1.0)
-    ax.imshow(shares, cmap="Blues", vmin=0.0, vmax=1.3, aspect="auto")
-    for i, j in zip(*np.nonzero(counts), strict=True):
-        same = table["said"][j] == table["hidden"][i]
-        wrong = _is_wrong(table, i, j)
-        colour = WRONG if wrong else "white" if shares[i, j] > 0.75 else INK
-        weight = "bold" if wrong or same else "normal"
-        ax.text(j, i, f"{counts[i, j]:.0f}", ha="center", va="center", fontsize=8, color=colour, fontweight=weight)
-    ax.set_xticks(range(len(table["said"])), [_label(n) for n in table["said"]], rotation=60, ha="right", fontsize=8)
-    ax.set_yticks(range(len(table["hidden"])), [_label(name, hidden=True) for name in table["hidden"]], fontsize=8)
-    ax.set_xticks(np.arange(len(table["said"]) + 1) - 0.5, minor=True)
-    ax.set_yticks(np.arange(len(table["hidden"]) + 1) - 0.5, minor=True)
-    ax.grid(which="minor", color=RULE, linewidth=0.4)
-    ax.tick_params(which="both", length=0, labelcolor=INK)
-    ax.spines[:].set_visible(False)
-    ax.set_xlabel("said (in its class: counts as its name; orange: a wrong name)")
-    ax.set_ylabel("hidden")
     return ax
 
 
@@ -183,23 +164,30 @@ def shrinkage_figure(score: Score) -> Figure | None:
     draw_shrinkage(figure.subplots(), rows)
     found = score["shrinkage"]
     within, middle = percent(found["within_5_points"]["value"]), percent(found["median_true"])
-    heading(
-        figure, f"Half of the corrections close at least {middle} of the gap; {within} keep their claim to 5 points"
-    )
+    heading(figure, f"The median correction closes {middle} of the gap; {within} keep their claim to 5 points")
     return figure
 
 
 def draw_shrinkage(ax: Axes, rows: Sequence[Score]) -> Axes:
-    """Draw the part of the gap closed on new motions over the claimed one, low ones at the edge; return ``ax``."""
+    """Draw the part of the gap closed on new motions over the claimed one, low ones as arrows; return ``ax``."""
     claimed = np.array([row["claimed"] for row in rows])
     true = np.array([row["true"] for row in rows])
     low = min(-0.1, max(-0.5, float(true.min())))
-    ax.fill_between([low, 1.05], [low - 0.05, 1.0], [low + 0.05, 1.1], color=RULE, alpha=0.6, linewidth=0)
+    ax.fill_between(
+        [low, 1.05], [low - 0.05, 1.0], [low + 0.05, 1.1], color=RULE, alpha=0.6, linewidth=0, label="within 5 points"
+    )
     right = np.array([not row["extra"] and bool(row["found"]) for row in rows])
     for some, colour, text in ((right, RIGHT, "named right"), (~right, WRONG, "a wrong name")):
-        ax.plot(claimed[some], np.maximum(true[some], low), "o", color=colour, markersize=5, alpha=0.7, label=text)
-    title(ax, "band: within 5 points")
-    ax.legend(frameon=False, loc="lower right")
+        below = some & (true < low)
+        ax.plot(claimed[some & ~below], true[some & ~below], "o", color=colour, markersize=5, alpha=0.7, label=text)
+        ax.plot(claimed[below], np.full(int(below.sum()), low), "v", color=colour, markersize=6, alpha=0.7)
+    whole = int(np.sum((claimed > ALL) & (true > ALL)))
+    if whole > 1:
+        ax.annotate(
+            f"{whole} of {cases(len(rows))} here", (1.0, 1.0), xytext=(-70, -26), textcoords="offset points",
+            fontsize=9, color=MUTED, ha="right", va="center", arrowprops={"arrowstyle": "-", "color": MUTED, "lw": 0.7},
+        )  # fmt: skip
+    ax.legend(frameon=False, loc="upper left")
     _shares(ax, "x", "claimed, on held-out runs")
     _shares(ax, "y", "closed, on new motions of the same arm")
     ax.set_ylim(low - 0.03, 1.06)
@@ -207,7 +195,8 @@ def draw_shrinkage(ax: Axes, rows: Sequence[Score]) -> Axes:
     return ax
 
 
-def _cases(n: int) -> str:
+def cases(n: int) -> str:
+    """Return "1 case", "2 cases"."""
     return f"{n} case{'s' * (n != 1)}"
 
 
@@ -223,15 +212,3 @@ def _shares(ax: Axes, axis: str, label: str) -> None:
     (ax.set_xlim if axis == "x" else ax.set_ylim)(-0.02, 1.02)
     (ax.set_xlabel if axis == "x" else ax.set_ylabel)(label)
     grid(ax, axis)
-
-
-def _label(name: str, hidden: bool = False) -> str:
-    silent = {
-        "none": "nothing" if hidden else "no gap",
-        "unknown": "no name",
-        "failed": "failed",
-        "left_out": "one left out of the library",
-    }
-    if name in silent:
-        return silent[name]
-    return words.effect(name)
