@@ -21,6 +21,7 @@ class DriveHardening(ActuatorEffect):
     channel = "actuator"
     equation = r"\tau = u (1 + (u/U)^2)"
     symptom = "a residual in proportion to the cube of the command: nothing at small torques, much at large ones"
+    shows = "command"
     source = "an example of one's own law; name here who measured it"
     parameters = (Parameter("doubling", "N m", "torque at which the gain has doubled", math.inf, 1e-3, 1e9, log=True),)
 

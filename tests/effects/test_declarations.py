@@ -6,6 +6,7 @@ import math
 import re
 from importlib.metadata import EntryPoint, EntryPoints
 from pathlib import Path
+from typing import get_args
 
 import pytest
 
@@ -20,6 +21,7 @@ from stribeck.model.effect import (
     FrictionEffect,
     RigidBodyEffect,
     SensingEffect,
+    Shows,
     TransmissionEffect,
 )
 from stribeck.model.layout import layout, values_of
@@ -49,6 +51,8 @@ def test_words(effect: Effect) -> None:
         assert text.strip() == text
         assert len(text) > 5
     assert effect.equation.count("{") == effect.equation.count("}")
+    assert effect.shows in get_args(Shows)
+    assert effect.shows.startswith("recorded ") == effect.direct
 
 
 @every_effect

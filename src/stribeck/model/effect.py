@@ -10,10 +10,17 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal, TypeAlias
 
 from stribeck.model.values import Body, Expression, Observed, Parameter, Parameters, Record, Scale, Signals, States
 from stribeck.model.waves import Trace
+
+Shows: TypeAlias = Literal[
+    "time", "frequency", "position", "velocity", "acceleration", "command", "command rate", "load", "travel",
+    "start", "recorded position", "recorded velocity",
+]  # fmt: skip
+"""Across what a symptom shows. ``load`` is the torque handed to the link, ``travel`` the distance since the last
+reversal, ``start`` the time since the joint began to move; the two records are those of ``direct`` effects."""
 
 
 class Effect(ABC):
@@ -27,6 +34,8 @@ class Effect(ABC):
     parameters: ClassVar[tuple[Parameter, ...]]
     equation: ClassVar[str]
     symptom: ClassVar[str]
+    shows: ClassVar[Shows] = "time"
+    """Across what the residual is drawn for the symptom to be seen."""
     source: ClassVar[str]
     states: ClassVar[tuple[str, ...]] = ()
     state_units: ClassVar[Mapping[str, str]] = MappingProxyType({})

@@ -17,6 +17,7 @@ class ActuatorLag(ActuatorEffect):
     channel = "actuator"
     equation = r"T \dot\tau = u - \tau"
     symptom = "a residual in proportion to the rate of the command"
+    shows = "command rate"
     source = "paper, section 5 (actuator dynamics); Ellis (2012), Control System Design Guide (current loops)"
     parameters = (Parameter("time_constant", "s", "time constant", 0.0, 1e-5, 0.5),)
     states = ("torque",)

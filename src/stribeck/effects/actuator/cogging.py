@@ -20,6 +20,7 @@ class Cogging(ActuatorEffect):
     channel = "actuator"
     equation = r"\tau = u + a \sin N q + b \cos N q"
     symptom = "a residual that repeats with position, of the same sign in both directions and at rest"
+    shows = "position"
     source = "Jahns & Soong (1996); Hanselman (2006)"
     parameters = (
         Parameter("sine", "N m", "amplitude of the sine"),

@@ -16,6 +16,7 @@ class Delay(ActuatorEffect):
     channel = "actuator"
     equation = r"\tau(t) = u(t - T)"
     symptom = "a residual in proportion to the rate of the command, with a phase that grows with frequency"
+    shows = "command rate"
     source = "paper, section 5 (communication delay)"
     parameters = (Parameter("time", "s", "delay", 0.0, 0.0, 0.2),)
     delays = "command"

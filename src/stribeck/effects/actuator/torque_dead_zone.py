@@ -19,6 +19,7 @@ class TorqueDeadZone(ActuatorEffect):
     channel = "actuator"
     equation = r"\tau = \mathrm{sign}(u) \max(|u| - w, 0)"
     symptom = "a residual of constant size whose sign is that of the command, not that of the motion"
+    shows = "command"
     source = "Tao & Kokotovic (1996)"
     parameters = (Parameter("width", "N m", "torque lost, half the width of the zone", 0.0, 0.0),)
 

@@ -16,6 +16,7 @@ class TorqueGain(ActuatorEffect):
     channel = "actuator"
     equation = r"\tau = g\,u"
     symptom = "inertia, gravity and friction all seem scaled by the same factor"
+    shows = "command"
     source = "Gautier & Briot (2014), identification of drive gains"
     rescales = True
     parameters = (Parameter("gain", "1", "torque per commanded torque", 1.0, 0.4, 2.5),)

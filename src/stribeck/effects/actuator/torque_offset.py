@@ -16,6 +16,7 @@ class TorqueOffset(ActuatorEffect):
     channel = "actuator"
     equation = r"\tau = u + \tau_0"
     symptom = "a constant residual, whatever the pose, the direction and the speed"
+    shows = "position"
     source = "Gautier & Briot (2014), offset of amplifier and friction together"
     parameters = (Parameter("offset", "N m", "torque without a command"),)
 

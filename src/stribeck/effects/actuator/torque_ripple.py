@@ -19,6 +19,7 @@ class TorqueRipple(ActuatorEffect):
     channel = "actuator"
     equation = r"\tau = u (1 + a \sin N q + b \cos N q)"
     symptom = "a residual that repeats with position in proportion to the torque"
+    shows = "position"
     source = "Jahns & Soong (1996)"
     parameters = (
         Parameter("sine", "1", "relative amplitude of the sine", 0.0, -0.7, 0.7),

@@ -20,6 +20,7 @@ class TorqueSaturation(ActuatorEffect):
     channel = "actuator"
     equation = r"\tau = \max(-L, \min(L, u))"
     symptom = "a residual only at the largest commands, towards zero torque, that grows with the command beyond a level"
+    shows = "command"
     source = "Slotine & Li (1991), ch. 5"
     parameters = (Parameter("limit", "N m", "largest torque", math.inf, 1e-6, 1e9, log=True),)
 

@@ -16,6 +16,7 @@ class CableSpring(ExternalEffect):
     channel = "external"
     equation = r"\tau = k (q - q_0)"
     symptom = "a static torque that grows with the joint's own position, whatever the pose of the others"
+    shows = "position"
     source = "Hooke's law"
     parameters = (
         Parameter("stiffness", "N m/rad", "stiffness", 0.0, 0.0),

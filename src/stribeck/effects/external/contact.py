@@ -22,6 +22,7 @@ class Contact(ExternalEffect):
     channel = "external"
     equation = r"\tau = k \delta^{3/2} (1 + c \dot\delta), \quad \delta = \max(\mathrm{sign}(k)(q - q_w), 0)"
     symptom = "a residual beyond one position, nothing before it, that pushes back and grows with the depth"
+    shows = "position"
     source = "Hunt & Crossley (1975)"
     parameters = (
         Parameter("stiffness", "N m/rad^1.5", "stiffness, negative for a wall on the negative side"),

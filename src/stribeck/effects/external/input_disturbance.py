@@ -24,6 +24,7 @@ class InputDisturbance(ExternalEffect):
     channel = "external"
     equation = r"\tau = a \sin 2\pi f t + b \cos 2\pi f t"
     symptom = "a line in the residual's spectrum that depends on time alone, not on pose, motion or torque"
+    shows = "frequency"
     source = "Bodson & Douglas (1997)"
     parameters = (
         Parameter("sine", "N m", "amplitude of the sine"),

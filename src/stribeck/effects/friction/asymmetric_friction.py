@@ -18,6 +18,7 @@ class AsymmetricFriction(FrictionEffect):
     channel = "friction"
     equation = r"G_\pm = G \pm \Delta_0, \quad B = C_2 v + \Delta_2 |v|"
     symptom = "a residual whose sign does not turn with the direction of motion, only while the joint moves"
+    shows = "velocity"
     source = "paper, sections 2.1 and 2.2; Armstrong-Helouvry (1991)"
     parameters = (
         Parameter("coulomb", "N m", "half the difference of the Coulomb levels, forward less backward"),

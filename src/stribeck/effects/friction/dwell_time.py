@@ -18,6 +18,7 @@ class DwellTime(FrictionEffect):
     channel = "friction"
     equation = r"C_1 \to C_1 + A a, \quad \dot a = (1 - a)/T - a |v|/D"
     symptom = "a break-away torque that grows with the rest before it and is gone after a short slide"
+    shows = "start"
     source = "Rabinowicz (1958); Dieterich (1979); Armstrong-Helouvry, Dupont & Canudas de Wit (1994)"
     elusive = True
     parameters = (

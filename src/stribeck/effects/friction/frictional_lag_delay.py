@@ -26,6 +26,7 @@ class FrictionalLagDelay(FrictionEffect):
     channel = "friction"
     equation = r"G = C_0 + C_1 e^{-w/\alpha} + C_2 w, \quad B = 0, \quad w(t) \approx |v(t - T)|"
     symptom = "a residual that differs between speeding up and slowing down, at low and at high speed"
+    shows = "velocity"
     source = "Hess & Soom (1990)"
     elusive = True
     parameters = (Parameter("time", "s", "delay of friction behind the speed", 0.0, 1e-4, 1.0),)

@@ -21,6 +21,7 @@ class History(FrictionEffect):
     channel = "friction"
     equation = r"\tau_f \to \tau_f (1 + a h), \quad T \dot h = |v| - h, \quad h(0) = h_0"
     symptom = "a residual against the motion that drifts over a recording and starts anew with the next"
+    shows = "time"
     source = "Bittencourt & Gunnarsson (2012); Bittencourt & Axelsson (2014)"
     elusive = True
     parameters = (

@@ -18,6 +18,7 @@ class LoadDependentFriction(FrictionEffect):
     channel = "friction"
     equation = r"G = G_0 + \mu |\tau_\mathrm{load}|"
     symptom = "a residual against the direction of motion, in proportion to the transmitted torque"
+    shows = "load"
     source = "Hamon, Gautier & Garrec (2010); Duclusaud, Passault, Padois & Ly (2025)"
     parameters = (Parameter("ratio", "1", "friction torque per transmitted torque", 0.0, 0.0, 0.9),)
     uses_load = True

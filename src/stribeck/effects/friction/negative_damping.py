@@ -22,6 +22,7 @@ class NegativeDamping(FrictionEffect):
     channel = "friction"
     equation = r"G = C_0 + A \exp(-|v| / v_s)"
     symptom = "a residual against the motion at low speed only, and stick-slip or hunting that the model lacks"
+    shows = "velocity"
     source = "Tustin (1947); paper, eq. (1); Bo & Pavelescu (1982)"
     parameters = (
         Parameter("amount", "N m", "break-away above Coulomb friction", 0.0, 0.0),

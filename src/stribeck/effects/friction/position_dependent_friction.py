@@ -18,6 +18,7 @@ class PositionDependentFriction(FrictionEffect):
     channel = "friction"
     equation = r"G = G_0 (1 + a \sin N q + b \cos N q)"
     symptom = "a residual against the direction of motion that repeats with position"
+    shows = "position"
     source = "Armstrong-Helouvry (1991); Popovic & Goldenberg (1998)"
     parameters = (
         Parameter("sine", "1", "relative amplitude of the sine", 0.0, -2.0, 2.0),

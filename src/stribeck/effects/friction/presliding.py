@@ -24,6 +24,7 @@ class Presliding(FrictionEffect):
     channel = "friction"
     equation = r"\dot b = \sigma_0 (v - |v| b / G(v)), \quad \tau_f = b + \sigma_1 \dot b / \sigma_0 + C_2 v"
     symptom = "a residual at velocity reversals that grows with the distance moved since, not with time"
+    shows = "travel"
     source = "Dahl (1968); LuGre: Canudas de Wit, Olsson, Astrom & Lischinsky (1995)"
     parameters = (
         Parameter("stiffness", "N m/rad", "bristle stiffness", math.inf, 1e-2, 1e9, log=True),

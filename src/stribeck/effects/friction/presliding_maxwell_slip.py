@@ -46,6 +46,7 @@ class PreslidingMaxwellSlip(FrictionEffect):
         r"\tau_f = \sum_i (b_i + \kappa_i \sigma_1 v \ [\,|b_i| < \lambda_i G\,]) + C_2 v"
     )
     symptom = "a residual at velocity reversals that grows with the distance moved since, in loops that close"
+    shows = "travel"
     source = "Iwan (1966); generalized Maxwell-slip: Al-Bender, Lampaert & Swevers (2005)"
     parameters = (
         Parameter("stiffness", "N m/rad", "stiffness of the unloaded contact", math.inf, 1e-2, 1e9, log=True),

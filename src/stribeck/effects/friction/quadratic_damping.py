@@ -18,7 +18,8 @@ class QuadraticDamping(FrictionEffect):
     channel = "friction"
     equation = r"B = C_2 v + c\,v |v|"
     symptom = "a residual against the motion that grows faster than the velocity, nothing at low speed"
-    source = "Fossen (1994), in fluids; Duclusaud, Passault, Padois & Ly (2025), in servos"
+    shows = "velocity"
+    source = "Fossen (1994), drag in fluids"
     parameters = (Parameter("coefficient", "N m s^2/rad^2", "torque per squared velocity", 0.0, 0.0),)
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:

@@ -21,6 +21,7 @@ class BaseFlexibility(TransmissionEffect):
     channel = "rigid_body"
     equation = r"J_b \ddot\varphi + d \dot\varphi + k \varphi = -\tau_1, \quad q_{\mathrm{link}} = q_1 + \varphi"
     symptom = "a slow, lightly damped resonance at the first joint, which the joints after it feel as well"
+    shows = "frequency"
     source = "Lew & Moon (2001), manipulators on a compliant base"
     nonlinear = True
     whole_arm = True

@@ -17,6 +17,7 @@ class GravityTilt(RigidBodyEffect):
     channel = "rigid_body"
     equation = r"g \to g + (g_x, g_y)"
     symptom = "a static torque at every joint that depends on the pose as gravity does"
+    shows = "position"
     source = "Khalil & Dombre (2002), ch. 9"
     parameters = (
         Parameter("x", "m/s^2", "change of gravity along the base frame's x", 0.0, -20.0, 20.0),

@@ -16,6 +16,7 @@ class Payload(RigidBodyEffect):
     channel = "rigid_body"
     equation = r"m_n \to m_n + m, \quad \text{at } (l_n, 0)"
     symptom = "gravity and inertia of all joints off in the proportions of a mass at the tip"
+    shows = "position"
     source = "Khalil & Dombre (2002), ch. 12"
     parameters = (Parameter("mass", "kg", "mass at the tip", 0.0, 0.0),)
     whole_arm = True

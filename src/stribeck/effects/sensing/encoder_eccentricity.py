@@ -20,6 +20,7 @@ class EncoderEccentricity(SensingEffect):
     channel = "sensing"
     equation = r"y = q + a \sin N q + b \cos N q"
     symptom = "inertia, velocity and gravity that seem to vary with position"
+    shows = "position"
     source = "Ellis (2012), Control System Design Guide, ch. 14 (encoder errors)"
     parameters = (
         Parameter("sine", "rad", "amplitude of the sine", 0.0, -0.3, 0.3),

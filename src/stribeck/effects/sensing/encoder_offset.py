@@ -17,6 +17,7 @@ class EncoderOffset(SensingEffect):
     channel = "sensing"
     equation = r"y = q + q_0"
     symptom = "gravity (and the coupling of the joints) that seems rotated by a constant angle"
+    shows = "position"
     source = "Khalil & Dombre (2002), ch. 11 (geometric calibration)"
     parameters = (Parameter("offset", "rad", "recorded less true position", 0.0, -math.pi, math.pi),)
 

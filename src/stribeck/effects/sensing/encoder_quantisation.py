@@ -25,6 +25,7 @@ class EncoderQuantisation(SensingEffect):
     channel = "sensing"
     equation = r"y = \Delta \, \mathrm{round}(q / \Delta)"
     symptom = "positions on a coarse grid; noise in velocity and acceleration that grows when the joint is slow"
+    shows = "recorded position"
     source = "Widrow & Kollar (2008), Quantization Noise"
     parameters = (Parameter("resolution", "rad", "step of the encoder", 0.0, 0.0, 1.0),)
     direct = True

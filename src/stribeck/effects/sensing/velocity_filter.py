@@ -29,6 +29,7 @@ class VelocityFilter(SensingEffect):
     channel = "sensing"
     equation = r"T \dot v_\mathrm{rec} + v_\mathrm{rec} = \dot q"
     symptom = "a recorded velocity that trails the slope of the recorded position, most where it changes fast"
+    shows = "recorded velocity"
     source = "Ellis (2012), Control System Design Guide, ch. 14 (velocity from position)"
     parameters = (Parameter("time", "s", "time constant of the filter", 0.0, 0.0, LONGEST),)
     direct = True

@@ -17,6 +17,7 @@ class JointFlexibility(TransmissionEffect):
     channel = "transmission"
     equation = r"\tau = k (\theta - q) + d (\dot\theta - \dot q)"
     symptom = "a lightly damped resonance in the residual, and inertia that seems to grow with frequency"
+    shows = "frequency"
     source = "Spong (1987)"
     nonlinear = True
     parameters = (
