@@ -47,7 +47,8 @@ def score():
         "single": {"all": measures(2, 4), "strong": measures(2, 3), "fair": measures(0, 1), "faint": empty},
         "single_left": {"all": measures(2, 4), "strong": measures(2, 2), "fair": empty, "faint": measures(0, 2)},
         "single_levels": {"clear": measures(2, 4), "medium": empty, "weak": empty},
-        "pairs": {"all": {"both": rate(0, 0), "at_least_one": rate(0, 0)}},
+        "pairs": {name: {key: rate(n // 2, n) for key in ("both", "at_least_one", "wrong_name")}
+                  for name, n in (("all", 4), ("strong", 4), ("fair", 0), ("faint", 0))},
         "none": {"false_alarms": rate(0, 2)},
         "outside": {"abstained": rate(1, 2), "effects": {"friction_jumps": rate(1, 2)}},
         "calibration": {"likeliest": {"n": 3, "ece": 0.1, "ece_by_chance": 0.02, "ci95": [0.0, 0.2],
@@ -83,7 +84,8 @@ def test_the_page_says_what_holds_and_what_does_not(score, tmp_path):
     assert made == {f"{name}.png" for name in names}
     assert all(name in page for name in made)
     assert "stage of the path right" in page
-    assert "by what re-tuning leaves of the strength: 100" in page
+    assert "Two effects by strength" in page
+    assert "By the strength that re-tuning within tolerance leaves: 100" in page
     assert not re.search(r"(src|href)=.https?:", page)
 
 
@@ -121,6 +123,7 @@ def test_nothing_to_show_is_left_out(score, tmp_path):
     score |= {"single_left": score["single"], "single_levels": dict.fromkeys(("clear", "medium", "weak"), none)}
     score["calibration"] = {"likeliest": {"ece": None, "bins": []}}
     score["confusion"] = {"hidden": [], "said": [], "counts": []}
+    score["pairs"] = {"all": dict.fromkeys(("both", "at_least_one", "wrong_name"), rate(0, 0))}
     score["outside"] = {"abstained": rate(0, 0), "effects": {}}
     score["intervals"] = {"coverage": rate(0, 0), "parameters": []}
     write_score_report(score, tmp_path)

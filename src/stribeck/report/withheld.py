@@ -20,7 +20,16 @@ from stribeck.report.figures.withheld import (
 from stribeck.report.numbers import number
 from stribeck.report.page import Answer, Facts, Files, Picture, Section, render
 from stribeck.report.style import data_uri, finding_of, png_and_svg
-from stribeck.report.withheld_tables import asked, by_strength, effect_by_effect, failures, intervals, outside, share
+from stribeck.report.withheld_tables import (
+    asked,
+    by_strength,
+    effect_by_effect,
+    failures,
+    intervals,
+    outside,
+    pairs,
+    share,
+)
 
 Score = Mapping[str, Any]
 
@@ -90,7 +99,7 @@ def write_score_report(score: Score, folder: Path | str) -> None:
     folder = Path(folder)
     sections: list[Section | None] = [
         _answer(score), asked(score), *by_strength(score), *pictures(PLOTS, score, folder), effect_by_effect(score),
-        outside(score), intervals(score), failures(score), _method(score),
+        pairs(score), outside(score), intervals(score), failures(score), _method(score),
     ]  # fmt: skip
     made = [section for section in sections if section is not None]
     shown = tuple((s.file, s.title) for s in made if isinstance(s, Picture))
@@ -115,30 +124,29 @@ def _answer(score: Score) -> Answer:
     judged = [line for line in score["targets"] if line["holds"] is not None]
     hold = sum(line["holds"] for line in judged)
     tone = "good" if hold == len(judged) else "partial" if hold else "open"
-    single, pairs = score["single"], score["pairs"]["all"]
-    left = score.get("single_left")
+    single, two, left = score["single"], score["pairs"]["all"], score.get("single_left")
     sentences = [
-        ("Named?", _strengths(single)),
-        *((("Of the rest?", _strengths(left, "by what re-tuning leaves of the strength: ")),) if left else ()),
+        ("Named?", _strengths(single, "Named")),
+        *([("Re-tuned?", _strengths(left, "By the strength that re-tuning within tolerance leaves"))] if left else []),
         ("Wrong?", f"{share(single['all']['wrong_name'])} of the answers to single effects give a wrong name."),
         ("Silent?", f"False alarms where nothing is hidden: {share(score['none']['false_alarms'])}. Outside the "
                     f"library no wrong name is given in {share(score['outside']['abstained'])}."),
         ("Where?", f"At strengths of 3 and more the joint is right in {share(single['strong']['joint'])}, "
                    f"the channel in {share(single['strong']['channel'])}."),
-        ("Two?", f"Both of a pair: {share(pairs['both'])}, one at least in {share(pairs['at_least_one'])}."),
+        ("Two?", f"Both of a pair: {share(two['both'])}, one at least in {share(two['at_least_one'])}."),
         ("Sure?", _sure(score)),
     ]  # fmt: skip
     counts = f"{score['cases']} sealed cases, key {score['digest'][:12]}…, code {score['code'][:12]}…"
     return Answer("Withheld check", f"{hold} of {len(judged)} hold", tone, counts, tuple(sentences))
 
 
-def _strengths(single: Score, by: str = "") -> str:
+def _strengths(single: Score, by: str) -> str:
     parts = [
         f"{share(single[name]['named'])} at strength {text}"
         for name, text in BINS.items()
         if single[name]["named"]["n"]
     ]
-    return f"Named, {by}{'; '.join(parts)}." if parts else "No single effects were hidden."
+    return f"{by}: {'; '.join(parts)}." if parts else "No single effects were hidden."
 
 
 def _sure(score: Score) -> str:

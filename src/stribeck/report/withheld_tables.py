@@ -22,6 +22,7 @@ MEASURES = {
     "joint": "joint right",
     "channel": "stage of the path right",
 }
+OF_PAIRS = {"both": "both named", "at_least_one": "one at least", "wrong_name": "a wrong name"}
 SHARE_LINES = ("calibration error",)  # among what is asked, plain numbers; all others are shares
 
 
@@ -69,8 +70,19 @@ def by_strength(score: Score) -> list[Table]:
     return made
 
 
-def _measured(title: str, found: Score, columns: Mapping[str, str], note: str) -> Table:
-    rows = [Row((text, *(_counted(found[name][key]) for name in columns))) for key, text in MEASURES.items()]
+def pairs(score: Score) -> Table | None:
+    """Return what was named of two effects in one arm, by the strength of the weaker one."""
+    found = score["pairs"]
+    if not found["all"]["both"]["n"]:
+        return None
+    note = "Strength: that of the weaker of the two effects."
+    return _measured("Two effects by strength", found, {**BINS, "all": "all"}, note, OF_PAIRS)
+
+
+def _measured(
+    title: str, found: Score, columns: Mapping[str, str], note: str, measures: Mapping[str, str] = MEASURES
+) -> Table:
+    rows = [Row((text, *(_counted(found[name][key]) for name in columns))) for key, text in measures.items()]
     return Table(title, ("cases", *columns.values()), tuple(rows), frozenset(range(1, 1 + len(columns))), note)
 
 
@@ -81,14 +93,19 @@ def effect_by_effect(score: Score) -> Table | None:
     rows = []
     for name, row in score["effects"].items():
         limits = (_limit(row["detection_limit"]), _limit(row.get("detection_limit_left")))
-        counted = (_counted(row[what]) for what in ("named", "clean", "wrong_name", "joint", "channel"))
-        rows.append(Row((words.effect(name), *counted, *limits)))
-    columns = ("effect", "named", "and nothing else", "wrong name", "joint right", "channel right", "limit", "left")
+        counted = (_count(row[what]) for what in ("clean", "wrong_name", "joint", "channel"))
+        rows.append(Row((words.effect(name), _counted(row["named"]), *counted, *limits)))
+    columns = ("effect", "named", "nothing else", "wrong name", "joint", "stage", "limit", "left")
     note = (
-        "Cases, with the 95 % interval of their share (Wilson). The limit is the strength at which half are named, "
-        "left what re-tuning leaves of that strength (–: not recorded, or fewer than four cases)."
+        "Cases, with the 95 % interval of their share (Wilson); joint and stage of the path: right, where one is "
+        "blamed. The limit is the strength at which half are named, left the same by what re-tuning leaves of the "
+        "strength (–: not recorded, or fewer than four cases)."
     )
     return Table("Effect by effect", columns, tuple(rows), frozenset(range(1, 8)), note)
+
+
+def _count(found: Score) -> str:
+    return f"{found['k']} of {found['n']}" if found["n"] else "–"
 
 
 def _limit(limit: Score | None) -> str:

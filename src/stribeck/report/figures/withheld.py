@@ -184,7 +184,7 @@ def draw_shrinkage(ax: Axes, rows: Sequence[Score]) -> Axes:
     whole = int(np.sum((claimed > ALL) & (true > ALL)))
     if whole > 1:
         ax.annotate(
-            f"{whole} of {cases(len(rows))} here", (1.0, 1.0), xytext=(-70, -26), textcoords="offset points",
+            f"{whole} of {cases(len(rows))} here", (1.0, 1.0), xytext=(-60, -100), textcoords="offset points",
             fontsize=9, color=MUTED, ha="right", va="center", arrowprops={"arrowstyle": "-", "color": MUTED, "lw": 0.7},
         )  # fmt: skip
     ax.legend(frameon=False, loc="upper left")
