@@ -19,10 +19,10 @@ from stribeck.gap.motion import motion_gap
 from stribeck.gap.observed import Observation
 from stribeck.gap.places import places
 from stribeck.gap.prepare import Prepared
+from stribeck.gap.presence import AT_FLOOR
 from stribeck.gap.result import Cause, Diagnosis, Estimate, Stage, Tuned
 from stribeck.gap.search import Step
 from stribeck.gap.verdict import (
-    AT_FLOOR,
     NAMED_OVER,
     NONE_HELD,
     causes_of,
@@ -130,12 +130,12 @@ class Assembly:
             return verdict, [*causes, Cause("unknown", left_over)]
         last, names = self.steps[-1], self.prepared.arm.names
         if causes:
-            return "unexplained", suspected(last, causes, left_over, names)
+            return "unexplained", [*causes, Cause("unknown", left_over)]
         none = no_gap_probability(self.steps[0], self.floor)
         nothing = Cause("none", NONE_HELD * none)
         if none > NAMED_OVER:
             return "no_gap", [nothing, Cause("unknown", 1.0 - nothing.probability)]
-        return "unexplained", [nothing, *suspected(last, (), 1.0 - nothing.probability, names)]
+        return "unexplained", [nothing, *suspected(last, 1.0 - nothing.probability, names)]
 
     def _experiment(self, causes: Sequence[Cause], *, unexplained: bool) -> Experiment | None:
         """Return what would tell apart what these data cannot, where there is such a question."""
