@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from functools import cache
 
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
@@ -95,7 +96,13 @@ def _need(arm: Arm, motion: tuple[Array, Array, Array], command: Array) -> Array
 
 def _inside(torque: Array, rate: float, cut: float) -> Array:
     edge = round(EDGE * rate)
-    return np.asarray(sosfiltfilt(butter(2, cut, fs=rate, output="sos"), torque, axis=0)[edge:-edge])
+    return np.asarray(sosfiltfilt(low_pass(rate, cut), torque, axis=0)[edge:-edge])
+
+
+@cache  # its design takes longer than a run to filter
+def low_pass(rate: float, cut: float) -> Array:
+    """Return the second-order sections of the low pass below `cut`, Hz, at `rate`, Hz."""
+    return np.asarray(butter(2, cut, fs=rate, output="sos"))
 
 
 def _rms(x: Array) -> Array:

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
+from scipy.signal import sosfiltfilt
 
 from stribeck.arm import Arm
 from stribeck.run import Run
 from stribeck.withheld.bench import Bench
 from stribeck.withheld.injections import Injection
-from stribeck.withheld.measure import STEP, derived, unexplained
+from stribeck.withheld.measure import STEP, derived, low_pass, unexplained
 from stribeck.withheld.motions import Motion
 from stribeck.withheld.plant import Array
 from stribeck.withheld.recorder import record
@@ -125,7 +125,7 @@ class _Band:
 
     @classmethod
     def of(cls, runs: Sequence[Run], rate: float, cut: float) -> _Band:
-        sos = butter(2, cut, fs=rate, output="sos")
+        sos = low_pass(rate, cut)
         low = [(sosfiltfilt(sos, run.q, axis=0), sosfiltfilt(sos, run.tau, axis=0)) for run in runs]
         return cls(tuple((derived(q, rate), tau) for q, tau in low), rate, cut)
 
