@@ -20,8 +20,8 @@ def presence_figure(shipped: np.ndarray, crossed: np.ndarray, right: np.ndarray)
     ax = figure.add_subplot()
     ax.plot([0, 100], [0, 100], "--", color=MUTED, linewidth=0.8)
     for chance, colour, label, aside in (
-        (shipped, COLOUR["corrected"], "shipped weights", -0.5),
-        (crossed, COLOUR["retuned"], "weights of the other folds", 0.5),
+        (shipped, COLOUR["corrected"], "shipped weights", -0.6),
+        (crossed, COLOUR["retuned"], "weights of the other folds", 0.6),
     ):
         ax.plot([], [], "o", color=colour, label=label)
         for low, high in pairwise(EDGES):
@@ -32,9 +32,8 @@ def presence_figure(shipped: np.ndarray, crossed: np.ndarray, right: np.ndarray)
             x = 100 * float(chance[here].mean()) + aside
             ax.vlines(x, *(100 * end for end in found["ci95"]), color=colour, linewidth=1.6)
             ax.plot(x, 100 * found["value"], "o", color=colour)
-            ax.annotate(
-                str(found["n"]), (x, 100 * found["value"]), (5, 3), textcoords="offset points", fontsize=8, color=MUTED
-            )
+            side = {"ha": "right" if aside < 0 else "left", "va": "center", "fontsize": 8, "color": colour}
+            ax.annotate(str(found["n"]), (x, 100 * found["value"]), (12 * aside, 0), textcoords="offset points", **side)
     ax.set(xlim=(0, 100), ylim=(0, 103))
     ax.set_xlabel("stated probability that a taken effect is there, %")
     ax.set_ylabel("share that was there, %")
