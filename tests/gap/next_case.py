@@ -11,7 +11,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from stribeck.effects.registry import registry
-from stribeck.gap.experiment import DURATION
+from stribeck.gap.experiment_plan import DURATION
 from stribeck.gap.floor import noise_floor
 from stribeck.gap.model import Model, fit_model, retune, weights_of
 from stribeck.gap.prepare import Prepared, prepare

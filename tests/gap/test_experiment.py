@@ -11,9 +11,11 @@ import pytest
 
 from stribeck.effects.registry import registry
 from stribeck.gap.diagnose import diagnose
-from stribeck.gap.experiment import DURATION, Experiment, _Plan, next_experiment, open_question, resolved
+from stribeck.gap.experiment import WORTH, Experiment, next_experiment, open_question
+from stribeck.gap.experiment_plan import DURATION, PARTS, WIDER, Options, Plan
 from stribeck.gap.files import write_diagnosis
-from stribeck.gap.motions import KINDS, Motion, Reach, family
+from stribeck.gap.motions import KINDS, Motion, Reach
+from stribeck.gap.programme import PART, Programme, shortest
 from stribeck.gap.search import Step
 from stribeck.gap.separation import AS_IT_IS, Prospect, _excess
 from stribeck.report.tables import next_experiment as next_section
@@ -46,13 +48,13 @@ def biased() -> Question:
     return question(recorded(OFFSET), ("torque_offset", "asymmetric_friction"))
 
 
-def plan(q: Question) -> _Plan:
-    return _Plan(q.prepared, q.models, q.floor)
+def plan(q: Question) -> Plan:
+    return Plan(q.prepared, q.models, q.floor)
 
 
 @cache
-def tried_of_late() -> list[tuple[Motion, Prospect]]:
-    return plan(late()).tried(family(NOMINAL, [0]))
+def options_of_late() -> Options:
+    return plan(late()).options()
 
 
 def test_excess_is_least_squares_with_what_is_known() -> None:
@@ -61,16 +63,42 @@ def test_excess_is_least_squares_with_what_is_known() -> None:
     left, columns, root = rng.standard_normal(40), rng.standard_normal((40, 3)), rng.standard_normal((3, 3))
     stacked = np.vstack([columns, root])
     _, squares, _, _ = np.linalg.lstsq(stacked, -np.concatenate([left, np.zeros(3)]), rcond=None)
-    assert _excess(left, columns, root.T @ root) == pytest.approx(np.sqrt(squares[0]), rel=1e-6)
+    curved = columns.T @ columns
+    found = _excess(float(left @ left), columns.T @ left, root.T @ root + curved)
+    assert found == pytest.approx(np.sqrt(squares[0]), rel=1e-6)
     within = columns @ np.array([1.0, -2.0, 0.5])
-    assert _excess(within, columns, 1e-9 * np.eye(3)) == pytest.approx(0.0, abs=1e-3)
+    assert _excess(float(within @ within), columns.T @ within, curved) == pytest.approx(0.0, abs=1e-3)
+    assert _excess(np.nan, columns.T @ left, curved) == 0.0
+
+
+def test_what_recordings_promise_adds_up() -> None:
+    """Two recordings together promise what one with the rows of both does."""
+    rng = np.random.default_rng(2)
+    known = (np.eye(2), 2.0 * np.eye(2))
+
+    def promise(left: np.ndarray, columns: np.ndarray, torque: float) -> Prospect:
+        own = (np.zeros(2), columns.T @ left), (columns.T @ left, np.zeros(2))
+        grown = columns.T @ columns
+        square = float(left @ left) * (1.0 - np.eye(2))
+        return Prospect(square, own, ((grown, grown), (grown, grown)), known, np.array([torque]))
+
+    first, second = (rng.standard_normal(10), rng.standard_normal((10, 2))), (rng.standard_normal(7), np.ones((7, 2)))
+    both = promise(*first, 3.0) + promise(*second, 5.0)
+    stacked = promise(np.concatenate([first[0], second[0]]), np.vstack([first[1], second[1]]), 5.0)
+    assert both.apart == pytest.approx(stacked.apart)
+    assert both.apart[0, 1] != pytest.approx(both.apart[1, 0])  # what the two models know differs
+    assert both.least == pytest.approx(both.apart[~np.eye(2, dtype=bool)].min())
+    assert both.information == pytest.approx(stacked.information)
+    assert both.torque == 5.0
+    assert both.worth > promise(*first, 3.0).worth
 
 
 def test_commands_make_the_motion() -> None:
     """Driven by its own commands a model has next to no residual, whatever its drive does to them."""
     q = late()
     p = plan(q)
-    runs = [p.planned(Motion("a chirp", (0,)), 4.0)]
+    t = np.arange(0.0, 4.0, p.step)
+    runs = [p.planned("a chirp", Motion("a chirp", (0,)).course(t, p.seen))]
     for candidate in p.candidates:
         driven, bare = candidate.misfit(candidate.driven(runs))[0][0], candidate.misfit(runs)[0][0]
         assert np.sqrt(np.mean(driven**2)) < 0.03 * np.sqrt(np.mean(bare**2))  # of a chirp up to the cutoff
@@ -80,10 +108,50 @@ def test_lag_or_delay_asks_for_a_motion() -> None:
     found = next_of_late()
     assert found.kind == "motion"
     assert set(found.separates) == {"delay", "actuator_lag"}
-    assert found.resolved > 0.9
+    assert found.wider == 1.0
+    assert found.resolved > WORTH
     assert found.apart >= found.rivals["d_optimal"]
-    assert found.apart > 1.3 * found.rivals["random"]
+    assert found.apart > found.rivals["random"]
     assert found.apart > 2.0 * late().apart()  # than the recordings so far
+
+
+def test_programme_is_put_together_greedily() -> None:
+    """Its parts are the options' own, and tell more together than any alone; each criterion is best by its own."""
+    options = options_of_late()
+    chosen = plan(late()).best(options)
+    assert 1 < len(chosen.programme.parts) <= PARTS
+    assert set(chosen.programme.parts) <= set(options.motions)
+    assert chosen.prospect.worth > max(prospect.worth for prospect in options.prospects)
+    classic = plan(late()).classic(options)
+    assert classic.prospect.information >= chosen.prospect.information
+    assert chosen.prospect.worth >= classic.prospect.worth
+    same = plan(late()).at_random(options)
+    assert [one.programme for one in same] == [one.programme for one in plan(late()).at_random(options)]
+
+
+def test_parts_are_joined_within_reach() -> None:
+    """From rest to rest, no faster than seen, in the order that takes least."""
+    reach = (Reach(-0.4, 1.2, 2.5, 20.0, 1e-4, 8.0), Reach(0.0, 0.5, 1.0, 10.0, 1e-4, 8.0))
+    step = 0.004
+    parts = (Motion("slow ramp reversals", (0,)), Motion("short moves after ever longer rests", (1,)),
+             Motion("a chirp", (0, 1), 0.6))  # fmt: skip
+    q = Programme(parts).course(step, reach)
+    assert len(q) >= 3 * round(PART / step)
+    assert np.all(np.abs(np.diff(q, axis=0)) <= 1.02 * step * np.array([2.5, 1.0]))  # and no jump from part to part
+    assert np.all(q >= [-0.4 - 1e-9, -1e-9])
+    assert np.all(q <= [1.2 + 1e-9, 0.5 + 1e-9])
+    best, duration = shortest(parts, step, reach)
+    assert sorted(part.kind for part in best.parts) == sorted(part.kind for part in parts)
+    assert duration == pytest.approx(step * (len(best.course(step, reach)) - 1))
+    assert duration <= step * (len(q) - 1)
+
+
+def test_wider_than_recorded() -> None:
+    reach = Reach(-0.4, 1.2, 2.5, 20.0, 1e-4, 8.0)
+    wider = reach.wider(WIDER)
+    assert (wider.low, wider.high, wider.speed) == pytest.approx((-1.2, 2.0, 5.0))
+    round_about = Reach(-3.0, 3.0, 2.5, 20.0, 1e-4, 8.0).wider(2.0)
+    assert round_about.travel == pytest.approx(2.0 * np.pi)  # no further than half a turn either way
 
 
 def test_the_arm_can_do_it() -> None:
@@ -124,22 +192,22 @@ def test_every_motion_stays_within_reach(kind: str) -> None:
 
 def test_no_motion_tells_an_offset_from_asymmetry() -> None:
     """Along any motion the two laws are the same: so it says, and asks for a change of the drive."""
-    q = biased()
-    p = plan(q)
-    tried = p.tried(family(NOMINAL, [0]))
-    assert max(prospect.least for _, prospect in tried) < 1.0
-    found = p.chosen(tried)
+    p = plan(biased())
+    assert p.best(p.options()).apart < 1.0
+    found = next_experiment(biased().prepared, biased().models, biased().floor)
+    assert found is not None
     assert found.kind == "change"
     assert "polarity" in found.what
-    assert found.apart > 5.0
-    assert resolved(found.rivals["d_optimal"]) < 0.2
+    assert found.resolved > 0.9
 
 
 def test_reversed_drive_shows_which_it_was() -> None:
     """With its drive reversed the plant's offset turns sign in the joint; the friction of the joint would not."""
     reversed_ = [Injection("torque_offset", "A", {"offset": -0.6})]
-    runs = [followed(plan(biased()).reference(plan(biased()).planned(Motion(kind, (0,)), 6.0)), reversed_)
-            for kind in ("slow ramp reversals", "a multisine", "quick reversals")]  # fmt: skip
+    p = plan(biased())
+    t = np.arange(0.0, 6.0, p.step)
+    kinds = ("slow ramp reversals", "a multisine", "quick reversals")
+    runs = [followed(p.followable(Motion(kind, (0,)).course(t, p.seen)), reversed_) for kind in kinds]
     after = question(runs, ("torque_offset", "asymmetric_friction"))
     before = {m.placed[-1].effect.name: m.placed[-1].values for m in biased().models}
     then = {m.placed[-1].effect.name: m.placed[-1].values for m in after.models}
@@ -224,6 +292,8 @@ def test_question_is_asked_only_where_there_is_one() -> None:
     assert asked([alike], unexplained=False) == [3, 1, 2]
     assert asked([alike, alone], unexplained=False) == [3, 1, 2]
     assert asked([lost], unexplained=True) == [3, 1]  # those that gain at all, the best first
+    assert asked([lost, alone], unexplained=True) == [3, 1]  # of the first step
+    assert asked([alike, lost], unexplained=True) == [3, 1, 2]  # a class is the question, named or not
     assert asked([step([0, 0.1, -0.2])], unexplained=True) == []
 
 
@@ -235,7 +305,7 @@ def test_diagnosis_proposes_and_writes_it(tmp_path) -> None:  # type: ignore[no-
     told = json.loads((tmp_path / "diagnosis.json").read_text())["next_experiment"]
     assert told["kind"] == "motion"
     assert set(told["separates"]) == set(found.causes[0].equivalent) == {"delay", "actuator_lag"}
-    assert told["expected_gain"]["probability_resolved"] > 0.9
+    assert told["expected_gain"]["probability_resolved"] > WORTH
     written = load_run(tmp_path / told["reference"], 1)
     assert written.q_ref is not None
     assert written.dq_ref is not None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,6 +52,12 @@ class Reach:
     def centre(self) -> float:
         """Middle of the range, rad."""
         return 0.5 * (self.low + self.high)
+
+    def wider(self, factor: float) -> Reach:
+        """Return a reach that is so much larger in range (but for more than half a turn either way) and speed."""
+        half = max(min(0.5 * factor * self.travel, np.pi), 0.5 * self.travel)
+        low, high = self.centre - half, self.centre + half
+        return replace(self, low=low, high=high, speed=factor * self.speed, acceleration=factor * self.acceleration)
 
 
 def reaches(runs: Sequence[Conditioned], cutoff: float) -> tuple[Reach, ...]:

@@ -1,0 +1,119 @@
+"""Question: does the proposed next experiment settle what poor recordings leave open, better than others? See README.
+
+Method: an independent plant with one hidden effect records two short, small motions. Where the diagnosis names a
+class, or nothing although something came near, its next experiment is recorded: the plant's own loop follows the
+reference file within noise, encoder and torque limit of the case. Old and new recordings are then diagnosed together.
+The same with two rivals of equal length within the same range, speed and torque: motions past random points, and the
+programme, of the same kinds of motion, that is D-optimal for the re-tuned model. Resolved: the hidden effect is named,
+alone or with those that no motion of this arm tells from it, and nothing else. Where a change of the arm or its stand
+is proposed, the candidates are refitted with the change known, and must come out apart.
+Expected: three quarters resolved, more than by either rival. Source: Atkinson & Fedorov (1975) for the criterion.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import typer
+from _next_answers import METHODS, answered
+from _next_cases import EFFECTS, poor_case
+from _next_figure import next_figure
+from _output import OUT, write
+
+from stribeck.blind.rates import rate
+from stribeck.errors import StribeckError
+
+
+def main(
+    cases: int = 12, seed: int = 9000, at_most: int = 60, effects: str = "", joints: str = "1,2", fresh: bool = False
+) -> None:
+    """Draw cases until so many are open, record, diagnose, count; ``--fresh`` forgets those of an earlier run."""
+    work = OUT / "next_experiment" / "work"
+    if fresh:
+        shutil.rmtree(work, ignore_errors=True)
+    work.mkdir(parents=True, exist_ok=True)
+    names = effects.split(",") if effects else list(EFFECTS)
+    rows: list[dict[str, Any]] = []
+    counts = tuple(int(count) for count in joints.split(","))
+    for number, effect in _drawn(names, seed, at_most):
+        rows.append(_row(work, number, effect, counts))
+        print(_line(rows[-1]), flush=True)
+        if sum(_counts(row) for row in rows) >= cases:
+            break
+    result = summary(rows)
+    print("\n".join(f"{method}: {result['resolved'][method]}" for method in METHODS))
+    print(f"written to {write('next_experiment', result, resolved=next_figure(result))}")
+
+
+def _drawn(names: list[str], seed: int, at_most: int) -> Iterator[tuple[int, str]]:
+    """Yield seeds and effects, every effect as often as the others, in a drawn order."""
+    rng = np.random.default_rng(seed)
+    order: list[str] = []
+    for k in range(at_most):
+        if not order:
+            order = [str(name) for name in rng.permutation(names)]
+        yield seed + k, order.pop()
+
+
+def _row(work: Path, seed: int, effect: str, joints: tuple[int, ...]) -> dict[str, Any]:
+    file = work / f"{seed}_{effect}_{''.join(map(str, joints))}.json"
+    if not file.exists():
+        try:
+            row = answered(poor_case(seed, effect, joints))
+        except StribeckError as error:  # an arm that cannot be held is no recording
+            row = {"seed": seed, "effect": effect, "open": False, "error": str(error)}
+        file.write_text(json.dumps(row, default=float), encoding="utf-8")
+    return dict(json.loads(file.read_text(encoding="utf-8")))
+
+
+def _counts(row: dict[str, Any]) -> bool:
+    """Whether a case is open, and a motion might settle it."""
+    return bool(row["open"] and not row["exact"])
+
+
+def _line(row: dict[str, Any]) -> str:
+    start = f"{row['seed']} {row['effect']}: "
+    if not row["open"]:
+        return start + (row.get("error") or f"not open, {row['before']['verdict']} {row['before']['named']}")
+    if row["experiment"] is None:
+        return start + "open, no experiment within the torque"
+    after = ", ".join(f"{name} {'yes' if one['right'] else one.get('named')}" for name, one in row["after"].items())
+    return start + f"open, {row['experiment']['kind']}: {after}"
+
+
+def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return counts per method, those of changes proposed for what no motion tells apart, times, and all rows."""
+    counted = [row for row in rows if _counts(row)]
+    exact = [row for row in rows if row["open"] and row["exact"] and row["experiment"] is not None]
+    tried = [row for row in counted if row["experiment"] is not None]
+    kinds = [row["experiment"]["kind"] for row in tried]
+    return {
+        "schema": "stribeck.study.next_experiment/1",
+        "units": {"seconds": "s of processor time"},
+        "recorded": len(rows),
+        "open": len(counted),
+        "resolved": {name: rate(_settled(row, name) for row in counted) for name in METHODS},
+        "wrong": {name: rate(bool(row["after"][name].get("wrong")) for row in tried) for name in METHODS},
+        "proposed": {kind: kinds.count(kind) for kind in ("motion", "change")},
+        "no_motion_tells": rate(row["after"]["proposed"]["right"] for row in exact),
+        "seconds": {"design": _middle([row["seconds"]["design"] for row in counted]),
+                    "diagnosis": _middle([row["seconds"]["diagnosis"] for row in rows if "seconds" in row])},
+        "rows": rows,
+    }  # fmt: skip
+
+
+def _settled(row: dict[str, Any], method: str) -> bool:
+    return bool(row["experiment"] is not None and row["after"][method]["right"])
+
+
+def _middle(values: list[float]) -> float | None:
+    return float(np.median(values)) if values else None
+
+
+if __name__ == "__main__":
+    typer.run(main)
