@@ -85,7 +85,7 @@ def test_every_figure_states_its_finding(cycling: Analysis) -> None:
     assert "sliding cycle of ±82.1 mrad every 1.30 s" in texts
     assert "the error swings ±82" in texts
     assert "cycles begin at k = 1.00" in texts
-    assert "of the map cycles, mostly as sliding cycle" in texts
+    assert "of the map cycles, mostly without sticking" in texts
     assert "6.4 % off in amplitude and 11 % in period" in texts
 
 

@@ -154,6 +154,8 @@ def _exact_method(cycle: Cycle, reference: Cycle) -> Method:
     """Return an exact method's answer, with its distance from the one that the others are compared with."""
     if cycle.verdict == "undetermined":
         return Method("undetermined", None, False, cycle.status)
+    if cycle.verdict == "unbounded":
+        return Method("unbounded", None, True, "grows without bound")
     why = cycle.verdict.replace("_", " ")
     why = why if cycle.status == "ok" else f"{why}: {cycle.status}"
     errors = _errors(cycle.amplitude, cycle.period, reference)

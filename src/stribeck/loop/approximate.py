@@ -150,7 +150,9 @@ def _none_found(status: str, doubts: list[str], exact: Cycle) -> Method:
         return Method(status, False, False, "; ".join([*doubts, "no exact answer to compare with"]))
     if exact.cycles:
         return Method(status, False, False, "; ".join([f"predicts no cycle where there is {exact.verdict}", *doubts]))
-    return Method(status, False, not doubts, "; ".join(doubts) or "predicts no cycle, and there is none")
+    none = "predicts no cycle, and there is none"
+    none += ": the motion grows without bound" if exact.verdict == "unbounded" else ""
+    return Method(status, False, not doubts, "; ".join(doubts) or none)
 
 
 def _answer(found: Harmonics) -> Method:

@@ -141,10 +141,10 @@ def summary(analysis: Analysis) -> RenderableType:
 
 
 def _screen(answer: JointAnswer) -> Screen:
-    table = Screen(box=None, padding=(0, 2, 0, 0))
+    table = Screen(box=None, padding=(0, 1, 0, 0))
     source = method_table(answer)
     for k, name in enumerate(source.columns[:-1]):
-        table.add_column(name, justify="right" if k in source.numeric else "left", no_wrap=True)
+        table.add_column(name.replace(", ", ",\n"), justify="right" if k in source.numeric else "left", no_wrap=True)
     for row in source.rows:
         table.add_row(*(Text(cell) for cell in row.cells[:-1]))
     return table

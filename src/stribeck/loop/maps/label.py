@@ -40,8 +40,8 @@ class Map:
     codes : array of int8
         Index into `VERDICTS`.
     amplitude, period, stick_fraction : array of float32
-        rad, s, 1; not a number where there is no cycle. Period and share are none either where a sampled joint's
-        velocity dies out to the last digit before it turns, so that rounding would set them.
+        rad, s, 1; not a number where there is no cycle. Where a sampled joint's velocity dies out before it turns, the
+        least step that counts (1e-12 rad) sets the period.
     method : str
         ``cells`` (the map's own kernel) or ``events`` (shooting, cell by cell: slow).
     why : str

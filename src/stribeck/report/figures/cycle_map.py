@@ -13,7 +13,7 @@ from stribeck.loop.answers import JointAnswer
 from stribeck.loop.cycle import CYCLES, VERDICTS
 from stribeck.loop.maps import Map
 from stribeck.report import words
-from stribeck.report.cycle_words import VERDICT, gain_unit, small_unit
+from stribeck.report.cycle_words import gain_unit, small_unit
 from stribeck.report.figures.log_ticks import plain_log
 from stribeck.report.numbers import number
 from stribeck.report.style import COLOUR, INK, RULE, drawn, heading, new_figure
@@ -25,6 +25,8 @@ LABEL = {
     "velocity": "velocity of the ramp, rad/s",
 }
 SPREAD = 30.0  # of the median amplitude, up to which colours differ
+MOSTLY = {"stick_slip": "in stick-slip", "hunting": "hunting", "sliding_cycle": "without sticking",
+          "chatter": "in chatter"}  # fmt: skip
 PLAIN = {"rest": ("#eef2f5", "rest"), "unbounded": (COLOUR["measured"], "unbounded"),
          "undetermined": (COLOUR["retuned"], "undetermined")}  # fmt: skip
 
@@ -96,5 +98,5 @@ def _finding(answer: JointAnswer) -> str:
     cycling = sum(shares.values())
     if cycling == 0.0:
         return f"{name}: no cycle anywhere on the map"
-    most = VERDICT[max(shares, key=lambda verdict: shares[verdict])].lower()
-    return f"{name}: {number(100.0 * cycling, 2)} % of the map cycles, mostly as {most}"
+    most = MOSTLY[max(shares, key=lambda verdict: shares[verdict])]
+    return f"{name}: {number(100.0 * cycling, 2)} % of the map cycles, mostly {most}"

@@ -14,6 +14,8 @@ from stribeck.report.cycle_words import rotation
 from stribeck.report.numbers import percent, with_unit
 from stribeck.report.style import COLOUR, INK, MUTED, drawn, grid, heading, key, new_figure
 
+LABEL = (0.18, 0.16)  # size of the words at a root, of the axes
+
 
 @drawn
 def nyquist_figure(answer: JointAnswer) -> Figure | None:
@@ -64,10 +66,24 @@ def _mark(ax: Axes, nyquist: Nyquist, velocity: float, omega: float, stable: boo
     real = float(np.interp(math.log(velocity), np.log(nyquist.speed), nyquist.inverse.real))
     ax.plot([real], [0.0], "o", color=INK, markersize=8, markerfacecolor=INK if stable else "white", zorder=5)
     text = f"{'stable' if stable else 'unstable'}\nω = {with_unit(omega, 'rad/s')}\nV = {with_unit(velocity, 'rad/s')}"
+    across, up = _side(ax, nyquist.response, real)
     ax.annotate(
-        text, (real, 0.0), xytext=(12, -10), textcoords="offset points", ha="left", va="top", fontsize=9, color=INK,
+        text, (real, 0.0), xytext=(12 * across, 10 * up), textcoords="offset points", fontsize=9, color=INK,
+        ha="left" if across > 0 else "right", va="bottom" if up > 0 else "top",
         bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.85},
     )  # fmt: skip
+
+
+def _side(ax: Axes, w: np.ndarray, real: float) -> tuple[int, int]:
+    """Return the side of a root, right or left and below or above (signs), where its words hide least of W."""
+    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+    x, y = (w.real - real) / (right - left), w.imag / (high - low)
+    at = (real - left) / (right - left)
+    room = {1: 1.0 - at > LABEL[0], -1: at > LABEL[0]}
+    sides = [(across, up) for across in (1, -1) for up in (-1, 1) if room[across]] or [(1, -1)]
+    step = np.hypot(np.diff(x, prepend=x[0]), np.diff(y, prepend=y[0]))  # length of curve, however dense its points
+    inside = [float(step[(s * x > 0.0) & (s * x < LABEL[0]) & (u * y > 0.0) & (u * y < LABEL[1])].sum()) for s, u in sides]
+    return sides[int(np.argmin(inside))]
 
 
 def _finding(answer: JointAnswer) -> str:

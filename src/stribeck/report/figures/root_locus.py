@@ -15,7 +15,7 @@ from stribeck.report.figures.log_ticks import plain_log
 from stribeck.report.numbers import number
 from stribeck.report.style import COLOUR, INK, MUTED, drawn, grid, heading, key, new_figure
 
-DOMINANT = 2  # slowest poles, which set what is shown
+DOMINANT, NEAR = 2, 3.0  # slowest poles, which set what is shown; how many times as fast others may be to be shown whole
 
 
 @drawn
@@ -43,14 +43,22 @@ def draw_locus(ax: Axes, locus: Locus, answer: JointAnswer) -> Axes:
     ax.plot(own.real, own.imag, "o", color=INK, markerfacecolor="none", markersize=9, zorder=5)
     ax.axvline(0.0, color=COLOUR["as_given"], linewidth=1.4)
     ax.axhline(0.0, color=MUTED, linewidth=0.5, zorder=0)
-    slow = np.sort(np.abs(poles), axis=1)[:, : min(DOMINANT, poles.shape[1])]
-    reach = 1.15 * float(np.max(slow[np.isfinite(slow)], initial=1e-6))
+    reach = _reach(np.abs(poles))
     ax.set(xlim=(-reach, 0.35 * reach), ylim=(-reach, reach), xlabel="real part, 1/s", ylabel="imaginary part, 1/s")
     bar = ax.figure.colorbar(shades, ax=ax, label=f"Kp, {gain_unit(answer)}", pad=0.02)
     plain_log(bar.ax.yaxis)
     key(ax, [("circled: this loop", INK), ("unstable on the right", COLOUR["as_given"])])
     grid(ax, "both")
     return ax
+
+
+def _reach(size: NDArray[np.float64]) -> float:
+    """Return how far to show poles of sizes (G, P), 1/s: the slowest, and the branches that stay near them."""
+    size = np.sort(np.where(np.isfinite(size), size, np.inf), axis=1)
+    slow = size[:, : min(DOMINANT, size.shape[1])]
+    reach = float(np.max(slow[np.isfinite(slow)], initial=1e-6))
+    near = size.max(axis=0)[size.max(axis=0) <= NEAR * reach]
+    return 1.15 * float(np.max(near, initial=reach))
 
 
 def _continuous(poles: NDArray[np.complex128], sample_time: float) -> NDArray[np.complex128]:

@@ -16,8 +16,8 @@ enum { REST, STICK_SLIP, HUNTING, SLIDING, CHATTER, UNBOUNDED, UNDETERMINED }; /
 enum { NONE, FEEDFORWARD, FEEDBACK };
 enum { ZERO, HOLD, ERROR_SIGN, SET_VALUED };
 enum { X, V, Z, W, L, STATES };
-enum { MOST_DELAY = 1001 };
-#define LAST_DIGIT 1e-14 /* rad/s; the difference of two positions over a sample shows no less */
+enum { MOST_DELAY = 1001, MOST_WAIT = 100000, MOST_SAMPLES = 400000 };
+#define LEAST_MOVE 1e-12 /* rad; a smaller difference of two positions counts as none: SB_LEAST_MOVE in control.h */
 
 /* One cell; mirrored in cells.py. friction: C0, C1, C2, alpha forward, then backward. */
 typedef struct {
@@ -40,6 +40,7 @@ typedef struct {
     int rounds;
     double amplitude[3], period[3], stuck[3]; /* of the last rounds, newest first */
     double sums[2][3]; /* over the present block of rounds, and the block before */
+    double smallest, largest; /* amplitude in the present block */
     int in_block, blocks;
     double u; /* sampled: the torque in force */
 } track;
@@ -82,6 +83,8 @@ static void round_done(track *k, double amplitude, double period, double stuck) 
     k->amplitude[0] = amplitude, k->period[0] = period, k->stuck[0] = stuck;
     k->rounds++;
     double *now = k->sums[0];
+    k->smallest = k->in_block ? fmin(k->smallest, amplitude) : amplitude;
+    k->largest = k->in_block ? fmax(k->largest, amplitude) : amplitude;
     now[0] += amplitude, now[1] += period, now[2] += stuck, k->in_block++;
 }
 
@@ -99,10 +102,11 @@ static void turn(track *k) {
         return;
     }
     if (dev > k->peak && k->peak - k->low < least) k->at = k->t, k->peak = dev, k->low = dev, k->since = 0.0;
-    if (++k->shallow >= 8) { /* the swings have become small ones */
-        k->range = k->shallow_high - k->shallow_low, k->shallow = 0;
-        k->at = k->t, k->peak = k->low = k->high = dev, k->since = 0.0;
-        k->shallow_low = k->shallow_high = dev;
+    if (++k->shallow >= 8) {
+        const double swing = k->shallow_high - k->shallow_low;
+        if (swing < least) /* the swings have become small ones; else a joint turns often where it stops */
+            k->range = swing, k->at = k->t, k->peak = k->low = k->high = dev, k->since = 0.0;
+        k->shallow = 0, k->shallow_low = k->shallow_high = dev;
     }
 }
 
@@ -115,7 +119,7 @@ static void look(const cell *c, track *k) {
 }
 
 /* Whether the rounds repeat: exactly, or on average over blocks of them. Gives a verdict's numbers. */
-static int repeats(track *k, double *amplitude, double *period, double *stuck, int exact) {
+static int repeats(track *k, double *amplitude, double *period, double *stuck, int exact, int scatters) {
     enum { BLOCK = 6 };
     if (k->rounds >= 3) {
         const double close = exact ? 2e-5 : 1e-4; /* most sampled loops lock onto their samples */
@@ -133,7 +137,9 @@ static int repeats(track *k, double *amplitude, double *period, double *stuck, i
     double *now = k->sums[0], *before = k->sums[1];
     const int n = k->in_block;
     const double share = exact ? 1e-4 : now[0] > before[0] ? 2e-4 : 2e-3; /* what grows slowly is no cycle yet */
-    const int same = k->blocks > 0 && fabs(now[0] - before[0]) < share * now[0] && fabs(now[1] - before[1]) < share * now[1];
+    int same = k->blocks > 0 && fabs(now[0] - before[0]) < share * now[0] && fabs(now[1] - before[1]) < share * now[1];
+    /* where a velocity dies out the samples' phase scatters the next period, but not the amplitude */
+    same |= k->blocks > 0 && scatters && k->largest - k->smallest < 1e-5 * k->largest && fabs(now[0] - before[0]) < 1e-5 * now[0];
     *amplitude = now[0] / n, *period = now[1] / n, *stuck = now[2] / n;
     memcpy(before, now, 3 * sizeof(double)), memset(now, 0, 3 * sizeof(double));
     k->in_block = 0, k->blocks++;
@@ -208,7 +214,8 @@ static void settle(const cell *c, track *k) {
                             fmax(torque[1] - break_away(c, 1.0), -torque[1] - break_away(c, -1.0)),
                             break_away(c, 1.0) - torque[2]}; /* up to 0: it holds */
     k->mode = 0;
-    if (over[1] > 0.0) k->mode = over[2] < over[0] ? 1 : -1; /* where both hold, the one that holds for certain */
+    const double rounding = 1e-12 * fmax(break_away(c, 1.0), break_away(c, -1.0)); /* a creep ends at the level itself */
+    if (over[1] > rounding) k->mode = over[2] < over[0] ? 1 : -1; /* where both hold, the one that holds for certain */
     if (k->mode) k->held = k->mode;
 }
 
@@ -405,7 +412,7 @@ static int run_continuous(const cell *c, double error, double velocity, double *
         if (k.rounds == seen) continue;
         seen = k.rounds;
         if (k.amplitude[0] < 1e-7 && seen > 1 && k.amplitude[0] < k.amplitude[1]) return REST;
-        if (repeats(&k, out, out + 1, &stuck, 1)) return out[2] = stuck / out[1], named(c, out[1], stuck);
+        if (repeats(&k, out, out + 1, &stuck, 1, 0)) return out[2] = stuck / out[1], named(c, out[1], stuck);
     }
     return UNDETERMINED;
 }
@@ -482,20 +489,24 @@ static int sampled_interval(const cell *c, track *k, double end, double *h) {
     return 0;
 }
 
-/* Velocities that die away: in how many samples they come back through zero, by their last two modes; -1 where they do
- * not swing. */
-static double comes_back(const double *past, long n, int *lost) {
+/* Velocities that die away, by their last two modes: in how many samples they are below `least`, or come back through
+ * zero (then `swings`). -1 where they grow, MOST_WAIT where they take longer. */
+static double dies_in(const double *past, long n, double least, int *swings) {
     const double v0 = past[(n - 24) & 31], v1 = past[(n - 16) & 31], v2 = past[(n - 8) & 31], v3 = past[n & 31];
     const double d = v1 * v1 - v0 * v2;
-    if (d == 0.0 || v3 == 0.0) return -1.0;
-    const double a = (v1 * v2 - v0 * v3) / d, b = (v1 * v3 - v2 * v2) / d;
-    if (!(a * a + 4 * b < 0.0)) return -1.0;
-    const double shrink = sqrt(-b), turn = acos(fmax(-1.0, fmin(1.0, 0.5 * a / shrink)));
-    double phase = atan2(-v3, (v3 * cos(turn) - shrink * v2) / sin(turn));
-    while (phase <= 0.0) phase += 3.14159265358979323846;
-    const double wait = phase / turn;
-    *lost |= fabs(v3) * pow(shrink, wait) < LAST_DIGIT;
-    return 8.0 * wait;
+    const int two = fabs(d) > 1e-9 * v1 * v1;
+    const double a = two ? (v1 * v2 - v0 * v3) / d : v2 != 0.0 ? v3 / v2 : 0.0, b = two ? (v1 * v3 - v2 * v2) / d : 0.0;
+    double before = v2, now = v3;
+    *swings = 0;
+    if (!(fabs(now) >= least)) return 0.0;
+    for (long k = 0; 8 * k < MOST_WAIT; k++) {
+        const double next = a * now + b * before;
+        if (next * now <= 0.0) return *swings = 1, 8 * (k + now / (now - next));
+        if (fabs(next) < least) return 8 * (k + log(fabs(now) / least) / log(now / next));
+        if (!(fabs(next) < 2 * fabs(v3))) return -1.0;
+        before = now, now = next;
+    }
+    return MOST_WAIT;
 }
 
 /* Whether a joint that creeps to rest stays there once the difference of two positions is zero, by the rule for rest. */
@@ -506,16 +517,15 @@ static int holds(const cell *c, const track *k, double integral, int held) {
 
 static int run_sampled(const cell *c, double error, double velocity, double *out) {
     track k;
-    int lost = 0; /* whether its period is rounding's */
     double queue[MOST_DELAY] = {0}, past[32] = {0}, h = 1e-3, last = 0.0, filtered = 0.0, integral = 0.0, previous = 0.0, stuck = 0.0;
     const double smooth = c->filter > 0.0 ? -expm1(-c->sample / c->filter) : 1.0;
     const int delay = (int)c->delay, calm_enough = 25 + delay;
-    int held = 0, calm = 0, seen = 0, place = 0;
+    int held = 0, calm = 0, seen = 0, place = 0, scatters = 0;
     begin(c, &k, error, velocity);
-    for (long n = 0; n < 400000; n++) {
+    for (long n = 0; n < MOST_SAMPLES; n++) {
         const double e = -k.y[X], q = k.y[X] + c->rate * k.t;
         double measured = k.y[V];
-        if (!(c->true_velocity != 0.0)) measured = n > 0 ? (q - last) / c->sample : 0.0;
+        if (!(c->true_velocity != 0.0)) measured = n > 0 && fabs(q - last) >= LEAST_MOVE ? (q - last) / c->sample : 0.0;
         last = q;
         if (c->filter > 0.0) measured = filtered += smooth * (measured - filtered);
         const double direction = fabs(measured) > c->dead_band ? sign_of(measured) : 0.0;
@@ -527,15 +537,16 @@ static int run_sampled(const cell *c, double error, double velocity, double *out
         calm = n > 0 && change < (k.mode ? 1e-6 : 1e-10) ? calm + 1 : 0, previous = command;
         past[n & 31] = k.y[V];
         if (calm > calm_enough) {
-            const double wait = c->rate == 0.0 && k.mode != 0 ? comes_back(past, n, &lost) : -1.0;
-            if (wait < 0.0 && (k.mode == 0 || holds(c, &k, integral, held))) return REST;
-            if (c->ki > 0.0 || wait > 1e5) return UNDETERMINED;
-            lost |= wait < 0.0;
-            /* on to where it comes back, or to where no digit of its velocity is left */
-            const double away = wait < 0.0 ? 0.0 : 1e-9 * k.mode;
-            n += (long)fmax(wait, 0.0), k.t = (n + 1) * c->sample, last = k.y[X] + away * c->sample;
-            filtered = -away, k.y[V] = 0.0, k.mode = 0, calm = 0;
-            continue;
+            int swings = 0;
+            const double wait = c->rate == 0.0 && k.mode != 0 ? dies_in(past, n, LEAST_MOVE / c->sample, &swings) : 0.0;
+            if (!swings && wait >= 0.0 && (k.mode == 0 || holds(c, &k, integral, held))) return REST;
+            calm = 0;
+            if (wait >= 0.0) { /* on to where it comes back, or to where no step of it counts any more */
+                if (c->ki > 0.0 || wait >= MOST_WAIT) return UNDETERMINED;
+                scatters = 1, n += (long)wait, k.t = (n + 1) * c->sample, last = k.y[X];
+                filtered = 0.0, k.y[V] = 0.0, k.mode = 0;
+                continue;
+            }
         }
         queue[place] = command;
         if (++place > delay) place = 0;
@@ -546,10 +557,8 @@ static int run_sampled(const cell *c, double error, double velocity, double *out
         if (k.rounds == seen) continue;
         seen = k.rounds;
         if (k.amplitude[0] < 1e-7 && seen > 1 && k.amplitude[0] < k.amplitude[1]) return REST;
-        if (!repeats(&k, out, out + 1, &stuck, 0)) continue;
-        const int name = named(c, out[1], stuck);
-        out[2] = lost ? NAN : stuck / out[1], out[1] = lost ? NAN : out[1];
-        return name;
+        if (!repeats(&k, out, out + 1, &stuck, 0, scatters)) continue;
+        return out[2] = stuck / out[1], named(c, out[1], stuck);
     }
     return UNDETERMINED;
 }
