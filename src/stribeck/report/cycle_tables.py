@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from stribeck.loop.answers import Analysis, JointAnswer, Method
+from stribeck.loop.linear import KpMax
 from stribeck.report import words
 from stribeck.report.cycle_words import METHOD, VERDICT, gain_unit, small_unit, speed_unit
 from stribeck.report.numbers import MINUS, NBSP, number, percent, unit_text, with_unit
@@ -61,10 +62,9 @@ def gain_facts(answer: JointAnswer, sample_time: float) -> Facts:
     """Return gains, margins and limits of one joint."""
     gain, m, top = unit_text(gain_unit(answer)), answer.margins, answer.kp_max
     damping = "N s/m" if answer.kind == "prismatic" else "N m s/rad"
-    why = f" ({top.why})" if top.why else ""
     pairs = [
         ("gains", f"Kp {number(answer.kp)}{NBSP}{gain}, Kv {with_unit(answer.kv, damping)}, k {number(answer.ratio)}"),
-        ("largest Kp", f"stable up to {_or(top.stability)}, Ms at most 2 up to {_or(top.ms2)} {gain}{why}"),
+        ("largest Kp", _largest(top, gain)),
         ("linear loop", "stable" if m.stable else "unstable"),
     ]
     if m.stable:
@@ -101,6 +101,13 @@ def method_facts() -> Facts:
     )  # fmt: skip
 
 
+def _largest(top: KpMax, unit: str) -> str:
+    stable = top.why if top.stability is None else f"stable up to {number(top.stability)}{NBSP}{unit}"
+    robust = "" if top.ms2 is None else f"Ms at most 2 up to {number(top.ms2)}{NBSP}{unit}"
+    why = top.why if top.stability is not None and top.ms2 is None else ""
+    return "; ".join(part for part in (stable, robust, why) if part)
+
+
 def _finds(method: Method) -> str:
     if method.status == "not_applicable":
         return "not applicable"
@@ -131,10 +138,6 @@ def _milli(value: float | None) -> str:
 
 def _value(value: float | None) -> str:
     return _DASH if value is None else number(value, 4)
-
-
-def _or(value: float | None) -> str:
-    return "no value" if value is None else number(value)
 
 
 def _stable(value: bool | None) -> str:

@@ -82,8 +82,12 @@ def _side(ax: Axes, w: np.ndarray, real: float) -> tuple[int, int]:
     room = {1: 1.0 - at > LABEL[0], -1: at > LABEL[0]}
     sides = [(across, up) for across in (1, -1) for up in (-1, 1) if room[across]] or [(1, -1)]
     step = np.hypot(np.diff(x, prepend=x[0]), np.diff(y, prepend=y[0]))  # length of curve, however dense its points
-    inside = [float(step[(s * x > 0.0) & (s * x < LABEL[0]) & (u * y > 0.0) & (u * y < LABEL[1])].sum()) for s, u in sides]
-    return sides[int(np.argmin(inside))]
+    hidden = []
+    for across, up in sides:
+        beside, above = across * x, up * y
+        behind = (beside > 0.0) & (beside < LABEL[0]) & (above > 0.0) & (above < LABEL[1])
+        hidden.append(float(step[behind].sum()))
+    return sides[int(np.argmin(hidden))]
 
 
 def _finding(answer: JointAnswer) -> str:

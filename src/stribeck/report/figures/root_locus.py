@@ -15,7 +15,8 @@ from stribeck.report.figures.log_ticks import plain_log
 from stribeck.report.numbers import number
 from stribeck.report.style import COLOUR, INK, MUTED, drawn, grid, heading, key, new_figure
 
-DOMINANT, NEAR = 2, 3.0  # slowest poles, which set what is shown; how many times as fast others may be to be shown whole
+DOMINANT = 2  # slowest poles, which set what is shown
+NEAR = 3.0  # times as fast may others be that are shown whole
 
 
 @drawn
