@@ -18,6 +18,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.transforms import Bbox
 
 INK = "#1f2328"
 MUTED = "#59636e"
@@ -85,32 +86,42 @@ def new_figure(height: float, width: float = WIDTH) -> Figure:
 
 
 @drawn
-def png(figure: Figure) -> bytes:
-    """Return the figure as PNG, trimmed so that nothing is cut off; the same figure gives the same bytes."""
+def png(figure: Figure, box: Bbox | None = None) -> bytes:
+    """Return the figure as PNG, trimmed so that nothing is cut off; the same figure gives the same bytes.
+
+    ``box`` (inches) is what there is to show, where that is known.
+    """
+    trim: Any = "tight" if box is None else box.padded(0.12)
     buffer = io.BytesIO()
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph .* missing from")  # a name in a script that the font lacks
-        figure.savefig(buffer, format="png", bbox_inches="tight", pad_inches=0.12, metadata={"Software": None})
+        figure.savefig(buffer, format="png", bbox_inches=trim, pad_inches=0.12, metadata={"Software": None})
     return buffer.getvalue()
 
 
 @drawn
-def svg(figure: Figure, transparent: bool = False) -> bytes:
-    """Return the figure as SVG, text as outlines: it looks the same everywhere and loads nothing."""
+def svg(figure: Figure, transparent: bool = False, box: Bbox | None = None) -> bytes:
+    """Return the figure as SVG, text as outlines: it looks the same everywhere and loads nothing; ``box`` as above."""
+    trim: Any = "tight" if box is None else box.padded(0.05)
     buffer = io.BytesIO()
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph .* missing from")
         figure.savefig(
-            buffer, format="svg", bbox_inches="tight", pad_inches=0.05, metadata={"Date": None}, transparent=transparent
+            buffer, format="svg", bbox_inches=trim, pad_inches=0.05, metadata={"Date": None}, transparent=transparent
         )
     return buffer.getvalue()
 
 
+@drawn
 def png_and_svg(figure: Figure) -> tuple[bytes, bytes]:
-    """Return both; the layout is worked out once and kept."""
-    first = png(figure)
-    figure.set_layout_engine("none")
-    return first, svg(figure)
+    """Return both; layout and edges, which take longer than drawing, are worked out once and kept."""
+    figure.set_dpi(DPI)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph .* missing from")
+        figure.draw_without_rendering()
+        figure.set_layout_engine(None)
+        box = figure.get_tightbbox()
+        return png(figure, box), svg(figure, box=box)
 
 
 def data_uri(content: bytes, kind: str) -> str:
