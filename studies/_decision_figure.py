@@ -1,10 +1,11 @@
-"""Right names against wrong ones, one point a rule and residual."""
+"""Right names against wrong ones: a point a rule and residual, a curve for other thresholds of a rule on torque."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from stribeck.report.style import COLOUR, MUTED, drawn, grid, heading, new_figure
@@ -31,12 +32,16 @@ def decision_figure(result: Mapping[str, Any]) -> Figure | None:
         x, y = 100 * wrong["value"], 100 * right["value"]
         ax.hlines(y, *(100 * end for end in wrong["ci95"]), color=colour, alpha=0.25, linewidth=1.0)
         ax.vlines(x, *(100 * end for end in right["ci95"]), color=colour, alpha=0.25, linewidth=1.0)
+        if row["domain"] == "torque" and "curve" in row:
+            _, rights, wrongs = np.array(row["curve"]).T
+            ax.plot(100 * wrongs / row["wrong"]["n"], 100 * rights / row["right"]["n"], color=colour, linewidth=1.0)
         size = 11 if row["rule"] == "shipped" else 8
         ax.plot(x, y, MARKS[row["domain"]], color=colour, markersize=size, markeredgecolor="white")
     for rule, colour in COLOURS.items():
         ax.plot([], [], "o", color=colour, label=rule)
     for domain, mark in MARKS.items():
         ax.plot([], [], mark, color=MUTED, label=f"on {domain}")
+    ax.plot([], [], color=MUTED, linewidth=1.0, label="other thresholds")
     ax.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, fontsize=9)
     ax.set(xlim=(-3.0, 103.0), ylim=(-3.0, 103.0))
     ax.text(0.0, 101.0, "better", color=MUTED, fontsize=9, ha="left", va="bottom")

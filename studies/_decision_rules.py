@@ -1,4 +1,4 @@
-"""Rules of decision, each a pure function of one case's fits: which rival to name, or 0 for none.
+"""Rules of decision, each a pure function of one case's fits: how strongly each rival shows, and which to name.
 
 A domain is the residual that a rule looks at: ``torque`` along the recorded motion, ``motion`` (windows of forward
 simulation), or ``both``, where a joint's motion counts as a further channel of equal right.
@@ -20,7 +20,7 @@ from stribeck.gap.rank import log_ratio
 
 DECISIVE = 6.0  # difference of BIC (Kass & Raftery 1995: strong)
 SURE_T = 2.8  # block t value of a held-out gain
-LEVEL = 0.05  # of tests
+RARE = float(-np.log(0.05))  # -log of a test's level
 MOST = 0.5  # of the weight: from here on a stacked model is named
 
 
@@ -60,54 +60,64 @@ def log_likelihood(s: Seen) -> np.ndarray:
     return np.asarray(-0.5 * s.rows * np.sum(np.log(s.fit.sum(axis=1) + 1e-300), axis=1) - s.prior)
 
 
-def bic(fits: Mapping[str, Any], domain: str) -> int:
-    """Name the smallest BIC where it lies DECISIVE below that of no effect (Schwarz 1978)."""
+@dataclass(frozen=True)
+class Evidence:
+    """How strongly a rule holds each rival to be there, and which one it prefers among those above its threshold.
+
+    ``strength`` and ``preference`` are (K - 1,), a rival each.
+    """
+
+    strength: np.ndarray
+    preference: np.ndarray
+
+    def named(self, threshold: float) -> int:
+        """Return which rival (from 1) is named, or 0 for none."""
+        sure = np.flatnonzero(self.strength > threshold)
+        return int(sure[np.argmax(self.preference[sure])]) + 1 if len(sure) else 0
+
+
+def bic(fits: Mapping[str, Any], domain: str) -> Evidence:
+    """Return how far the BIC of each lies below that of no effect (Schwarz 1978)."""
     s = seen(fits, domain)
     value = -2.0 * log_likelihood(s) + s.own * np.log(s.rows)
-    best = int(np.argmin(value))
-    return best if value[best] < value[0] - DECISIVE else 0
+    return Evidence(value[0] - value[1:], -value[1:])
 
 
-def likelihood_ratio(fits: Mapping[str, Any], domain: str) -> int:
-    """Name the most significant rival where chi-square says so at LEVEL, as for white noise (Wilks 1938)."""
+def likelihood_ratio(fits: Mapping[str, Any], domain: str) -> Evidence:
+    """Return -log p of the likelihood ratio by chi-square, as for white noise (Wilks 1938)."""
     s = seen(fits, domain)
     value = log_likelihood(s)
-    return _surest(chi2.logsf(2.0 * np.maximum(value[1:] - value[0], 0.0), s.own[1:]), LEVEL)
+    rare = -chi2.logsf(2.0 * np.maximum(value[1:] - value[0], 0.0), s.own[1:])
+    return Evidence(rare, rare)
 
 
-def block_score(fits: Mapping[str, Any], domain: str) -> int:
-    """Name the most significant rival by the block-robust score test, LEVEL shared by all candidates (Bonferroni)."""
+def block_score(fits: Mapping[str, Any], domain: str) -> Evidence:
+    """Return -log p of the block-robust score test, the level shared by all candidates (Bonferroni)."""
     if domain != "torque":
         raise ValueError("simulated motion has no score: the path through sticking is not smooth")
     statistic, degrees = np.array(fits["score"], dtype=float).T
-    return _surest(chi2.logsf(statistic, np.maximum(degrees, 1.0)), LEVEL / fits["candidates"])
+    rare = -chi2.logsf(statistic, np.maximum(degrees, 1.0)) - np.log(fits["candidates"])
+    return Evidence(rare, rare)
 
 
-def _surest(log_p: np.ndarray, level: float) -> int:
-    best = int(np.argmin(log_p))
-    return best + 1 if log_p[best] < np.log(level) else 0
-
-
-def held_out(fits: Mapping[str, Any], domain: str) -> int:
-    """Name the largest gain on held-out runs among those whose t value over blocks is SURE_T at least."""
+def held_out(fits: Mapping[str, Any], domain: str) -> Evidence:
+    """Return the t value over blocks of each gain on held-out runs; the largest gain is preferred."""
     squares = seen(fits, domain).held
     best = np.min(squares.mean(axis=1), axis=0)
     loss = squares / np.maximum(best, 1e-300)
-    t = np.array([t_value(log_ratio(loss[0], row)) for row in loss])
+    t = np.array([t_value(log_ratio(loss[0], row)) for row in loss[1:]])
     total = np.sum(np.log(squares.sum(axis=1) + 1e-300), axis=1)
-    sure = [k for k in range(1, len(t)) if t[k] > SURE_T and total[k] < total[0]]
-    return min(sure, key=lambda k: float(total[k]), default=0)
+    return Evidence(np.where(total[1:] < total[0], t, -np.inf), -total[1:])
 
 
-def stacked(fits: Mapping[str, Any], domain: str) -> int:
-    """Name what gets most of the weight when predictive densities of held-out blocks are stacked (Yao et al. 2018)."""
+def stacked(fits: Mapping[str, Any], domain: str) -> Evidence:
+    """Return the weights with which predictive densities of held-out blocks are stacked (Yao et al. 2018)."""
     s = seen(fits, domain)
     variance = (s.fit.sum(axis=1) / s.rows)[:, None, :] + 1e-300
     per_row = np.log(variance) + s.held / (s.held_rows[None, :, None] * variance)
     density = -0.5 * np.sum(s.held_rows[None, :, None] / s.correlation * per_row, axis=2)  # (K, B)
-    weights = stacking_weights(density)
-    best = int(np.argmax(weights))
-    return best if weights[best] > MOST else 0
+    weights = stacking_weights(density)[1:]
+    return Evidence(weights, weights)
 
 
 def stacking_weights(density: np.ndarray) -> np.ndarray:
@@ -129,12 +139,24 @@ def gains_in_motion(fits: Mapping[str, Any], k: int) -> bool:
     return bool(total[k] < total[0])
 
 
-Rule = Callable[[Mapping[str, Any], str], int]
+@dataclass(frozen=True)
+class Rule:
+    """A rule with its usual threshold, and the thresholds (T,) that are tried in hindsight, least strict first."""
+
+    weigh: Callable[[Mapping[str, Any], str], Evidence]
+    usual: float
+    others: np.ndarray
+
+    def __call__(self, fits: Mapping[str, Any], domain: str) -> int:
+        """Return which rival is named at the usual threshold, or 0."""
+        return self.weigh(fits, domain).named(self.usual)
+
+
 RULES: Mapping[str, Rule] = {
-    "BIC": bic,
-    "likelihood ratio": likelihood_ratio,
-    "block score": block_score,
-    "held-out gain": held_out,
-    "stacking": stacked,
+    "BIC": Rule(bic, DECISIVE, np.geomspace(1.0, 1e5, 51)),
+    "likelihood ratio": Rule(likelihood_ratio, RARE, np.geomspace(1.0, 1e5, 51)),
+    "block score": Rule(block_score, RARE, np.geomspace(0.1, 1e4, 51)),
+    "held-out gain": Rule(held_out, SURE_T, np.linspace(0.0, 20.0, 41)),
+    "stacking": Rule(stacked, MOST, np.linspace(0.0, 0.98, 50)),
 }
 DOMAINS = ("torque", "motion", "both")

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
 from _decision_fits import diagnosis_of
-from _decision_rules import DOMAINS, RULES, gains_in_motion
+from _decision_rules import DOMAINS, RULES, Evidence, gains_in_motion
 
 from stribeck.blind.key import Opened
 from stribeck.blind.outcome import outcome
@@ -18,10 +19,11 @@ Answer = Mapping[str, Any]
 
 def table(opened: Opened) -> dict[str, Any]:
     """Return one row a rule and domain, shares with 95 % intervals (Wilson 1927), and which row is best."""
+    judge = _Judge(opened)
     pairs = [(rule, domain) for rule in RULES for domain in DOMAINS if (rule, domain) not in NOT_DEFINED]
-    pairs += [(SHIPPED, "torque"), (SHIPPED, "both")]
-    methods = [{"rule": rule, "domain": domain, **_judged(opened, rule, domain)} for rule, domain in pairs]
-    net = [(row["right"]["value"] or 0.0) - row["wrong"]["value"] for row in methods]
+    methods = [_row(judge, rule, domain) for rule, domain in pairs]
+    methods += [{"rule": SHIPPED, "domain": domain, **_shares(judge.shipped(domain))} for domain in ("torque", "both")]
+    net = [_net(row) for row in methods]
     best = [[row["rule"], row["domain"]] for row, value in zip(methods, net, strict=True) if value > max(net) - 1e-9]
     seconds = sorted(answer["processor_seconds"] for answer in opened.answers.values())
     return {
@@ -37,11 +39,60 @@ def table(opened: Opened) -> dict[str, Any]:
 NOT_DEFINED = {("block score", "motion"), ("block score", "both")}  # simulated motion has no score
 
 
-def _judged(opened: Opened, rule: str, domain: str) -> dict[str, Any]:
-    library = opened.settings["library"]
-    rows = [
-        outcome(opened.truths[name], said_by(answer, rule, domain), library) for name, answer in opened.answers.items()
-    ]
+class _Judge:
+    """What a name is worth in each case of a batch; every name is judged once."""
+
+    def __init__(self, opened: Opened) -> None:
+        self.opened = opened
+        self._known: dict[tuple[str, int], dict[str, Any]] = {}
+        self._weighed: dict[tuple[str, str, str], Evidence | None] = {}
+
+    def rows(self, rule: str, domain: str, threshold: float) -> list[dict[str, Any]]:
+        """Return the outcomes of a rule at a threshold."""
+        weighed = {name: self._evidence(name, rule, domain) for name in self.opened.answers}
+        return [self._row(name, found.named(threshold) if found else 0) for name, found in weighed.items()]
+
+    def shipped(self, domain: str) -> list[dict[str, Any]]:
+        """Return the outcomes of the shipped rule."""
+        return [self._outcome(name, shipped_in(answer, domain)) for name, answer in self.opened.answers.items()]
+
+    def _evidence(self, name: str, rule: str, domain: str) -> Evidence | None:
+        """Return what a rule makes of a case; None where there was nothing to choose from."""
+        key, answer = (name, rule, domain), self.opened.answers[name]
+        if key not in self._weighed:
+            rivals = [] if "error" in answer else answer["fits"]["rivals"]
+            self._weighed[key] = RULES[rule].weigh(answer["fits"], domain) if rivals else None
+        return self._weighed[key]
+
+    def _row(self, name: str, k: int) -> dict[str, Any]:
+        if (name, k) not in self._known:
+            self._known[name, k] = self._outcome(name, naming(self.opened.answers[name], k))
+        return self._known[name, k]
+
+    def _outcome(self, name: str, answer: Answer) -> dict[str, Any]:
+        return outcome(self.opened.truths[name], answer, self.opened.settings["library"])
+
+
+def _row(judge: _Judge, rule: str, domain: str) -> dict[str, Any]:
+    """Return a rule's shares at its usual threshold, and the best that another one gives in hindsight."""
+    thresholds = np.union1d(RULES[rule].others, [RULES[rule].usual])
+    curve = [{"threshold": float(value), **_shares(judge.rows(rule, domain, value))} for value in thresholds]
+    best = max(curve, key=_net)
+    return {
+        "rule": rule,
+        "domain": domain,
+        "threshold": RULES[rule].usual,
+        **_shares(judge.rows(rule, domain, RULES[rule].usual)),
+        "in_hindsight": best,
+        "curve": [[row["threshold"], row["right"]["k"], row["wrong"]["k"]] for row in curve],
+    }
+
+
+def _net(row: Mapping[str, Any]) -> float:
+    return float((row["right"]["value"] or 0.0) - row["wrong"]["value"])
+
+
+def _shares(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     kinds = {kind: [row for row in rows if row["kind"] == kind] for kind in ("single", "none", "outside")}
     single = kinds["single"]
     return {
@@ -57,15 +108,18 @@ def _judged(opened: Opened, rule: str, domain: str) -> dict[str, Any]:
     }
 
 
-def said_by(answer: Answer, rule: str, domain: str) -> Answer:
-    """Return an answer as a rule would have given it; a case that could not be searched stays a failure."""
+def naming(answer: Answer, k: int) -> Answer:
+    """Return an answer that names the k-th rival; a case that could not be searched stays a failure."""
     if "error" in answer:
         return answer
-    fits, shipped = answer["fits"], answer["diagnosis"]
-    if rule == SHIPPED:
-        return answer if domain == "torque" or _confirmed(fits, shipped) else {**answer, "diagnosis": diagnosis_of([])}
-    k = RULES[rule](fits, domain) if fits["rivals"] else 0
-    return {**answer, "diagnosis": diagnosis_of([_named(fits, k)] if k else [])}
+    return {**answer, "diagnosis": diagnosis_of([_named(answer["fits"], k)] if k else [])}
+
+
+def shipped_in(answer: Answer, domain: str) -> Answer:
+    """Return what the shipped rule says; for ``both`` the simulation must not speak against its first name."""
+    if "error" in answer or domain == "torque" or _confirmed(answer["fits"], answer["diagnosis"]):
+        return answer
+    return {**answer, "diagnosis": diagnosis_of([])}
 
 
 def _named(fits: Mapping[str, Any], k: int) -> tuple[str, str, Sequence[str]]:
@@ -83,10 +137,12 @@ def _confirmed(fits: Mapping[str, Any], shipped: Mapping[str, Any]) -> bool:
 
 
 def in_words(result: Mapping[str, Any]) -> list[str]:
-    """Return the table as lines of text."""
+    """Return the table as lines of text: right less wrong last, with the threshold best in hindsight after it."""
     heads = ("top1", "class", "wrong_name", "false_alarm", "silent_outside", "right", "wrong")
-    lines = [f"{'rule':18}{'residual':9}" + "".join(f"{head:>16}" for head in heads)]
+    lines = [f"{'rule':18}{'residual':9}" + "".join(f"{head:>15}" for head in heads) + "   hindsight: right, wrong"]
     for row in result["methods"]:
-        cells = "".join(f"{row[head]['k']:>11}/{row[head]['n']:<4}" for head in heads)
-        lines.append(f"{row['rule']:18}{row['domain']:9}{cells}")
+        cells = "".join(f"{row[head]['k']:>10}/{row[head]['n']:<4}" for head in heads)
+        best = row.get("in_hindsight")
+        rest = "" if best is None else f"   {best['right']['k']}, {best['wrong']['k']} at {best['threshold']:.3g}"
+        lines.append(f"{row['rule']:18}{row['domain']:9}{cells}{rest}")
     return lines

@@ -18,13 +18,16 @@ class Answer:
 
     ``named`` are (effect, joint), the likeliest first; ``confidence`` in the first one, or in none, 0 to 1 where the
     method states it; ``friction`` rows of joint, constant, value and half of the 95 % interval (None where it has
-    none); ``says`` its own words.
+    none); ``says`` its own words, ``ended`` those on how the fit ended; ``alike`` are the names that it states as
+    alternatives to the first one.
     """
 
     named: tuple[tuple[str, str], ...]
     confidence: float | None
     friction: tuple[dict[str, Any], ...]
     says: str
+    ended: str = ""
+    alike: tuple[str, ...] = ()
 
 
 def friction_intervals(arm: Arm, rows: Sequence[tuple[float, float | None]]) -> tuple[dict[str, Any], ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import redirect_stdout
 from typing import Any
 
@@ -19,14 +19,23 @@ WINDOW = 1.0  # s of open-loop simulation from a recorded state: longer ones dri
 LONGEST_STEP = 0.002  # s
 BOUNDS = (0.1, 10.0)  # of the nominal value
 ITERATIONS = 10
+DELAYS = (-0.02, 0.05)  # s, of a sensor
+MEANS = {"stiffness": "cable_spring", "offset": "torque_offset", "delay": "time_shift"}
+ALIKE = {"time_shift": "delay"}  # a delay of sensors is all that the toolbox has for either
 
 
-def by_mujoco(arm: Arm, prepared: Prepared) -> Answer:
+def by_mujoco(arm: Arm, prepared: Prepared, *, extended: bool = False) -> Answer:
     """Fit masses (inertias in proportion), armatures, damping and dry friction, as its examples do.
 
     Centres and inertias of their own beside them leave it without finite intervals, as it knows no priors. Windows
     start from the smoothed record, and the toolbox gets the command as the zero-order hold that it is, so that no
     shift of half a sample is its fault.
+
+    Parameters
+    ----------
+    extended : bool
+        Whether a spring and an offset of the motor at each joint, and a delay of its sensor, are fitted along: what
+        the toolbox has for effects. Those whose interval excludes nothing are then read as names.
     """
     from mujoco import sysid
     from mujoco.sysid.report.sections.insights import AutomatedInsights
@@ -35,9 +44,14 @@ def by_mujoco(arm: Arm, prepared: Prepared) -> Answer:
     step = sample / math.ceil(sample / LONGEST_STEP - 1e-9)
     sequences = _sequences(sysid, _spec(arm, step), [condition(arm, r.run, prepared.cutoff, r.noise)
                                                      for r in prepared.fit], step)  # fmt: skip
-    parameters = _parameters(sysid, arm)
+    parameters, transform = _parameters(sysid, arm), sysid.SignalTransform()
+    for joint, scale in zip(arm.joints, prepared.scales, strict=True):
+        for parameter in _extra(sysid, joint.name, scale.torque) if extended else ():
+            parameters.add(parameter)
+        if extended:
+            transform.delay(joint.name, parameters[f"{joint.name}.delay"])
     residual = sysid.build_residual_fn(models_sequences=[sequences], build_model=sysid.apply_param_modifiers,
-                                       n_threads=1)  # fmt: skip
+                                       signal_transform=transform, n_threads=1)  # fmt: skip
     with redirect_stdout(io.StringIO()):  # its log of every iteration has no switch
         fitted, found = sysid.optimize(
             parameters, residual, optimizer="mujoco", verbose=False, max_iters=ITERATIONS, x_scale="jac"
@@ -48,8 +62,29 @@ def by_mujoco(arm: Arm, prepared: Prepared) -> Answer:
     alarms = [row["title"] for row in insights if row["type"] == "warning"]
     at = dict(zip(fitted.get_non_frozen_parameter_names(), zip(fitted.as_vector(), half, strict=True), strict=True))
     rows = [at[_name(joint, field)] for joint in arm.joints for field in ("frictionloss", "damping")]
-    says = "No Issues Detected" if not alarms else f"{len(alarms)} of {fitted.size} values at a bound"
-    return Answer((), None, friction_intervals(arm, rows), says)
+    says = "a value at a bound" if alarms else "No Issues Detected"
+    named = _surely_there(at, arm.names) if extended else ()
+    alike = (ALIKE[named[0][0]],) if named and named[0][0] in ALIKE else ()
+    return Answer(named, None, friction_intervals(arm, rows), says, alike=alike)
+
+
+def _extra(sysid: Any, joint: str, torque: float) -> list[Any]:
+    """Return the parameters of a joint beyond rigid bodies and friction; all are 0 at first."""
+    return [
+        sysid.Parameter(f"{joint}.stiffness", 0.0, 0.0, 10.0 * torque, modifier=_into_joint(joint, "stiffness")),
+        sysid.Parameter(f"{joint}.offset", 0.0, -torque, torque, modifier=_into_motor(joint)),
+        sysid.Parameter(f"{joint}.delay", 0.0, *DELAYS),
+    ]
+
+
+def _surely_there(at: Mapping[str, tuple[float, float]], joints: Sequence[str]) -> tuple[tuple[str, str], ...]:
+    """Return (effect, joint) whose interval excludes 0, the surest first."""
+    found = []
+    for joint in joints:
+        for field, effect in MEANS.items():
+            value, half = at[f"{joint}.{field}"]
+            found.append((abs(value) / max(half, 1e-300), effect, joint))
+    return tuple((effect, joint) for ratio, effect, joint in sorted(found, reverse=True) if ratio > 1.0)
 
 
 def _spec(arm: Arm, step: float) -> Any:
@@ -65,7 +100,7 @@ def _spec(arm: Arm, step: float) -> Any:
             f'<inertial pos="{joint.com[0]} {joint.com[1]} 0" mass="{joint.mass}" diaginertia="{i} {i} {i}"/>'
         )
         place = joint.length
-    motors = "".join(f'<motor name="{joint.name}" joint="{joint.name}"/>' for joint in arm.joints)
+    motors = "".join(f'<general name="{joint.name}" joint="{joint.name}" biastype="affine"/>' for joint in arm.joints)
     sensors = "".join(f'<jointpos name="{joint.name}" joint="{joint.name}"/>' for joint in arm.joints)
     gravity = f"{arm.gravity[0]} {arm.gravity[1]} 0"
     return mujoco.MjSpec.from_string(
@@ -122,5 +157,14 @@ def _into_joint(name: str, field: str) -> Callable[[Any, Any], None]:
         joint, value = spec.joint(name), parameter.value[0]
         before = getattr(joint, field)
         setattr(joint, field, value if np.ndim(before) == 0 else [value, *list(before)[1:]])
+
+    return put
+
+
+def _into_motor(name: str) -> Callable[[Any, Any], None]:
+    def put(spec: Any, parameter: Any) -> None:
+        bias = np.array(spec.actuator(name).biasprm)
+        bias[0] = parameter.value[0]
+        spec.actuator(name).biasprm = bias
 
     return put

@@ -5,6 +5,7 @@ from __future__ import annotations
 import tempfile
 import time
 import warnings
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -25,39 +26,61 @@ from stribeck.blind.rates import rate
 from stribeck.gap.blocks import block_of_rows
 from stribeck.gap.diagnose import searched
 from stribeck.gap.model import weights_of
+from stribeck.gap.observed import observe
 from stribeck.gap.prepare import Prepared, prepare
 from stribeck.gap.search import Step
 from stribeck.gap.verdict import NAMED_OVER, causes_of, no_gap_probability
 from stribeck.identify.confidence import intervals
 from stribeck.run import Run
 
-OWN = "stribeck"
+OWN, MUJOCO, EXTENDED, SINDY, ALL = (
+    "stribeck", "MuJoCo sysid", "MuJoCo sysid, extended", "PySINDy", "least squares, all effects",
+)  # fmt: skip
 PETAB = ("AIC", "AICc", "BIC")
-METHODS = (OWN, "MuJoCo sysid", "PySINDy", *(f"PEtab Select {name}" for name in PETAB), "least squares, all effects")
+METHODS = (OWN, MUJOCO, EXTENDED, SINDY, *(f"PEtab Select {name}" for name in PETAB), ALL)
 
 
 def answers_of_a_case(arm: Arm, runs: Sequence[Run], leave_out: Sequence[str]) -> dict[str, Any]:
     """Return, as a diagnoser does, this package's names, and beside them every method's answer and processor time.
 
-    The preparation is charged to all, the re-tuning to those that use it, and the search to those that judge its fits.
+    All are charged with the preparation of the records, those that use it with the re-tuning, and those that judge
+    fits of the search's first step with that step; this package with all of its search.
     """
-    begun = time.process_time()
+    clock = _Clock()
     prepared = prepare(arm, runs)
-    steps = searched(prepared, jobs=1, leave_out=leave_out).steps
-    floor = steps[-1].floor
-    spent = time.process_time() - begun
-    base = steps[0].base
-    own = _own(arm, prepared, floor, steps)
-    works: dict[str, Callable[[], Answer]] = {
-        "MuJoCo sysid": lambda: by_mujoco(arm, prepared),
-        "PySINDy": lambda: by_sindy(arm, prepared, base),
-        **{f"PEtab Select {name}": lambda name=name: by_petab_select(arm, steps[0], name) for name in PETAB},
-        "least squares, all effects": lambda: by_least_squares(arm, prepared, base, floor, leave_out),
+    clock.note("prepared")
+    steps = searched(prepared, jobs=1, leave_out=leave_out, progress=clock.note).steps
+    own = _own(arm, runs, prepared, steps, leave_out)
+    spent, ready, tuned, first = clock.now(), clock.at("prepared"), clock.at("screening"), clock.at("screening", 2)
+    step, floor = steps[0], steps[-1].floor
+    works: dict[str, tuple[float, Callable[[], Answer]]] = {
+        MUJOCO: (ready, lambda: by_mujoco(arm, prepared)),
+        EXTENDED: (ready, lambda: by_mujoco(arm, prepared, extended=True)),
+        SINDY: (tuned, lambda: by_sindy(arm, prepared, step.base)),
+        **{f"PEtab Select {name}": (first, lambda name=name: by_petab_select(arm, step, name)) for name in PETAB},
+        ALL: (tuned, lambda: by_least_squares(arm, prepared, step.base, floor, leave_out)),
     }
     answers = {OWN: {**asdict(own), "seconds": spent}}
-    for name, work in works.items():
-        answers[name] = _timed(work, spent if name.startswith("PEtab") else 0.0)
+    answers |= {name: _timed(work, before) for name, (before, work) in works.items()}
     return {"diagnosis": diagnosis_of([(effect, joint, [effect]) for effect, joint in own.named]), "methods": answers}
+
+
+class _Clock:
+    """Processor time at what the search says it does."""
+
+    def __init__(self) -> None:
+        self.begun, self.notes = time.process_time(), list[tuple[str, float]]()
+
+    def now(self) -> float:
+        return time.process_time() - self.begun
+
+    def note(self, text: str) -> None:
+        self.notes.append((text, self.now()))
+
+    def at(self, word: str, number: int = 1) -> float:
+        """Return when a text that begins with a word was noted for the number-th time; now, if it was not."""
+        times = [at for text, at in self.notes if text.startswith(word)]
+        return times[number - 1] if len(times) >= number else self.now()
 
 
 def _timed(work: Callable[[], Answer], before: float) -> dict[str, Any]:
@@ -71,9 +94,11 @@ def _timed(work: Callable[[], Answer], before: float) -> dict[str, Any]:
     return {**answer, "seconds": before + time.process_time() - begun}
 
 
-def _own(arm: Arm, prepared: Prepared, floor: Any, steps: Sequence[Step]) -> Answer:
+def _own(arm: Arm, runs: Sequence[Run], prepared: Prepared, steps: Sequence[Step], leave_out: Sequence[str]) -> Answer:
+    """Return what ``stribeck diagnose`` names: effects that the records show by themselves first, as it lists them."""
+    floor = steps[-1].floor
     causes, left_over = causes_of(steps, arm.names, floor)
-    named = [cause for cause in causes if (cause.presence or 0.0) > NAMED_OVER]
+    named = [*observe(arm, runs, leave_out).causes, *(c for c in causes if (c.presence or 0.0) > NAMED_OVER)]
     last = steps[-1].best if steps[-1].taken and steps[-1].best is not None else steps[-1].base
     bounds = intervals(last.fit, weights_of(last.fit.residual, prepared, floor), block_of_rows(prepared.fit))
     keys = [entry.key for entry in last.fit.entries]
@@ -81,9 +106,9 @@ def _own(arm: Arm, prepared: Prepared, floor: Any, steps: Sequence[Step]) -> Ans
     rows = [(float(last.fit.p[i]), 0.5 * float(bounds.high[i] - bounds.low[i])) for i in at]
     silent = no_gap_probability(steps[0], floor) if not any(step.taken for step in steps) else left_over
     sure = named[0].presence if named else silent
-    classes = "; ".join(" or ".join(cause.equivalent) for cause in named)
     places = tuple((cause.effect, cause.joints[0]) for cause in named)
-    return Answer(places, sure, friction_intervals(arm, rows), classes or "no name")
+    alike = tuple(named[0].equivalent) if named else ()
+    return Answer(places, sure, friction_intervals(arm, rows), "a name" if named else "no name", alike=alike)
 
 
 def table(opened: Opened) -> dict[str, Any]:
@@ -100,28 +125,34 @@ def _row(opened: Opened, method: str) -> dict[str, Any]:
              for name, answer in opened.answers.items() if "methods" in answer]  # fmt: skip
     good = [(truth, said, answer) for truth, said, answer in found if "error" not in said]
     rows = [outcome(truth, _first_only(said, answer), opened.settings["library"]) for truth, said, answer in good]
+    single, none = ([row for row in rows if row["kind"] == kind] for kind in ("single", "none"))
     errors = [error for truth, said, _ in good for error in _friction_errors(truth, said)]
     counts = [len(said["named"]) for _, said, _ in good]
     wrong_sure = [said["confidence"] for (_, said, _), row in zip(good, rows, strict=True)
                   if row["extra"] and said["confidence"] is not None]  # fmt: skip
     return {
         "failed": len(found) - len(good),
-        "right": rate(row["first"] for row in rows if row["kind"] == "single"),
-        "wrong": rate(bool(row["extra"]) for row in rows if row["kind"] == "single"),
-        "false_alarm": rate(bool(row["extra"]) for row in rows if row["kind"] == "none"),
+        "right": rate(row["class"] for row in single),
+        "exact": rate(row["first"] for row in single),
+        "wrong": rate(bool(row["extra"]) for row in single),
+        "silent": rate(not row["extra"] for row in none),
         "names": median(counts) if counts else None,
         "confidence_when_wrong": median(wrong_sure) if wrong_sure else None,
         "friction_error": {name: _middle([e["relative"] for e in errors if e["constant"] == name])
                            for name in CONSTANTS},
         "friction_held": rate(error["inside"] for error in errors if error["inside"] is not None),
         "seconds": _middle([said["seconds"] for _, said, _ in found]),
-        "says": sorted({said["says"] for _, said, _ in good})[:5],
+        "says": dict(Counter(said["says"] for _, said, _ in good).most_common(5)),
+        "not_converged": sum(said["ended"].startswith("not") for _, said, _ in good),
     }  # fmt: skip
 
 
 def _first_only(said: Mapping[str, Any], answer: Mapping[str, Any]) -> dict[str, Any]:
-    """Return an answer that holds a method's likeliest name alone: a list of all effects is no diagnosis."""
-    first = [(effect, joint, [effect]) for effect, joint in said["named"][:1]]
+    """Return an answer that holds a method's likeliest name alone: a list of all effects is no diagnosis.
+
+    What the method itself says is as likely counts with it.
+    """
+    first = [(effect, joint, [effect, *said["alike"]]) for effect, joint in said["named"][:1]]
     return {**answer, "diagnosis": diagnosis_of(first)}
 
 
@@ -146,10 +177,11 @@ def _middle(values: Sequence[float]) -> float | None:
 
 def in_words(result: Mapping[str, Any]) -> list[str]:
     """Return the table as lines of text."""
-    lines = [f"{'method':28}{'right':>8}{'wrong':>8}{'alarms':>8}{'names':>7}{'held':>8}{'C0 off':>8}{'CPU, s':>8}"]
+    heads = ("right", "exact", "wrong", "silent", "held")
+    lines = [f"{'method':28}" + "".join(f"{head:>8}" for head in heads) + f"{'names':>7}{'C0 off':>8}{'CPU, s':>8}"]
     for row in result["methods"]:
-        shares = "".join(f"{row[k]['k']:>4}/{row[k]['n']:<3}" for k in ("right", "wrong", "false_alarm"))
-        held, off = row["friction_held"], row["friction_error"]["C0"]
-        rest = f"{row['names']!s:>7}{held['k']:>4}/{held['n']:<3}{off!s:>8}{row['seconds']!s:>8}"
-        lines.append(f"{row['method']:28}{shares}{rest}")
+        cells = [row[key] for key in heads[:-1]] + [row["friction_held"]]
+        shares = "".join(f"{cell['k']:>4}/{cell['n']:<3}" for cell in cells)
+        lines.append(f"{row['method']:28}{shares}{row['names']!s:>7}"
+                     f"{row['friction_error']['C0']!s:>8}{row['seconds']!s:>8}")  # fmt: skip
     return lines

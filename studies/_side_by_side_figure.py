@@ -24,7 +24,7 @@ def side_by_side_figure(result: Mapping[str, Any]) -> Figure:
     for shift, (key, (label, colour)) in zip((-0.2, 0.2), SHARES.items(), strict=True):
         values = [100 * (row[key]["value"] or 0.0) for row in rows]
         names.barh(at + shift, values, 0.36, color=colour, label=f"{label}, of the cases with an effect")
-    alarms = [100 * (row["false_alarm"]["value"] or 0.0) for row in rows]
+    alarms = [100 * (1.0 - (1.0 if row["silent"]["value"] is None else row["silent"]["value"])) for row in rows]
     names.plot(
         alarms,
         at,

@@ -5,8 +5,11 @@ same fits, those of the search's first step: BIC and the likelihood ratio on the
 white, a score test whose units are blocks of a second, the gain on held-out runs by its t value over blocks, stacked
 predictive densities, and the shipped rule, which goes on to further effects. Each looks at torque along the recorded
 motion, at windows of 0.5 s of forward simulation, or at both; the shipped one looks at torque, and for "both" the
-simulation may veto. Where rivals cannot be told apart, all rules get the class of the shipped one. Effects that the
-records show by themselves (encoder steps, a late velocity) are left out: they need no rule.
+simulation may veto. Fits are by torque in any case: what is compared is which residual to judge them by. Where rivals
+cannot be told apart, all rules get the class of the shipped one. Effects that the records show by themselves (encoder
+steps, a late velocity) are left out: they need no rule. The shipped rule's thresholds were found on other cases of the
+same plant, the others' are those of textbooks; so the best threshold that these very cases would have given each of
+them is told as well, which flatters them.
 Expected: rules for white noise name something nearly always, also where there is nothing; simulation adds little to
 torque. Source: Kass & Raftery (1995) for BIC, Yao et al. (2018) for stacking, Newey & West (1987) for robust scores.
 """

@@ -86,6 +86,13 @@ def test_both_residuals_count_as_channels_and_motion_has_no_score():
         RULES["block score"](fits, "motion")
 
 
+def test_the_rival_preferred_among_those_above_the_threshold_is_named():
+    from _decision_rules import Evidence
+
+    evidence = Evidence(np.array([3.0, 1.0, np.nan]), np.array([0.1, 0.9, 2.0]))
+    assert [evidence.named(threshold) for threshold in (0.0, 2.0, 3.0)] == [2, 1, 0]
+
+
 def test_the_table_counts_names_against_the_key():
     from _decision_fits import diagnosis_of
     from _decision_table import table
@@ -109,6 +116,81 @@ def test_the_table_counts_names_against_the_key():
     fooled = rows["likelihood ratio", "torque"]
     assert (fooled["false_alarm"]["k"], fooled["false_alarm"]["n"]) == (1, 1)
     assert (fooled["wrong"]["k"], fooled["wrong"]["n"]) == (1, 2)
+    best = rows["held-out gain", "torque"]["in_hindsight"]
+    assert (best["right"]["k"], best["wrong"]["k"]) == (1, 0)
+    curve = np.array(fooled["curve"])
+    assert (curve[0, 1:] == 1).all()
+    assert (curve[-1, 1:] == 0).all()  # strict enough, it says nothing
+    assert (np.diff(curve, axis=0)[:, 0] > 0.0).all()
+    assert (np.diff(curve, axis=0)[:, 1:] <= 0.0).all()
+
+
+def said(*named, alike=(), friction=(), seconds=1.0):
+    return {"named": list(named), "confidence": 0.9, "friction": list(friction), "says": "", "ended": "",
+            "alike": list(alike), "seconds": seconds}  # fmt: skip
+
+
+def test_the_likeliest_name_counts_with_what_the_method_itself_calls_as_likely():
+    from _side_by_side import METHODS, table
+
+    from stribeck.arm import Arm, Friction, Joint, arm_to_toml
+    from stribeck.blind.key import Opened
+
+    friction = Friction(5.0, 0.0, 2.0, 0.05)
+    arm = Arm("one joint", (0.0, 0.0), (Joint("A", "revolute", 0.3, 1.0, (0.0, 0.0), 0.5, 0.5, friction, friction),))
+    common = {"level": "clear", "disturbances": [], "known": True, "arm_true": arm_to_toml(arm)}
+    values = {"C0": 1.0, "C1": 0.0, "C2": 0.0}
+    hidden = {"effect": "asymmetric_friction", "joint": "A", "parameters": values, "strength": 4.0}
+    truths = {"a": {**common, "effects": [hidden]}, "b": {**common, "effects": []}}
+    row = {"joint": "A", "constant": "C0", "value": 4.0, "half": 2.0}
+    offset, right = ("torque_offset", "A"), ("asymmetric_friction", "A")
+    by_case = {
+        "a": [said(offset, alike=["asymmetric_friction"], friction=[row]), said(), said(offset), said(right)],
+        "b": [said(), said(), said(offset), {"error": "broken", "seconds": 2.0}],
+    }
+    spent = {"seconds": 1.0, "processor_seconds": 1.0, "leave_out": []}
+    methods = {name: dict(zip(METHODS, [*own, *own], strict=True)) for name, own in by_case.items()}
+    answers = {name: {**spent, "methods": own} for name, own in methods.items()}
+    result = table(Opened("0" * 64, {"library": ["asymmetric_friction", "torque_offset"]}, truths, answers))
+    classes, silent, wrong, broken = result["methods"][:4]
+    kept = ("right", "exact", "wrong", "silent")
+    counted = [[found[key]["k"] for key in kept] for found in (classes, silent, wrong)]
+    assert counted == [[1, 0, 0, 1], [0, 0, 0, 1], [0, 0, 1, 0]]
+    assert all(classes[key]["n"] == 1 for key in kept)
+    assert classes["friction_error"] == {"C0": pytest.approx(0.2), "C2": None}
+    assert (classes["friction_held"]["k"], classes["friction_held"]["n"]) == (1, 1)
+    assert (broken["failed"], broken["exact"]["k"], broken["silent"]["n"]) == (1, 1, 0)
+
+
+def test_the_clock_knows_when_what_was_said_first():
+    from _side_by_side import _Clock
+
+    clock = _Clock()
+    clock.notes = [("re-tuning", 1.0), ("screening 30", 2.0), ("fitting 4", 3.0), ("screening 29", 4.0)]
+    assert (clock.at("screening"), clock.at("screening", 2)) == (2.0, 4.0)
+    assert clock.at("screening", 3) < 1.0  # not said: it is now
+
+
+def test_coordinates_of_a_fit_of_all_effects_have_the_slopes_of_their_values():
+    from _rival_least_squares import Unknowns
+
+    kind = np.array(["plain", "inverse", "log"])
+    x = Unknowns(kind, *(np.array(part) for part in (
+        [1.0, 0.01, 0.0], [2.0, 0.1, 1.0], [0.0] * 3, [9.0] * 3, [0.0] * 3, [False] * 3, [0.0, 0.0, np.nan],
+    )))  # fmt: skip
+    z = x.start / x.unit
+    value, slope = x.physical(z)
+    assert value == pytest.approx([1.0, 100.0, 1.0])
+    moved, _ = x.physical(z + 1e-7)
+    assert (moved - value) / 1e-7 == pytest.approx(slope, rel=1e-4)
+
+
+def test_what_the_data_say_nothing_about_is_not_certain():
+    from _rival_least_squares import deviations
+
+    jacobian = np.array([[1.0, 0.0, 1.0], [1.0, 0.0, 1.0], [-1.0, 0.0, 1.0], [-1.0, 0.0, 1.0]])
+    assert deviations(jacobian)[[0, 2]] == pytest.approx([0.5, 0.5])
+    assert deviations(jacobian)[1] > 1e6
 
 
 def few(study, tmp_path: Path, **options):
@@ -134,7 +216,7 @@ def test_decision_rules(tmp_path: Path):
 
 @pytest.mark.slow
 def test_side_by_side(tmp_path: Path):
-    """MuJoCo names nothing; all methods answer."""
+    """All methods answer; MuJoCo names nothing as its examples use it; a fit of everything is no worse than of none."""
     for tool in ("mujoco", "pysindy", "petab_select"):
         pytest.importorskip(tool, reason=f"{tool} is not installed: the study compares with it")
     result = few("side_by_side", tmp_path, single=1, none=0, seed=11, **FEW)
@@ -142,6 +224,8 @@ def test_side_by_side(tmp_path: Path):
     assert all(row["failed"] == 0 for row in rows.values())
     assert rows["stribeck"]["right"]["k"] == 1
     assert rows["MuJoCo sysid"]["names"] == 0
+    (words,) = rows["least squares, all effects"]["says"]
+    assert float(words.split(", ")[-1].partition("%")[0]) <= 105.0
     assert all(row["seconds"] > 0.0 for row in rows.values())
 
 
