@@ -30,7 +30,7 @@ LABELS = {"no delay": 4.0, "1 sample": 5.0, "2 samples": 12.0, "1 sample, lag 20
 
 
 def main(cases: int = 24) -> None:
-    """Find the largest gains; ``--cases N`` draws Ms at N gains."""
+    """Find the largest gains; ``--cases N`` draws Ms at 2 N gains."""
     result, curves = {}, {}
     for name, (delay, lag) in CASES.items():
         loop = Loop(0.0125, 20.0, (JointLoop("A", 60.0, Reference("regulate"), delay_samples=delay, actuator_lag=lag),))
@@ -40,7 +40,8 @@ def main(cases: int = 24) -> None:
         grows = [growth(loop, factor * top.stability) for factor in (0.98, 1.02)]
         result[name] = {"stability": top.stability, "ms2": top.ms2, "ms_at_60": margins(linear, "A").sensitivity_peak,
                         "decays_below": grows[0] < 1.0, "grows_above": grows[1] > 1.0}  # fmt: skip
-        gains = np.geomspace(5.0, 0.9 * top.stability, cases)
+        near = top.stability * (1.0 - np.geomspace(0.5, 0.04, cases))  # where Ms bends upwards
+        gains = np.union1d(np.geomspace(5.0, 0.5 * top.stability, cases), near)
         curves[name] = gains, np.array([margins(linear, "A", kp).sensitivity_peak for kp in gains])
     show(result)
     print(f"written to {write('gains', result, sensitivity=draw(curves))}")

@@ -44,10 +44,10 @@ def main() -> None:
     }
     times = {f"Ki {ki:g}": (RATIOS, [c.period for c in cycles]) for ki, cycles in branch.items()}
     panels = {
-        "The more is compensated, the farther it swings": ("ratio k", "amplitude, mrad", sizes, {}),
-        "and the less time it waits, stuck": ("ratio k", "period, s", times, {}),
+        "More compensation, larger swings": ("ratio k", "amplitude, mrad", sizes, {}),
+        "and less time stuck between them": ("ratio k", "period, s", times, {}),
     }
-    figure = branches_figure(panels, "Under-compensated, a PID loop hunts at every ratio")
+    figure = branches_figure(panels, "Under-compensated, a PID loop hunts at every ratio (Ki in N m/(rad s))")
     print(f"written to {write('hunting', result, branches=figure)}")
 
 

@@ -49,7 +49,7 @@ def main() -> None:
     }
     panels = {
         "k = 1.3 at critical damping, 20 µrad of encoder noise": (
-            "dead-band, standard deviations of the velocity", "amplitude, mrad", {"k 1.3": (BANDS, sizes)}, {})
+            "dead-band, standard deviations of the velocity", "amplitude, mrad", {"simulated": (BANDS, sizes)}, {})
     }  # fmt: skip
     figure = branches_figure(
         panels, "Noise starts the cycle that a noise-free loop does not have; a dead-band stops it"

@@ -49,26 +49,29 @@ def main() -> None:
     expected, fine = known_ratios(DAMPING), np.linspace(0.08, 0.42, 50)
     branch = {z: continue_in(joint("Coulomb"), loop(1.0, zeta=z), "A", "k", RATIOS) for z in (0.3, 0.6)}
     sizes = {f"ζ {z:g}": (RATIOS, [1e3 * c.amplitude for c in cycles]) for z, cycles in branch.items()}
+    fed = [shoot(joint("Coulomb"), loop(k, kind="feedforward", zeta=0.3))["A"] for k in RATIOS]
+    sizes_fed = [1e3 * (c.amplitude or 0.0) for c in fed]
     laws = {f"ζ {z:g}": (RATIOS, law(RATIOS, z)) for z in branch}
     known, rest = shoot(joint("A"), loop(1.3, zeta=0.5))["A"], shoot(joint("A"), loop(1.3))["A"]
     limit = 1.0 + 2.0 * 0.3 * math.sqrt(30.0) / 1.5
     growth = [shoot(joint("A"), loop(limit * share, zeta=0.3))["A"].verdict for share in (0.97, 1.03)]
     result = {
-        "feedforward": ahead, "fold_velocity_by_ratio": folds, "critical": critical,
+        "feedforward": ahead + [c.verdict for c in fed], "fold_velocity_by_ratio": folds, "critical": critical,
         "critical_off": max(float(np.max(np.abs(np.array(critical[n]) / expected[n] - 1.0))) for n in RULES),
         "coth_off": max(float(np.max(np.abs(np.array(sizes[n][1]) / laws[n][1] - 1.0))) for n in sizes),
         "zeta_0.5": {"verdict": known.verdict, "amplitude": known.amplitude, "period": known.period},
         "zeta_1": {"verdict": rest.verdict, "error": rest.steady_error}, "unbounded": {"limit": limit, "about": growth},
     }  # fmt: skip
     panels = {
-        "Where cycles begin: by what the law does at rest": (
+        "Where cycles begin, by the rule at rest": (
             "damping ratio ζ", "critical ratio k", {n: (DAMPING, v) for n, v in critical.items()},
             {n: (fine, v) for n, v in known_ratios(fine).items()}),
-        "How large they are: the coth law": ("ratio k", "amplitude, mrad", sizes, laws),
+        "How large they are; line: coth law": (
+            "ratio k", "amplitude, mrad", {**sizes, "fed ahead": (RATIOS, sizes_fed)}, laws),
     }  # fmt: skip
     figure = branches_figure(
         panels,
-        "Over-compensation cycles on measured velocity only, over a ratio set by the rule; lines: closed form",
+        "Over-compensation cycles only on measured velocity; fed ahead, it never does",
     )
     print(f"written to {write('over_compensation', result, branches=figure)}")
 
