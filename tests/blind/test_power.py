@@ -69,13 +69,14 @@ def test_what_is_named_is_revealed(tmp_path, experiment):
 
 
 def test_the_same_call_goes_on_and_another_is_refused(tmp_path, experiment):
-    once, _ = analysed(experiment, tmp_path / "work", says())
+    little = {"effects": ("delay",), "levels": ("clear",), "none": 1}
+    once, _ = analysed(experiment, tmp_path / "work", says(), **little)
     before = len(CALLS)
-    again, _ = analysed(experiment, tmp_path / "work", says())
+    again, _ = analysed(experiment, tmp_path / "work", says(), **little)
     assert again == once
     assert len(CALLS) == before
     with pytest.raises(InputError, match="holds another analysis"):
-        analysed(experiment, tmp_path / "work", says(), none=2)
+        analysed(experiment, tmp_path / "work", says(), **{**little, "none": 2})
 
 
 def test_a_folder_of_something_else_is_left_alone(tmp_path, experiment):
