@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -118,9 +119,16 @@ def test_gains_without_a_stable_loop_and_long_delays_are_labelled() -> None:
     assert any("no stable loop" in note for note in found.notes)
     assert not found.margins.stable
     assert found.kp_max.stability == pytest.approx(3150.0, rel=1e-3)
-    _, late = answer(A, loop(0.0125, delay_samples=100))
+    begin = time.process_time()
+    _, late = answer(A, loop(0.0125, delay_samples=100, compensation=Compensation("feedback", 1.3)))
     assert any("the delay, 1.25 s, is longer than the loop's own period, 1.147 s" in note for note in late.notes)
     assert not late.margins.stable
+    assert late.methods["shooting"].status == "unbounded"
+    _, longest = answer(A, loop(0.0125, delay_samples=1000, compensation=Compensation("feedback", 1.3)))
+    assert longest.cycle.verdict == "unbounded"
+    assert (longest.kp_max.stability, longest.locus) == (None, None)
+    assert "too many samples" in longest.kp_max.why
+    assert time.process_time() - begin < 30.0
 
 
 def test_json_is_the_contracts(tmp_path: Path) -> None:

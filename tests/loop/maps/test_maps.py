@@ -2,20 +2,23 @@
 
 import math
 import time
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from stribeck.arm import EffectEntry
+from stribeck.arm import EffectEntry, Friction
 from stribeck.errors import InputError
 from stribeck.loop.cycle import VERDICTS
 from stribeck.loop.maps import label as label_module
 from stribeck.loop.maps import label_map
+from stribeck.simulate import Reference
 
 RATIOS = (0.8, 1.2, 1.7)
 GAINS = (15.0, 80.0)
 DAMPING = (0.2, 0.6)
+LIGHT = Friction(2.2, 0.6, 0.8, 0.04)
 FAMILIES = {
     "set-valued": ({"at_zero": "set_valued"}, {"k": RATIOS, "kp": GAINS, "zeta": DAMPING}),
     "hold": ({"at_zero": "hold"}, {"k": RATIOS, "kp": GAINS, "zeta": DAMPING}),
@@ -74,24 +77,59 @@ def test_a_map_of_101_by_50_takes_three_seconds(arm, loop_of):
     assert time.process_time() - begin == pytest.approx(spent / 5.0, rel=0.6)
 
 
+MAP = {"k": np.linspace(0.5, 2.0, 101), "kp": np.linspace(10.0, 100.0, 50), "zeta": (0.5,)}
+ATLAS = {"k": np.linspace(0.5, 2.0, 15), "kp": np.geomspace(10.0, 100.0, 8), "zeta": np.linspace(0.1, 1.2, 8),
+         "delay": np.arange(5.0)}  # fmt: skip
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("sample_time", [0.0, 0.0125])
-def test_labels_of_large_maps_are_those_of_the_events(arm, loop_of, sample_time):
+@pytest.mark.parametrize(
+    ("rule", "sample_time", "axes"),
+    [("set_valued", 0.0, MAP), ("hold", 0.0, MAP), ("zero", 0.0125, ATLAS), ("set_valued", 0.0125, ATLAS)],
+)
+def test_labels_of_large_maps_are_those_of_the_events(arm, loop_of, rule, sample_time, axes):
     """Random cells of a whole map, and of an atlas over k, Kp, zeta and delay."""
-    axes = {"k": np.linspace(0.5, 2.0, 101), "kp": np.linspace(10.0, 100.0, 50), "zeta": (0.5,)}
-    if sample_time:
-        axes = {"k": np.linspace(0.5, 2.0, 15), "kp": np.geomspace(10.0, 100.0, 8), "zeta": np.linspace(0.1, 1.2, 8),
-                "delay": np.arange(3.0)}  # fmt: skip
-    loop = loop_of("zero" if sample_time else "set_valued", sample_time=sample_time)
+    loop = loop_of(rule, sample_time=sample_time)
     begin = time.process_time()
     fast = label_map(arm, loop, "A", axes)
     assert (time.process_time() - begin) / fast.codes.size < 600e-6  # a million on two cores within 5 min
+    assert np.mean(fast.verdicts == "undetermined") <= 0.002
     rng, wrong, count = np.random.default_rng(11), 0, 100
     for place in zip(*(rng.integers(0, size, count) for size in fast.codes.shape), strict=True):
         cell = {name: (values[i],) for (name, values), i in zip(axes.items(), place, strict=True)}
         exact = label_map(arm, loop, "A", cell, method="events", jobs=1)
         wrong += exact.codes.item() != fast.codes[place]
     assert wrong <= 0.01 * count
+
+
+@pytest.mark.slow
+def test_an_atlas_costs_by_the_cell_and_holds_little_beside_itself(arm, loop_of):
+    """Eight times the cells in as much more time, and of memory no more than the map's own 13 bytes a cell."""
+    loop, spent, held = loop_of("set_valued", sample_time=0.0125), [], []
+    label_map(arm, loop, "A", {"k": (1.0,)})
+    for across in (10, 80):
+        axes = {**ATLAS, "k": np.linspace(0.5, 2.0, across)}
+        tracemalloc.start()
+        begin = time.process_time()
+        found = label_map(arm, loop, "A", axes)
+        spent.append(time.process_time() - begin)
+        held.append((tracemalloc.get_traced_memory()[1] - 13 * found.codes.size) / 1e6)
+        tracemalloc.stop()
+    assert spent[1] / spent[0] == pytest.approx(8.0, rel=0.4)
+    assert held[1] < max(2.0 * held[0], 4.0)  # MB
+
+
+def test_what_once_had_no_label(arm, loop_of):
+    """A creep that ends where the joint just holds, and a joint that turns many times where it stops."""
+    light = replace(arm.joints[0], rotor_inertia=0.0, inertia=0.1416, friction=LIGHT, backward=LIGHT)
+    slow = loop_of(kv=1.5)
+    slow = replace(slow, joints=(replace(slow.joints[0], reference=Reference("regulate", initial_error=-0.3)),))
+    ratios, gains = np.linspace(0.95, 0.999, 60), np.linspace(2.8, 3.6, 20)
+    found = label_map(replace(arm, joints=(light,)), slow, "A", {"k": ratios, "kp": gains})
+    assert (found.verdicts == "rest").all()
+    late = loop_of("set_valued", sample_time=0.0125)
+    cell = {"k": (1.2346938775510203,), "kp": (27.28333376486768,), "zeta": (0.8666666666666666,), "delay": (4,)}
+    assert label_map(arm, late, "A", cell).verdicts.item() == "sliding_cycle"
 
 
 def test_chunks_and_backends_do_not_matter(arm, loop_of, monkeypatch):
