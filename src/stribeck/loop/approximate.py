@@ -33,6 +33,7 @@ Floats = NDArray[np.float64]
 MOST_DAMPING = 0.3  # up to here one harmonic is within 3 % in amplitude and 5 % in period of an exact Coulomb cycle
 MOST_ERROR = 0.05
 HARMONICS = 20
+POINTS, MOST_POINTS, PHASE = 2000, 8000, 0.008  # of the curve shown; and the phase, rad, between two with a long delay
 SLOWEST, FASTEST = 2e-3, 30.0  # of the frequencies shown, relative to sqrt(Kp/J)
 
 
@@ -201,7 +202,12 @@ def _nyquist(case: _Case, roots: tuple[Root, ...]) -> Nyquist:
     """
     part, root = case.part, _chosen(roots)
     top = min(FASTEST * part.own_frequency, 0.999 * part.highest)
-    omega = np.geomspace(SLOWEST * part.own_frequency, top, 2000)
+    low, late = SLOWEST * part.own_frequency, part.delay + part.entry.delay_samples * part.sample_time
+    if late > 0.0:  # every turn of the delay's phase wants its points, up to where nobody can see them
+        top = min(top, MOST_POINTS * PHASE / late)
+    omega = np.geomspace(low, top, POINTS)
+    if late > 0.0:
+        omega = np.union1d(omega, np.arange(low, top, PHASE / late))
     scale = max(case.friction.C0 + case.friction.C1, 1e-9) / max(part.kv, 1e-9)
     speed = np.geomspace(1e-3 * scale, 1e3 * scale, 400)
     reference = root.velocity if root is not None else scale

@@ -102,7 +102,8 @@ def _limits(answer: JointAnswer) -> str:
     else:
         parts.append(f"Kp is {number(answer.kp)}{NBSP}{unit}; {gain.why}")
     if answer.k_critical == 0.0:
-        parts.append("it cycles without compensation too")
+        does = "grows without bound" if answer.cycle.verdict == "unbounded" else "cycles"
+        parts.append(f"it {does} without compensation too")
     elif answer.k_critical is not None:
         parts.append(f"cycles begin at k = {number(answer.k_critical, 4)}")
     if answer.fold_velocity is not None:

@@ -48,7 +48,8 @@ def draw_branch(ax: Axes, branch: Branch) -> Axes:
     resting = ~lost & (amplitude == 0.0)
     ax.plot(branch.values[resting], shown[resting], "s", color=MUTED, markersize=4)
     ax.plot(branch.values, 1e3 * branch.predicted, "--", color=COLOUR["as_given"], linewidth=1.4, marker=".")
-    top = max(float(np.nanmax(np.append(shown, 1e3 * branch.predicted))) if np.isfinite(shown).any() else 1.0, 1e-3)
+    sizes = np.append(shown, 1e3 * branch.predicted)
+    top = float(np.max(sizes, where=np.isfinite(sizes), initial=0.0)) or 1.0
     for value, cycle in zip(branch.values, branch.cycles, strict=True):
         if cycle.verdict in ("unbounded", "undetermined"):
             sign = "∞" if cycle.verdict == "unbounded" else "?"
@@ -56,9 +57,16 @@ def draw_branch(ax: Axes, branch: Branch) -> Axes:
     if branch.setting == "kp":
         ax.set_xscale("log")
         plain_log(ax.xaxis)
+    ax.update_datalim([(branch.values.min(), 0.0), (branch.values.max(), 0.0)])  # a sign alone does not widen the axis
+    ax.autoscale_view()
     ax.set_ylim(-0.03 * top, 1.15 * top)
-    lines = (("rest", MUTED, resting), ("exact cycle", COLOUR["corrected"], np.isfinite(cycling)),
-             ("describing function", COLOUR["as_given"], np.isfinite(branch.predicted)))  # fmt: skip
+    grows = np.array([cycle.verdict == "unbounded" for cycle in branch.cycles]) & ~np.isfinite(cycling).any()
+    lines = (
+        ("rest", MUTED, resting),
+        ("∞ grows without bound", COLOUR["corrected"], grows),
+        ("exact cycle", COLOUR["corrected"], np.isfinite(cycling)),
+        ("describing function", COLOUR["as_given"], np.isfinite(branch.predicted)),
+    )
     key(ax, [(name, colour) for name, colour, shown in lines if shown.any()])
     grid(ax, "both")
     return ax
@@ -75,6 +83,8 @@ def _finding(answer: JointAnswer) -> str:
     name, branch = words.short(answer.joint), answer.branch
     assert branch is not None
     cycling = [value for value, cycle in zip(branch.values, branch.cycles, strict=True) if cycle.cycles]
+    if all(cycle.verdict == "unbounded" for cycle in branch.cycles):
+        return f"{name}: grows without bound at every {'k' if branch.setting == 'k' else 'Kp'} shown"
     if branch.setting == "k":
         if answer.k_critical is not None and answer.k_critical > 0.0:
             return f"{name}: cycles begin at k = {number(answer.k_critical, 4)}"

@@ -97,6 +97,8 @@ def _finding(answer: JointAnswer) -> str:
     shares = {label: float(np.mean(codes == k)) for k, label in enumerate(VERDICTS) if label in CYCLES}
     cycling = sum(shares.values())
     if cycling == 0.0:
-        return f"{name}: no cycle anywhere on the map"
+        grows = float(np.mean(codes == VERDICTS.index("unbounded")))
+        more = f"; {number(100.0 * grows, 2)} % of it grows without bound" if grows > 0.0 else ""
+        return f"{name}: no cycle anywhere on the map{more}"
     most = MOSTLY[max(shares, key=lambda verdict: shares[verdict])]
     return f"{name}: {number(100.0 * cycling, 2)} % of the map cycles, mostly {most}"

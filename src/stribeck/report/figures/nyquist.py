@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stribeck.loop.answers import JointAnswer, Nyquist
+from stribeck.loop.describing import Root
 from stribeck.report import words
 from stribeck.report.cycle_words import rotation
 from stribeck.report.numbers import percent, with_unit
@@ -46,8 +47,10 @@ def draw_nyquist(ax: Axes, nyquist: Nyquist) -> Axes:
     ax.axvline(0.0, color=MUTED, linewidth=0.5, zorder=0)
     _arrow(ax, w, half)
     key(ax, [("W(jω) with compensation", COLOUR["corrected"]), ("−1/N(V), V grows leftwards", COLOUR["as_given"])])
+    stable = [root for root in nyquist.roots if root.stable]
+    told = max(stable or nyquist.roots, key=lambda root: root.amplitude, default=None)  # that the method answers with
     for root in nyquist.roots:
-        _mark(ax, nyquist, root.velocity, root.omega, root.stable)
+        _mark(ax, nyquist, root, named=root is told)
     grid(ax, "both")
     return ax
 
@@ -62,10 +65,15 @@ def _arrow(ax: Axes, w: np.ndarray, half: float) -> None:
     )  # fmt: skip
 
 
-def _mark(ax: Axes, nyquist: Nyquist, velocity: float, omega: float, stable: bool) -> None:
-    real = float(np.interp(math.log(velocity), np.log(nyquist.speed), nyquist.inverse.real))
-    ax.plot([real], [0.0], "o", color=INK, markersize=8, markerfacecolor=INK if stable else "white", zorder=5)
-    text = f"{'stable' if stable else 'unstable'}\nω = {with_unit(omega, 'rad/s')}\nV = {with_unit(velocity, 'rad/s')}"
+def _mark(ax: Axes, nyquist: Nyquist, root: Root, named: bool) -> None:
+    """Draw a root, filled where it is stable; one of them with its numbers."""
+    real = float(np.interp(math.log(root.velocity), np.log(nyquist.speed), nyquist.inverse.real))
+    size = 8 if named else 6
+    ax.plot([real], [0.0], "o", color=INK, markersize=size, markerfacecolor=INK if root.stable else "white", zorder=5)
+    if not named:
+        return
+    kind = "stable" if root.stable else "unstable"
+    text = f"{kind}\nω = {with_unit(root.omega, 'rad/s')}\nV = {with_unit(root.velocity, 'rad/s')}"
     across, up = _side(ax, nyquist.response, real)
     ax.annotate(
         text, (real, 0.0), xytext=(12 * across, 10 * up), textcoords="offset points", fontsize=9, color=INK,
