@@ -16,7 +16,7 @@ from stribeck.withheld.example import nominal_arm, true_arm
 from stribeck.withheld.fresh import fresh_runs
 
 EXAMPLE = Path(stribeck.__file__).parent / "example"
-BENCH = Bench(200.0, 20, 1e-6, 2.0, 0.8, 0.1, "inertial", 0.005, 4.0, ("multisine",), False, ())
+BENCH = Bench(200.0, 20, 1e-6, 2.0, 0.8, 0.1, "inertial", 0.005, 3.0, ("multisine",), False, ())
 OFFSET = {"effect": "torque_offset", "joint": "A", "parameters": {"offset": 8.0}}
 TRUTH = {"seed": 3, "laboratory": asdict(BENCH), "effects": [OFFSET], "disturbances": []}
 

@@ -104,7 +104,7 @@ CASES = {
 
 
 SAMPLE = (  # one of each stage; all of them take a good part of a minute
-    "presliding/maxwell_slip", "delay", "joint_flexibility", "time_shift", "payload", "cable_spring",
+    "load_dependent_friction", "delay", "joint_flexibility", "time_shift", "payload", "cable_spring",
 )  # fmt: skip
 
 

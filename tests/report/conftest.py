@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -182,6 +184,7 @@ def _causes(verdict, named, joints, equivalent):
     return (main, *more, rest)
 
 
+@cache  # frozen, and slow to make up
 def make_diagnosis(verdict="explained", joints=("A", "B"), candidates=26, equivalent=("presliding",),
                    named=None, arm="two-link direct-drive arm", runs=None, duration=9.0, kind="revolute"):  # fmt: skip
     gap = verdict != "no_gap"
