@@ -16,7 +16,7 @@ SECTIONS = (
     Table(NASTY, (NASTY, NASTY), (Row((NASTY, NASTY), "flag"),), frozenset({1}), NASTY),
     Bullets(NASTY, (NASTY,), "warning"),
     Facts(NASTY, ((NASTY, NASTY),)),
-    Laws(NASTY, (Law(NASTY, NASTY, "", NASTY, NASTY),)),
+    Laws(NASTY, (Law(NASTY, NASTY, "", NASTY, NASTY, NASTY),)),
     Files(NASTY, ((NASTY, NASTY),)),
 )
 

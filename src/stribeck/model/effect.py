@@ -16,11 +16,12 @@ from stribeck.model.values import Body, Expression, Observed, Parameter, Paramet
 from stribeck.model.waves import Trace
 
 Shows: TypeAlias = Literal[
-    "time", "frequency", "position", "velocity", "acceleration", "command", "command rate", "load", "travel",
-    "start", "recorded position", "recorded velocity",
+    "time", "frequency", "position", "velocity", "acceleration", "command", "command rate", "load", "load reversal",
+    "travel", "start", "recorded position", "recorded velocity",
 ]  # fmt: skip
-"""Across what a symptom shows. ``load`` is the torque handed to the link, ``travel`` the distance since the last
-reversal, ``start`` the time since the joint began to move; the two records are those of ``direct`` effects."""
+"""Across what a symptom shows. ``load`` is the torque handed to the link, ``load reversal`` the time since it changed
+sign, ``travel`` the distance since the motion did, ``start`` the time since the joint began to move; the two records
+are those of ``direct`` effects."""
 
 
 class Effect(ABC):

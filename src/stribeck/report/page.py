@@ -83,13 +83,17 @@ class Facts(Section):
 
 @dataclass(frozen=True)
 class Law:
-    """A named law: its equation as a data URI (empty where it cannot be set) and in words."""
+    """A named law: its equation as a data URI (empty where it cannot be set) and in words.
+
+    ``picture`` is what it looks like in the residual of an arm that has it, as a data URI; empty where there is none.
+    """
 
     name: str
     equation: str
     image: str
     symptom: str
     source: str
+    picture: str = ""
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,7 @@ from stribeck.report.numbers import (
     with_unit,
 )
 from stribeck.report.page import Bullets, Facts, Law, Laws, Row, Table
+from stribeck.report.symptom import symptom_picture
 
 LISTED_RUNS = 20
 
@@ -189,7 +190,8 @@ def _laws_of(diagnosis: Diagnosis, name: str) -> list[Effect]:
 
 def _law(effect: Effect) -> Law:
     name = words.effect(effect.name) + (f" ({words.effect(effect.law)})" if effect.law else "")
-    return Law(name, effect.equation, equation_image(effect.equation), effect.symptom, effect.source)
+    image = equation_image(effect.equation)
+    return Law(name, effect.equation, image, effect.symptom, effect.source, symptom_picture(effect))
 
 
 def method(diagnosis: Diagnosis, version: str) -> Facts:

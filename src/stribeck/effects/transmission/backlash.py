@@ -24,7 +24,7 @@ class Backlash(TransmissionEffect):
     channel = "transmission"
     equation = r"\tau = k\,\mathrm{dz}_{\Delta/2}(\theta - q) + d\,(\dot\theta - \dot q)\,[\text{in contact}]"
     symptom = "a pulse in the residual wherever the transmitted torque changes sign"
-    shows = "load"
+    shows = "load reversal"
     source = "Nordin & Gutman (2002)"
     nonlinear = True
     parameters = (

@@ -1,0 +1,28 @@
+"""What the pictures of the symptoms show is there: the effect's residual, and the law that takes it."""
+
+import importlib
+import struct
+
+import pytest
+
+from stribeck.effects.registry import registry
+
+OWN = [name for name, effect in registry().items() if type(effect).__module__.startswith("stribeck.effects.")]
+SAMPLE = ("cogging",)  # all of them take a minute
+FAINT = ("encoder_eccentricity",)  # a disc runs out of centre by little, and re-tuning takes most of that
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=[] if n in SAMPLE else pytest.mark.slow) for n in OWN])
+def test_a_symptom_is_seen_and_the_law_explains_it(name):
+    cases, signals, figure = (importlib.import_module(f"_symptom_{part}") for part in ("cases", "signals", "figure"))
+    effect = registry()[name]
+    case = cases.case_of(effect)
+    symptom = signals.symptom_of(effect, case)
+    rms = signals.sizes(case, symptom)
+    assert rms["with"] ** 2 > (1.1 if name in FAINT else 3.0) * rms["without"] ** 2  # several times the variance
+    assert rms["left"] ** 2 < (0.7 if name in FAINT else 0.5) * rms["with"] ** 2  # of which most is the law's
+    picture = figure.small_png(figure.symptom_figure(effect, symptom))
+    assert len(picture) < 40_000
+    width, height = struct.unpack(">II", picture[16:24])
+    assert 600 <= width <= 800
+    assert 200 <= height <= 400
