@@ -35,7 +35,7 @@ def next_figure(result: Mapping[str, Any]) -> Figure | None:
         shares.bar(k, 100.0 * one["value"], 0.6, color=COLOUR["corrected"] if k == 0 else COLOUR["noise_floor"])
         shares.plot([k, k], [100.0 * low, 100.0 * high], color=MUTED, linewidth=1.2)
     shares.set_xticks(range(len(LABELS)), list(LABELS.values()))
-    shares.set(ylim=(0.0, 100.0), ylabel="resolved, % of open cases (lines: 95 %)")
+    shares.set(ylim=(0.0, 100.0), ylabel="% of open cases (lines: 95 %)")
     title(shares, "Resolved in one go", 3.0)
     figure.legend(loc="outside lower left", frameon=False, ncols=3, fontsize=9)
     heading(figure, f"{len(rows)} open cases, recorded once more: as proposed, at random, D-optimal", 9.0)
