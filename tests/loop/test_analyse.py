@@ -119,12 +119,12 @@ def test_gains_without_a_stable_loop_and_long_delays_are_labelled() -> None:
     assert any("no stable loop" in note for note in found.notes)
     assert not found.margins.stable
     assert found.kp_max.stability == pytest.approx(3150.0, rel=1e-3)
-    begin = time.process_time()
-    _, late = answer(A, loop(0.0125, delay_samples=100, compensation=Compensation("feedback", 1.3)))
+    begin, law, far = time.process_time(), Compensation("feedback", 1.3), Reference("regulate", initial_error=0.5)
+    _, late = answer(A, loop(0.0125, far, delay_samples=100, compensation=law))
     assert any("the delay, 1.25 s, is longer than the loop's own period, 1.147 s" in note for note in late.notes)
     assert not late.margins.stable
     assert late.methods["shooting"].status == "unbounded"
-    _, longest = answer(A, loop(0.0125, delay_samples=1000, compensation=Compensation("feedback", 1.3)))
+    _, longest = answer(A, loop(0.0125, far, delay_samples=1000, compensation=law))
     assert longest.cycle.verdict == "unbounded"
     assert (longest.kp_max.stability, longest.locus) == (None, None)
     assert "too many samples" in longest.kp_max.why

@@ -140,10 +140,11 @@ static int repeats(track *k, double *amplitude, double *period, double *stuck, i
     int same = k->blocks > 0 && fabs(now[0] - before[0]) < share * now[0] && fabs(now[1] - before[1]) < share * now[1];
     /* where a velocity dies out the samples' phase scatters the next period, but not the amplitude */
     same |= k->blocks > 0 && scatters && k->largest - k->smallest < 1e-5 * k->largest && fabs(now[0] - before[0]) < 1e-5 * now[0];
+    const int still = fabs(now[0] - before[0]) < 0.01 * now[0];
     *amplitude = now[0] / n, *period = now[1] / n, *stuck = now[2] / n;
     memcpy(before, now, 3 * sizeof(double)), memset(now, 0, 3 * sizeof(double));
     k->in_block = 0, k->blocks++;
-    return same || k->blocks > 40;
+    return same || (k->blocks > 40 && still); /* scattered rounds, their averages at least */
 }
 
 /* --- sliding -------------------------------------------------------------------------------------------------- */
