@@ -18,6 +18,7 @@ from stribeck.report.style import COLOUR, INK, MUTED, drawn, grid, new_figure, p
 
 SIDES = {1: "#0072b2", -1: "#d55e00", 0: COLOUR["noise_floor"]}
 BINS, LEAST = 40, 5  # of the line that goes through the law's points, and points in one
+WIDEST = 3  # bins that the line passes without points
 REACH = 99.3  # %, of the points that the axes hold
 TELLING, BESIDE = 0.995, 0.5  # of the law's square that the axis holds, and how much of that stretch on either side
 COLOURS = 64  # of a picture that is shipped
@@ -100,8 +101,10 @@ def _lines(points: Points, symptom: Symptom) -> list[tuple[np.ndarray, np.ndarra
         mine = points.side == side
         place = np.digitize(scale, edges)
         groups = [np.flatnonzero(mine & (place == k)) for k in range(1, BINS + 1)]
-        pairs = [(np.median(points.x[some]), np.median(points.law[some])) for some in groups if len(some) >= LEAST]
-        lines.append((np.array([x for x, _ in pairs]), np.array([y for _, y in pairs])))
+        full = np.array([k for k, some in enumerate(groups) if len(some) >= LEAST], dtype=int)
+        x, y = (np.array([np.median(values[groups[k]]) for k in full]) for values in (points.x, points.law))
+        gaps = np.flatnonzero(np.diff(full) > WIDEST) + 1
+        lines.append((np.insert(x, gaps, np.nan), np.insert(y, gaps, np.nan)))
     return lines
 
 
