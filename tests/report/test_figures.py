@@ -37,14 +37,17 @@ def test_nothing_to_draw_is_no_figure(diagnosis, draw):
     assert draw(empty) is None
 
 
-@pytest.mark.parametrize("draw", DRAW)
-@pytest.mark.parametrize("n", [1, 7])
+SIZES = [pytest.param(draw, n, marks=pytest.mark.slow if n == 7 and draw not in DRAW[::2] else [])
+         for n in (1, 7) for draw in DRAW]  # fmt: skip
+
+
+@pytest.mark.parametrize(("draw", "n"), SIZES)
 def test_every_size_of_arm_is_drawn(diagnosis, draw, n):
     figure = draw(diagnosis(joints=tuple(f"axis {k}" for k in range(n)), duration=3.0, candidates=40))
     assert "axis 0" in words_of(figure) + finding_of(figure)
 
 
-@pytest.mark.parametrize("draw", DRAW)
+@pytest.mark.parametrize("draw", [pytest.param(d, marks=[] if d in DRAW[1::2] else pytest.mark.slow) for d in DRAW])
 def test_values_that_are_not_finite_are_drawn_around(diagnosis, draw):
     made = diagnosis("explained", duration=3.0)
     nan = Estimate(0.2, -math.inf, math.inf)
