@@ -1,4 +1,4 @@
-"""Right names against wrong ones: a point a rule and residual, a curve for other thresholds of a rule on torque."""
+"""Right names against wrong ones: a point a rule and residual, lines for its other thresholds."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from stribeck.report.style import COLOUR, MUTED, drawn, grid, heading, new_figure
 
 MARKS = {"torque": "o", "motion": "s", "both": "D"}
+LINES = {"torque": "-", "motion": "--"}
 COLOURS = {
     "BIC": "#d55e00", "likelihood ratio": "#e69f00", "block score": "#009e73",
     "held-out gain": "#56b4e9", "stacking": "#cc79a7", "shipped": COLOUR["corrected"],
@@ -32,23 +33,25 @@ def decision_figure(result: Mapping[str, Any]) -> Figure | None:
         x, y = 100 * wrong["value"], 100 * right["value"]
         ax.hlines(y, *(100 * end for end in wrong["ci95"]), color=colour, alpha=0.25, linewidth=1.0)
         ax.vlines(x, *(100 * end for end in right["ci95"]), color=colour, alpha=0.25, linewidth=1.0)
-        if row["domain"] == "torque" and "curve" in row:
+        if row["domain"] in LINES and "curve" in row:
             _, rights, wrongs = np.array(row["curve"]).T
-            ax.plot(100 * wrongs / row["wrong"]["n"], 100 * rights / row["right"]["n"], color=colour, linewidth=1.0)
+            shares = 100 * wrongs / row["wrong"]["n"], 100 * rights / row["right"]["n"]
+            ax.plot(*shares, LINES[row["domain"]], color=colour, linewidth=1.0)
         size = 11 if row["rule"] == "shipped" else 8
         ax.plot(x, y, MARKS[row["domain"]], color=colour, markersize=size, markeredgecolor="white")
     for rule, colour in COLOURS.items():
         ax.plot([], [], "o", color=colour, label=rule)
     for domain, mark in MARKS.items():
         ax.plot([], [], mark, color=MUTED, label=f"on {domain}")
-    ax.plot([], [], color=MUTED, linewidth=1.0, label="other thresholds")
+    for domain, line in LINES.items():
+        ax.plot([], [], line, color=MUTED, linewidth=1.0, label=f"other thresholds, {domain}")
     ax.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, fontsize=9)
-    ax.set(xlim=(-3.0, 103.0), ylim=(-3.0, 103.0))
+    ax.set(xlim=(-3.0, None), ylim=(-3.0, 103.0))
     ax.text(0.0, 101.0, "better", color=MUTED, fontsize=9, ha="left", va="bottom")
     ax.set_xlabel("cases in which something wrong is named, %")
     ax.set_ylabel("single effects named right and alone, %")
     grid(ax)
     best = [f"{rule} on {domain}" for rule, domain in result["best"]]
     found = f"best is {best[0]}" if len(best) == 1 else f"{len(best)} are equally good"
-    heading(figure, f"{result['cases']} sealed cases, same fits, right names less wrong ones: {found} (bars: 95 %)")
+    heading(figure, f"{result['cases']} sealed cases, same fits: at usual thresholds {found} (bars: 95 %)")
     return figure

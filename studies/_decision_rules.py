@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize
-from scipy.special import logsumexp
+from scipy.special import gammaln, logsumexp
 from scipy.stats import chi2
 
 from stribeck.gap.blocks import t_value
@@ -21,6 +21,7 @@ from stribeck.gap.rank import log_ratio
 DECISIVE = 6.0  # difference of BIC (Kass & Raftery 1995: strong)
 SURE_T = 2.8  # block t value of a held-out gain
 RARE = float(-np.log(0.05))  # -log of a test's level
+FAR = 500.0  # chi-square statistic from which its tail is taken from the series
 MOST = 0.5  # of the weight: from here on a stacked model is named
 
 
@@ -87,8 +88,18 @@ def likelihood_ratio(fits: Mapping[str, Any], domain: str) -> Evidence:
     """Return -log p of the likelihood ratio by chi-square, as for white noise (Wilks 1938)."""
     s = seen(fits, domain)
     value = log_likelihood(s)
-    rare = -chi2.logsf(2.0 * np.maximum(value[1:] - value[0], 0.0), s.own[1:])
+    rare = rarity(2.0 * np.maximum(value[1:] - value[0], 0.0), s.own[1:])
     return Evidence(rare, rare)
+
+
+def rarity(statistic: np.ndarray, degrees: np.ndarray) -> np.ndarray:
+    """Return -log p of chi-square statistics, however small p: what underflows could not be told apart.
+
+    Beyond FAR the first two terms of the asymptotic series are exact to 1e-4 (Abramowitz & Stegun 1964, 26.4.11).
+    """
+    half, a = 0.5 * np.maximum(statistic, FAR), 0.5 * degrees
+    tail = half - (a - 1.0) * np.log(half) + gammaln(a) - np.log1p((a - 1.0) / half)
+    return np.asarray(np.where(statistic > FAR, tail, -chi2.logsf(np.minimum(statistic, FAR), degrees)))
 
 
 def block_score(fits: Mapping[str, Any], domain: str) -> Evidence:
@@ -96,7 +107,7 @@ def block_score(fits: Mapping[str, Any], domain: str) -> Evidence:
     if domain != "torque":
         raise ValueError("simulated motion has no score: the path through sticking is not smooth")
     statistic, degrees = np.array(fits["score"], dtype=float).T
-    rare = -chi2.logsf(statistic, np.maximum(degrees, 1.0)) - np.log(fits["candidates"])
+    rare = rarity(statistic, np.maximum(degrees, 1.0)) - np.log(fits["candidates"])
     return Evidence(rare, rare)
 
 

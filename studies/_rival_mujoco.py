@@ -51,7 +51,8 @@ def by_mujoco(arm: Arm, prepared: Prepared, *, extended: bool = False) -> Answer
         if extended:
             transform.delay(joint.name, parameters[f"{joint.name}.delay"])
     residual = sysid.build_residual_fn(models_sequences=[sequences], build_model=sysid.apply_param_modifiers,
-                                       signal_transform=transform, n_threads=1)  # fmt: skip
+                                       modify_residual=transform.apply if extended else None, n_threads=1)  # fmt: skip
+    parameters.move_off_bounds()  # as the toolbox advises where a spring starts from none
     with redirect_stdout(io.StringIO()):  # its log of every iteration has no switch
         fitted, found = sysid.optimize(
             parameters, residual, optimizer="mujoco", verbose=False, max_iters=ITERATIONS, x_scale="jac"
@@ -71,7 +72,7 @@ def by_mujoco(arm: Arm, prepared: Prepared, *, extended: bool = False) -> Answer
 def _extra(sysid: Any, joint: str, torque: float) -> list[Any]:
     """Return the parameters of a joint beyond rigid bodies and friction; all are 0 at first."""
     return [
-        sysid.Parameter(f"{joint}.stiffness", 0.0, 0.0, 10.0 * torque, modifier=_into_joint(joint, "stiffness")),
+        sysid.Parameter(f"{joint}.stiffness", 0.0, 0.0, torque, modifier=_into_joint(joint, "stiffness")),
         sysid.Parameter(f"{joint}.offset", 0.0, -torque, torque, modifier=_into_motor(joint)),
         sysid.Parameter(f"{joint}.delay", 0.0, *DELAYS),
     ]

@@ -93,6 +93,18 @@ def test_the_rival_preferred_among_those_above_the_threshold_is_named():
     assert [evidence.named(threshold) for threshold in (0.0, 2.0, 3.0)] == [2, 1, 0]
 
 
+def test_rare_is_told_from_rarer_beyond_the_smallest_number():
+    from _decision_rules import rarity
+    from scipy.stats import chi2
+
+    for degrees in np.array([[1.0], [2.0], [3.0], [5.0]]):
+        near = np.array([3.0, 499.0, 501.0, 900.0, 1300.0])  # where scipy still has digits
+        assert rarity(near, degrees) == pytest.approx(-chi2.logsf(near, degrees), abs=2e-4)
+        far = rarity(np.array([1e4, 2e4, 1e6]), degrees)
+        assert np.all(np.isfinite(far))
+        assert np.all(np.diff(far) > 4e3)
+
+
 def test_the_table_counts_names_against_the_key():
     from _decision_fits import diagnosis_of
     from _decision_table import table
