@@ -25,7 +25,7 @@ from stribeck.report.figures.cycle_trace import trace_figure
 from stribeck.report.figures.nyquist import nyquist_figure
 from stribeck.report.figures.portrait import portrait_figure
 from stribeck.report.limit_cycle import PLOTS, write_report
-from stribeck.report.style import finding_of
+from stribeck.report.style import finding_of, png_and_svg
 from stribeck.simulate import Compensation, JointLoop, Loop, Reference
 
 A = Friction(5.0, 1.25, 1.5, 0.05)
@@ -58,7 +58,13 @@ def cycling(_own_cache: None) -> Analysis:
     return analyse(arm(), Loop(0.0, 10.0, (entry,)), grid=Grid(7, 6))
 
 
-def test_the_page_is_whole_and_escapes_names(cycling: Analysis, tmp_path: Path) -> None:
+@pytest.mark.parametrize("drawn", [pytest.param("", marks=pytest.mark.slow), "swings"])
+def test_the_page_is_whole_and_escapes_names(
+    cycling: Analysis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, drawn: str
+) -> None:
+    """All figures as images, or the one whose finding says so."""
+    draw = lambda figure: png_and_svg(figure) if drawn in finding_of(figure) else (b"\x89PNG", b"")  # noqa: E731
+    monkeypatch.setattr("stribeck.report.limit_cycle.png_and_svg", draw)
     write_report(cycling, tmp_path)
     page = (tmp_path / "report.html").read_text(encoding="utf-8").replace("\u00a0", " ")
     assert "<b>bench</b>" not in page
