@@ -90,7 +90,7 @@ def test_a_period_that_the_least_step_sets_is_told(joint_a, loop_of):
 
 
 def test_the_period_does_not_hang_on_how_it_is_integrated(joint_a, loop_of):
-    """Where the velocity dies out before it turns, rounding would set the period, but for the least step that counts."""
+    """Where the velocity dies out before it turns, rounding would set the period, but for the least step."""
     loop = loop_of(1.8, "error_sign", zeta=1.0, sample_time=STEP)
     periods = []
     for rtol in (1e-8, 1e-10, 1e-12):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -10,11 +10,13 @@ from numpy.typing import NDArray
 
 from stribeck.loop.cycle import Cycle, CycleTrace, Verdict
 from stribeck.loop.exact.place import Place
-from stribeck.loop.exact.rest import deviations
+from stribeck.loop.exact.rest import deviations, winding
 from stribeck.loop.exact.rounds import NONE, Rounds
 
 Floats = NDArray[np.float64]
 FRAGILE = "creeps to rest without ever stopping: noise, or rounding, would start a cycle"
+WINDS_UP = "it sticks for longer than the other joints took to settle, and winds up"
+OPEN = "its motion had not settled when that of the other joints had"
 TINY = 1e-7  # rad; a smaller motion is no cycle
 _CREEP = 1e-5  # rad; a motion of which this little is left, and ever less, comes to rest
 _FEW_SAMPLES = 4  # rounds of so many samples, and as many more for each one of delay, are chatter
@@ -43,6 +45,8 @@ class Ending:
         Time after which a sampled loop's motion repeats exactly, s; 0 where it is not known to.
     watch : int
         The joint at whose turn a periodic motion's place is.
+    open : set of int
+        Joints whose motion has not settled while that of the others has.
     status : str
         ``ok``, or what the method could not do.
     """
@@ -55,6 +59,7 @@ class Ending:
     status: str = "ok"
     watch: int = -1
     repeat: float = 0.0
+    open: frozenset[int] = frozenset()
 
     @property
     def lasts(self) -> bool:
@@ -134,6 +139,12 @@ def falls(mine: np.ndarray) -> bool:
     return len(spread) >= 4 and bool(spread[-1] < _CREEP and (spread[-3:] < 0.5 * spread[-4:-1]).all())
 
 
+def all_die(rounds: Rounds, place: Place, turns: np.ndarray, dies: Callable[[np.ndarray], bool] = dies_out) -> bool:
+    """Tell whether the whole loop comes to rest, by the last turns of every joint: one that winds up does not."""
+    still = not winding(rounds, place, _CREEP)
+    return still and bool(len(turns)) and all(dies(turns[turns["joint"] == j]) for j in np.unique(turns["joint"]))
+
+
 def answers(rounds: Rounds, ending: Ending) -> dict[str, Cycle]:
     """Return each controlled joint's answer."""
     traces = _traces(rounds, ending) if ending.lasts else {}
@@ -159,10 +170,12 @@ def _answer(rounds: Rounds, ending: Ending, j: int) -> Cycle:
     if ending.kind == "undetermined":
         return Cycle("undetermined", status=ending.status)
     mine = ending.turns[ending.turns["joint"] == j]
-    if len(mine) == 0 and rounds.entry(rounds.arm.names[j]).ki > 0.0 and abs(steady) > TINY:
-        return Cycle("undetermined", status="it sticks for longer than the other joints took to settle, and winds up")
     if len(mine) == 0 or np.ptp([mine["low"].min(), mine["high"].max()]) < 2.0 * TINY:
+        if j in winding(rounds, ending.place, TINY):
+            return Cycle("undetermined", status=WINDS_UP)
         return Cycle("rest", steady_error=steady, status=ending.status)
+    if j in ending.open:
+        return Cycle("undetermined", status=OPEN)
     amplitude, period, stuck = size_of(ending, mine)
     roots = tuple(_plain(root) for root in ending.multipliers)
     return Cycle(
@@ -230,11 +243,11 @@ def _traces(rounds: Rounds, ending: Ending) -> dict[int, CycleTrace]:
 def gather(found: Mapping[str, Mapping[str, Cycle]], joint: str) -> Cycle:
     """Return the answer for a joint from those of all starts.
 
-    The loop's own start decides, unless it comes to rest there and a cycle draws it in from another.
+    The loop's own start decides, unless no joint cycles from there and a cycle draws this one in from another.
     """
     basin = {start: cycles[joint].verdict for start, cycles in found.items()}
     chosen = found["own"][joint]
-    if chosen.verdict in ("rest", "undetermined"):
+    if not any(cycle.cycles or cycle.verdict == "unbounded" for cycle in found["own"].values()):
         for start in ("large", "small"):
             if start in found and found[start][joint].cycles:
                 other = found[start][joint]

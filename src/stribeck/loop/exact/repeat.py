@@ -115,6 +115,8 @@ def _newton(map_: Strobe) -> tuple[Place, NDArray[np.complex128]] | None:
             return None
         miss = found[0] - z
         error = float(np.max(np.abs(miss) / map_.scale))
+        if error > 0.5 * before:  # a change of sign falls on a sample nearby: nothing smooth to solve
+            return None
         if slopes is None or error > 0.1 * before or error < _CLOSE:
             slopes = map_.slopes(z, found[0])
         if slopes is None:

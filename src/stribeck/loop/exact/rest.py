@@ -22,6 +22,7 @@ _GRID = 600
 _SAMPLES = 64
 _FEW, _CALM = 8, 1e-5  # samples, and rad/s that a joint at rest does not reach in them
 _MOST_HOPS = 10  # over quiet stretches, without a turn
+_MEMORY_OF_INTEGRAL = 2
 _AWAY = 1000.0  # s in which an unstable place is left
 
 
@@ -54,6 +55,23 @@ def deviations(rounds: Rounds, place: Place) -> Floats:
         j = rounds.index(entry.joint)
         q[j] -= entry.start + rounds.rate(j) * place.time
     return q
+
+
+def winding(rounds: Rounds, place: Place, least: float) -> frozenset[int]:
+    """Return the joints whose integral grows by an error over ``least`` (rad): if they stick, they break away some day.
+
+    The error is the one that the controller sees, and none where a limit holds the integral.
+    """
+    with_integral = [rounds.index(entry.joint) for entry in rounds.loop.joints if entry.ki > 0.0]
+    if not with_integral:
+        return frozenset()
+    if rounds.sampled:
+        ts, memory = rounds.loop.sample_time, rounds.layout.memory
+        after = rounds.run(place, NONE, duration=1.5 * ts, quiet=False).place
+        grown = (after.values[memory] - place.values[memory]).reshape(rounds.n, -1)[:, _MEMORY_OF_INTEGRAL] / ts
+        return frozenset(j for j in with_integral if abs(grown[j]) > least)
+    rate, _ = rounds.slopes(place)
+    return frozenset(j for j in with_integral if abs(rate[rounds.layout.own(j, INTEGRAL)]) > least)
 
 
 def judge(rounds: Rounds, place: Place) -> Rest:

@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from stribeck.arm import Arm
 from stribeck.loop.cycle import Cycle
-from stribeck.loop.exact.ending import TINY, Ending, answers, dies_out, gather, weighted, whole_rounds
+from stribeck.loop.exact.ending import TINY, Ending, all_die, answers, gather, weighted, whole_rounds
 from stribeck.loop.exact.place import Place, Stretch
-from stribeck.loop.exact.rest import follow
+from stribeck.loop.exact.rest import follow, winding
 from stribeck.loop.exact.rounds import ANY, Rounds, RoundsEngine
 from stribeck.loop.exact.starts import starts
 from stribeck.simulate import Loop
@@ -44,7 +44,11 @@ def settle(arm: Arm | RoundsEngine, loop: Loop) -> dict[str, Cycle]:
 
 
 def settle_from(rounds: Rounds, place: Place) -> Ending:
-    """Return what a loop settles on from a place."""
+    """Return what a loop settles on from a place.
+
+    Where some joints settle and others do not, as one that sticks for long and is shaken loose by others, the ending
+    says which.
+    """
     kind = "noisy" if rounds.noisy else "sampled" if rounds.sampled else "continuous"
     before: Floats | None = None
     last: Floats | None = None
@@ -56,24 +60,38 @@ def settle_from(rounds: Rounds, place: Place) -> Ending:
         span, place = done.place.time - place.time, done.place
         if len(done.turns) < 4:
             still += 1
-            if still > 3 and len(done.turns) == 0 and not _winds_up(rounds):
+            if still > 3 and len(done.turns) == 0 and not _breaks_away(rounds):
                 return Ending("rest", place)
             seconds *= 4.0
             continue
-        if all(dies_out(done.turns[done.turns["joint"] == j]) for j in np.unique(done.turns["joint"])):
+        if all_die(rounds, place, done.turns):
             return Ending("rest", place)
         now = _averages(rounds, done.turns)
         enough = max(len(done.turns[done.turns["joint"] == j]) for j in range(rounds.n)) >= _LEAST[kind]
-        if before is not None and enough and _alike(now, before, _ALIKE[kind]):
+        moving = _moving(rounds, done)
+        if before is not None and enough and moving and moving <= _alike(now, before, _ALIKE[kind]):
             status = "ok" if kind == "continuous" else "mean over its rounds"
             return Ending("roughly", place, done.turns, span, status=status)
         last, before = before, now
         turns, seconds = 2 * turns, max(seconds, 1.5 * span * 2.0)
-    if last is not None and before is not None and _alike(before, last, _DRIFT):
-        off = float(np.nanmax(np.abs(before[:, :2] / last[:, :2] - 1.0)))
-        told = f"mean over its rounds; amplitude or period still changes by {100.0 * off:.2g} %"
-        return Ending("roughly", place, done.turns, span, status=told)
-    return Ending("undetermined", place, status="not settled in the longest simulation")
+    known: frozenset[int] = frozenset() if last is None or before is None else _alike(before, last, _DRIFT)
+    if not known or last is None or before is None:
+        return Ending("undetermined", place, status="not settled in the longest simulation")
+    rows = sorted(known)
+    off = float(np.max(np.abs(before[rows, :2] / last[rows, :2] - 1.0)))
+    told = f"mean over its rounds; amplitude or period still changes by {100.0 * off:.2g} %"
+    return Ending("roughly", place, done.turns, span, status=told, open=_moving(rounds, done) - known)
+
+
+def _moving(rounds: Rounds, done: Stretch) -> frozenset[int]:
+    """Return the joints that moved in a stretch, or will: they stick and wind up."""
+    moved = {
+        int(j)
+        for j in np.unique(done.turns["joint"])
+        for mine in [done.turns[done.turns["joint"] == j]]
+        if mine["high"].max() - mine["low"].min() > 2.0 * TINY
+    }
+    return winding(rounds, done.place, TINY) | moved
 
 
 def _stretch(rounds: Rounds, place: Place, turns: int, seconds: float) -> Stretch:
@@ -85,17 +103,17 @@ def _stopped(why: str, place: Place) -> Ending:
     return Ending(kind, place, status="ok" if kind != "undetermined" else why)
 
 
-def _winds_up(rounds: Rounds) -> bool:
+def _breaks_away(rounds: Rounds) -> bool:
     """Whether a joint that sticks may break away later, as an integral grows."""
     return any(entry.ki > 0.0 or rounds.rate(rounds.index(entry.joint)) != 0.0 for entry in rounds.loop.joints)
 
 
-def _alike(now: Floats, before: Floats, share: float) -> bool:
-    sizes = np.allclose(now[:, :2], before[:, :2], rtol=share, atol=1e-3 * TINY, equal_nan=True)
+def _alike(now: Floats, before: Floats, share: float) -> frozenset[int]:
+    """Return the joints whose averages of two stretches are known and the same."""
+    sizes = np.isclose(now[:, :2], before[:, :2], rtol=share, atol=1e-3 * TINY).all(axis=1)
     stays = np.abs(now[:, 3] - before[:, 3]) <= _STAYS * now[:, 0]  # what creeps on while it trembles is no cycle
-    stuck = np.allclose(now[:, 2], before[:, 2], rtol=0.0, atol=share, equal_nan=True)
-    known = np.isfinite(now[:, 0])
-    return sizes and stuck and bool(known.any() and stays[known].all())
+    stuck = np.isclose(now[:, 2], before[:, 2], rtol=0.0, atol=share)
+    return frozenset(np.flatnonzero(sizes & stays & stuck).tolist())
 
 
 def _averages(rounds: Rounds, turns: np.ndarray) -> Floats:

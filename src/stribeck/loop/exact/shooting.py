@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from stribeck.arm import Arm
 from stribeck.loop.cycle import Cycle
-from stribeck.loop.exact.ending import TINY, Ending, answers, dies_out, falls, fold_of, gather
+from stribeck.loop.exact.ending import TINY, Ending, all_die, answers, falls, fold_of, gather
 from stribeck.loop.exact.place import Place
 from stribeck.loop.exact.repeat import repeated
 from stribeck.loop.exact.rest import follow
@@ -23,6 +23,7 @@ from stribeck.simulate import Loop
 
 Floats = NDArray[np.float64]
 _NEAR = 0.02  # of the cycle's size: so close a motion is drawn in
+_NEUTRAL = 1e-6  # so close to 1 a multiplier by differences does not tell whether a cycle is stable
 _STRETCHES = (4, 4, 8, 8, 16, 32, 64, 128, 256, 256)  # turns between looks
 
 
@@ -67,7 +68,7 @@ def ending_of(rounds: Rounds, place: Place) -> Ending:
             if watch >= 0 and done.why == "end" and len(done.turns):
                 watch = ANY  # that joint has come to rest, others go on
                 continue
-            if done.why == "end" and _all_fall(history):
+            if done.why == "end" and all_die(rounds, place, history, falls):
                 return Ending("rest", place)
             return _stopped(done.why, place)
         if watch < 0:
@@ -75,16 +76,12 @@ def ending_of(rounds: Rounds, place: Place) -> Ending:
             watch = int(np.bincount(joints).argmax())
             if joints[-1] != watch:  # the place must be a turn of the joint that is watched
                 continue
-        if dies_out(done.turns[done.turns["joint"] == watch]):
+        if all_die(rounds, place, done.turns):
             return Ending("rest", place)
         fixed = _attempt(rounds, watch, place, history, fixed)
         if fixed is not None and _drawn_in(rounds, watch, place, fixed):
             return Ending("periodic", fixed.place, fixed.turns, fixed.period, tuple(fixed.multipliers), watch=watch)
     return settle_from(rounds, place)
-
-
-def _all_fall(turns: np.ndarray) -> bool:
-    return bool(len(turns)) and all(falls(turns[turns["joint"] == j]) for j in np.unique(turns["joint"]))
 
 
 def _stopped(why: str, place: Place) -> Ending:
@@ -104,7 +101,7 @@ def _attempt(rounds: Rounds, watch: int, place: Place, history: np.ndarray, know
     section = ReturnMap(rounds, watch, place, fold_of(mine["deviation"], 1e-3 * size))
     z = section.coordinates(place)
     fixed = solve(section, z, _scale(section, z, size))
-    if fixed is None or not fixed.stable:
+    if fixed is None or abs(fixed.multipliers[0]) > 1.0 - _NEUTRAL:  # as of a joint that sticks and winds up
         return None
     whole = fixed.turns[fixed.turns["joint"] == watch]
     return fixed if 0.5 * float(whole["high"].max() - whole["low"].min()) > TINY else None
