@@ -91,12 +91,12 @@ def test_a_delay_of_many_samples_is_cheap_and_one_of_very_many_is_left_out() -> 
     """The largest gain of a dead time T and a rigid joint goes as 1/T^2."""
     arm, begin = one_joint(), time.process_time()
     tops = []
-    for late in (100, 200, 1000):
+    for late in (50, 100, 1000):
         given = loop(controlled(delay_samples=late))
         tops.append(kp_max(assemble(arm, given, free(arm, given)), "A"))
     assert time.process_time() - begin < 10.0
-    assert tops[0].stability == pytest.approx(tops[1].stability * (201.0 / 101.0) ** 2, rel=0.02)
-    assert tops[0].ms2 == pytest.approx(tops[1].ms2 * (201.0 / 101.0) ** 2, rel=0.02)
+    assert tops[0].stability == pytest.approx(tops[1].stability * (101.0 / 51.0) ** 2, rel=0.03)
+    assert tops[0].ms2 == pytest.approx(tops[1].ms2 * (101.0 / 51.0) ** 2, rel=0.03)
     assert tops[2] == KpMax(None, None, TOO_LATE)
 
 
