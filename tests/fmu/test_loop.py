@@ -163,7 +163,10 @@ def test_every_law_and_reference_in_a_controller_fmu(arm: Arm, tmp_path: Path, a
             np.testing.assert_allclose(plant.get("q", 2), expected.motion.q[-1], rtol=0.0, atol=1e-6, err_msg=law.kind)
 
 
-def test_command_writes_a_run_of_the_fmu(arm_fmu: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_command_writes_a_run_of_the_fmu(
+    arm_fmu: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("stribeck.report.simulation.png", lambda figure: b"drawn")  # as the engine's own runs are
     loop = str(MODELS / "two_link_nominal" / "loop.toml")
     assert main(["simulate", "--fmu", str(arm_fmu), loop, "--out", str(tmp_path / "out")]) == 0
     run = load_run(tmp_path / "out" / "simulation.csv", 2)
