@@ -11,7 +11,8 @@ steps, a late velocity) are left out: they need no rule. The shipped rule's thre
 same plant, the others' are those of textbooks; so the best threshold that these very cases would have given each of
 them is told as well, which flatters them.
 Expected: rules for white noise name something nearly always, also where there is nothing; simulation adds little to
-torque. (The latter was wrong: judged by motion, each rule but the shipped one names fewer wrong ones.) Source: Kass & Raftery (1995) for BIC, Yao et al. (2018) for stacking, Newey & West (1987) for robust scores.
+torque. (The latter was wrong: judged by motion, each rule but the shipped one names fewer wrong ones.)
+Source: Kass & Raftery (1995) for BIC, Yao et al. (2018) for stacking, Newey & West (1987) for robust scores.
 """
 
 from __future__ import annotations
