@@ -163,6 +163,7 @@ def contact_sheet(pictures: list[bytes]) -> bytes:
     sheet = Image.new("RGB", (ACROSS * wide, -(-len(images) // ACROSS) * high), "white")
     for k, image in enumerate(images):
         sheet.paste(image, ((k % ACROSS) * wide, (k // ACROSS) * high))
+    sheet = sheet.resize((sheet.width * 3 // 5, sheet.height * 3 // 5), Image.Resampling.LANCZOS)
     out = io.BytesIO()
     sheet.quantize(COLOURS).save(out, "png", optimize=True)
     return out.getvalue()

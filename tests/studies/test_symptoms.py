@@ -9,7 +9,11 @@ from stribeck.effects.registry import registry
 
 OWN = [name for name, effect in registry().items() if type(effect).__module__.startswith("stribeck.effects.")]
 SAMPLE = ("cogging",)  # all of them take a minute
-FAINT = ("encoder_eccentricity",)  # a disc runs out of centre by little, and re-tuning takes most of that
+USUAL = (3.0, 0.5)  # of the variance: with over without, and left over with
+LIMITS = {
+    "encoder_eccentricity": (1.1, 0.7),  # a disc runs out of centre by little, and re-tuning takes most of that
+    "encoder_quantisation": (3.0, 0.7),  # a step that comes a little late leaves all of its height
+}
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=[] if n in SAMPLE else pytest.mark.slow) for n in OWN])
@@ -19,8 +23,9 @@ def test_a_symptom_is_seen_and_the_law_explains_it(name):
     case = cases.case_of(effect)
     symptom = signals.symptom_of(effect, case)
     rms = signals.sizes(case, symptom)
-    assert rms["with"] ** 2 > (1.1 if name in FAINT else 3.0) * rms["without"] ** 2  # several times the variance
-    assert rms["left"] ** 2 < (0.7 if name in FAINT else 0.5) * rms["with"] ** 2  # of which most is the law's
+    seen, left = LIMITS.get(name, USUAL)
+    assert rms["with"] ** 2 > seen * rms["without"] ** 2
+    assert rms["left"] ** 2 < left * rms["with"] ** 2
     picture = figure.small_png(figure.symptom_figure(effect, symptom))
     assert len(picture) < 40_000
     width, height = struct.unpack(">II", picture[16:24])
