@@ -128,7 +128,7 @@ def test_engine_leaves_out_what_vanishes(effect: Effect) -> None:
 def test_derivatives(effect: Effect, part: bool) -> None:
     """The residual's Jacobian, states and delays included, against central differences: 1e-4 of each column.
 
-    The effect's own columns, and all nominal ones or a quarter, other ones for each effect; none less in a transmission.
+    The effect's own columns, and all nominal ones or a quarter, other ones for each effect; all in a transmission.
     """
     placed = everywhere(effect)
     path = SignalPath(arm_for(effect), placed)
