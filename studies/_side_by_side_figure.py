@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter
 
 from stribeck.report.style import COLOUR, drawn, grid, heading, new_figure, title
 
@@ -42,9 +41,7 @@ def side_by_side_figure(result: Mapping[str, Any]) -> Figure:
     off.set_xlabel("error of C0, median, %")
     title(off, "Coulomb friction", 3.0)
     cost.barh(at, [row["seconds"] or np.nan for row in rows], 0.6, color=COLOUR["noise_floor"])
-    cost.set(xscale="log", xlabel="processor time a case, s")
-    cost.xaxis.set_major_formatter("{x:g}")  # the style does not parse powers
-    cost.xaxis.set_minor_formatter(NullFormatter())
+    cost.set_xlabel("processor time a case, s")
     title(cost, "Cost", 3.0)
     for k, value in enumerate(error):
         if np.isnan(value):
