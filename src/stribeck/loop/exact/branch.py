@@ -14,7 +14,6 @@ from stribeck.errors import InputError
 from stribeck.loop.cycle import Cycle
 from stribeck.loop.exact.ending import Ending, answers
 from stribeck.loop.exact.place import Place
-from stribeck.loop.exact.repeat import repeated
 from stribeck.loop.exact.rounds import Rounds, RoundsEngine
 from stribeck.loop.exact.section import Fixed, ReturnMap, solve
 from stribeck.loop.exact.settle import settle_from
@@ -32,8 +31,8 @@ def continue_in(
     """Return the joint's cycle at each value, followed from the one before it.
 
     A continuous loop is followed, through unstable cycles too, by Newton's method on its return map; a sampled one by
-    its motion. Where nothing is followed any more (at a fold, or where the cycle ends in rest) the loop is started anew
-    from its large start, so that the next branch is found.
+    its motion, without multipliers. Where nothing is followed any more (at a fold, or where the cycle ends in rest) the
+    loop is started anew from its large start, so that the next branch is found.
 
     Parameters
     ----------
@@ -98,7 +97,7 @@ def _followed(rounds: Rounds, known: Ending | None) -> Ending:
     ending = None if known is None or not known.lasts else settle_from(rounds, _with_past(rounds, known.place))
     if ending is None or not ending.lasts:
         ending = settle_from(rounds, _large(rounds))
-    return repeated(rounds, ending)
+    return ending
 
 
 def _with_past(rounds: Rounds, place: Place) -> Place:
