@@ -84,9 +84,9 @@ def _slid(balance: Balance, sample_time: float, now: Drive, after: Drive, x: Any
 def _swing(balance: Balance, sample_time: float, now: Drive, after: Drive, carried: Sensitivity) -> Sensitivity:
     """Advance the link states by the implicit midpoint rule: A-stable, second order.
 
-    One Newton step solves it for a linear compliance. A contact needs two: with one, a step across its edge
-    throws the link, and the sensitivities grow without bound. Sensitivities come from the implicit function theorem
-    at the solution, which spares the second derivatives of the arm that a differentiated Newton step would bring.
+    One Newton step solves it for a linear compliance, whose sensitivities come from the implicit function theorem; that
+    spares the second derivatives of the arm. A contact needs two: with one, a step across its edge throws the link.
+    There the solution may still be off, and the Newton steps themselves are differentiated.
     """
     path = balance.path
     links, h = 2 * len(path.flexible), sample_time / (steps := max(1, round(sample_time / SUBSTEP)))
@@ -99,13 +99,21 @@ def _swing(balance: Balance, sample_time: float, now: Drive, after: Drive, carri
         known = [now.stacked + f * (after.stacked - now.stacked), *drive_rest]
         between = newton(link, link, *known)
         if contacts:
+            first = slope(link, columns, link, columns, rest, *known)
+            moved = slope(between, first, link, columns, rest, *known)
             between = newton(between, link, *known)
-        link, columns = 2 * between - link, 2 * slope(between, columns, rest, *known) - columns
+        else:
+            moved = slope(between, columns, link, columns, rest, *known)
+        link, columns = 2 * between - link, 2 * moved - columns
     return replace(carried, states=link, columns=columns)
 
 
 def _midpoint(balance: Balance, h: float, parameters: Sequence[int]) -> tuple[ca.Function, ca.Function]:
-    """Return a Newton step for the links' states in the middle of a step of h, and the sensitivities there."""
+    """Return a Newton step for the links' states in the middle of a step of h, and the sensitivities that follow.
+
+    The latter take the sensitivities of the state that the step starts from (used by a contact only), of the links at
+    the start of h, and of the other states.
+    """
     path = balance.path
     links, others = 2 * len(path.flexible), len(path.state_names) - 2 * len(path.flexible)
     middle, start, still = ca.SX.sym("middle", links), ca.SX.sym("start", links), ca.SX.sym("still", others)
@@ -115,10 +123,17 @@ def _midpoint(balance: Balance, h: float, parameters: Sequence[int]) -> tuple[ca
     known = [drive.stacked, still, path.p, balance.delay_at]
     correction = ca.solve(matrix, middle - start - h / 2 * rate)
     newton = ca.Function("newton", [middle, start, *known], [middle - correction])
+    along = ca.SX.sym("along", links, len(parameters))
     before, rest = ca.SX.sym("before", links, len(parameters)), ca.SX.sym("rest", others, len(parameters))
-    pushed = ca.jacobian(rate, path.p)[:, list(parameters)] + ca.mtimes(ca.jacobian(rate, still), rest)
-    columns = ca.solve(matrix, ca.densify(before + h / 2 * pushed)) if parameters else before
-    return newton, ca.Function("slope", [middle, before, rest, *known], [columns])
+    if _contacts(path):
+        moved = middle - correction
+        columns = ca.jacobian(moved, path.p)[:, list(parameters)]
+        columns += ca.mtimes(ca.jacobian(moved, start), before) + ca.mtimes(ca.jacobian(moved, still), rest)
+        columns += ca.mtimes(ca.jacobian(moved, middle), along)
+    else:
+        pushed = ca.jacobian(rate, path.p)[:, list(parameters)] + ca.mtimes(ca.jacobian(rate, still), rest)
+        columns = ca.solve(matrix, ca.densify(before + h / 2 * pushed)) if parameters else before
+    return newton, ca.Function("slope", [middle, along, start, before, rest, *known], [columns])
 
 
 def _contacts(path: SignalPath) -> bool:
