@@ -127,6 +127,8 @@ def fold_of(deviation: Floats, alike: float) -> int:
 def dies_out(mine: np.ndarray) -> bool:
     """Tell whether one joint's rounds have become too small for a cycle, or are about to: creep to rest in steps."""
     spread = 0.5 * (mine["high"] - mine["low"])
+    if len(spread) >= 4 and spread[len(spread) // 2 :].max() >= _CREEP:
+        return False  # one turn among large ones may be tiny: where a sampled joint stops, it turns once more
     if len(spread) < 2 or not spread[-1] < spread[0]:
         return bool(len(spread) and spread.max() < TINY)
     creeps = len(spread) >= 8 and spread[-1] < 0.7 * spread[-8] and bool((np.diff(spread[-8:]) < 0.0).all())

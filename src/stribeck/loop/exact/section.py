@@ -15,6 +15,7 @@ Floats = NDArray[np.float64]
 _STEP = 1e-6  # of a difference, over the size of the cycle
 _MOST_ITERATIONS = 12
 _CLOSE = 1e-9  # of the cycle's size: a fixed point
+_STAYS = 1e-6  # of its size that a cycle may move in a further round
 
 
 @dataclass(frozen=True)
@@ -127,6 +128,9 @@ def solve(section: ReturnMap, z: Floats, scale: Floats) -> Fixed | None:
         if slopes is None or not np.isfinite(slopes).all() or error > 10.0 * first:
             return None
         if error < _CLOSE:
+            again = section.apply(image)  # an unstable rest is a fixed point to rounding, and left within a round
+            if again is None or float(np.max(np.abs(again[0] - image) / scale)) > _STAYS:
+                return None
             roots = np.linalg.eigvals(slopes).astype(complex)
             order = np.argsort(-np.abs(roots))
             return _cycle(section, done.place, roots[order])
