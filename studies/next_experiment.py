@@ -23,9 +23,9 @@ import typer
 from _next_answers import METHODS, answered
 from _next_cases import EFFECTS, poor_case
 from _next_figure import next_figure
+from _next_table import counts, in_words, summary
 from _output import OUT, write
 
-from stribeck.blind.rates import rate
 from stribeck.errors import StribeckError
 
 
@@ -39,11 +39,11 @@ def main(
     work.mkdir(parents=True, exist_ok=True)
     names = effects.split(",") if effects else list(EFFECTS)
     rows: list[dict[str, Any]] = []
-    counts = tuple(int(count) for count in joints.split(","))
+    numbers = tuple(int(count) for count in joints.split(","))
     for number, effect in _drawn(names, seed, at_most):
-        rows.append(_row(work, number, effect, counts))
-        print(_line(rows[-1]), flush=True)
-        if sum(_counts(row) for row in rows) >= cases:
+        rows.append(_row(work, number, effect, numbers))
+        print(in_words(rows[-1]), flush=True)
+        if sum(counts(row) for row in rows) >= cases:
             break
     result = summary(rows)
     print("\n".join(f"{method}: {result['resolved'][method]}" for method in METHODS))
@@ -69,50 +69,6 @@ def _row(work: Path, seed: int, effect: str, joints: tuple[int, ...]) -> dict[st
             row = {"seed": seed, "effect": effect, "open": False, "error": str(error)}
         file.write_text(json.dumps(row, default=float), encoding="utf-8")
     return dict(json.loads(file.read_text(encoding="utf-8")))
-
-
-def _counts(row: dict[str, Any]) -> bool:
-    """Whether a case is open, and a motion might settle it."""
-    return bool(row["open"] and not row["exact"])
-
-
-def _line(row: dict[str, Any]) -> str:
-    start = f"{row['seed']} {row['effect']}: "
-    if not row["open"]:
-        return start + (row.get("error") or f"not open, {row['before']['verdict']} {row['before']['named']}")
-    if row["experiment"] is None:
-        return start + "open, no experiment within the torque"
-    after = ", ".join(f"{name} {'yes' if one['right'] else one.get('named')}" for name, one in row["after"].items())
-    return start + f"open, {row['experiment']['kind']}: {after}"
-
-
-def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return counts per method, those of changes proposed for what no motion tells apart, times, and all rows."""
-    counted = [row for row in rows if _counts(row)]
-    exact = [row for row in rows if row["open"] and row["exact"] and row["experiment"] is not None]
-    tried = [row for row in counted if row["experiment"] is not None]
-    kinds = [row["experiment"]["kind"] for row in tried]
-    return {
-        "schema": "stribeck.study.next_experiment/1",
-        "units": {"seconds": "s of processor time"},
-        "recorded": len(rows),
-        "open": len(counted),
-        "resolved": {name: rate(_settled(row, name) for row in counted) for name in METHODS},
-        "wrong": {name: rate(bool(row["after"][name].get("wrong")) for row in tried) for name in METHODS},
-        "proposed": {kind: kinds.count(kind) for kind in ("motion", "change")},
-        "no_motion_tells": rate(row["after"]["proposed"]["right"] for row in exact),
-        "seconds": {"design": _middle([row["seconds"]["design"] for row in counted]),
-                    "diagnosis": _middle([row["seconds"]["diagnosis"] for row in rows if "seconds" in row])},
-        "rows": rows,
-    }  # fmt: skip
-
-
-def _settled(row: dict[str, Any], method: str) -> bool:
-    return bool(row["experiment"] is not None and row["after"][method]["right"])
-
-
-def _middle(values: list[float]) -> float | None:
-    return float(np.median(values)) if values else None
 
 
 if __name__ == "__main__":
