@@ -13,6 +13,8 @@ from stribeck.report.figures.log_ticks import plain_log
 from stribeck.report.numbers import number
 from stribeck.report.style import COLOUR, INK, MUTED, drawn, grid, heading, key, new_figure
 
+SPREAD = 100.0  # largest over smallest cycle from which a scale of equal steps shows nothing of the small ones
+
 
 @drawn
 def branch_figure(answer: JointAnswer) -> Figure | None:
@@ -53,13 +55,19 @@ def draw_branch(ax: Axes, branch: Branch) -> Axes:
     for value, cycle in zip(branch.values, branch.cycles, strict=True):
         if cycle.verdict in ("unbounded", "undetermined"):
             sign = "∞" if cycle.verdict == "unbounded" else "?"
-            ax.annotate(sign, (value, 1.04 * top), ha="center", color=COLOUR["corrected"])
+            ax.annotate(sign, (value, 0.94), xycoords=("data", "axes fraction"), ha="center", color=COLOUR["corrected"])
     if branch.setting == "kp":
         ax.set_xscale("log")
         plain_log(ax.xaxis)
     ax.update_datalim([(branch.values.min(), 0.0), (branch.values.max(), 0.0)])  # a sign alone does not widen the axis
     ax.autoscale_view()
     ax.set_ylim(-0.03 * top, 1.15 * top)
+    least = float(np.min(sizes, where=np.isfinite(sizes) & (sizes > 0.0), initial=top))
+    if top > SPREAD * least:  # down to the smallest cycle in equal steps a decade, rest at nought below it
+        ax.set_yscale("symlog", linthresh=0.5 * least, linscale=0.4)
+        ax.set_ylim(-0.1 * least, 3.0 * top)
+        decades = 10.0 ** np.arange(np.ceil(np.log10(least)), np.floor(np.log10(top)) + 1)
+        ax.set_yticks([0.0, *decades], labels=["0", *(f"{value:g}" for value in decades)])
     grows = np.array([cycle.verdict == "unbounded" for cycle in branch.cycles]) & ~np.isfinite(cycling).any()
     lines = (
         ("rest", MUTED, resting),
