@@ -14,7 +14,7 @@ from PIL import Image
 from stribeck.model.effect import Effect
 from stribeck.report import words
 from stribeck.report.figures.log_ticks import plain_log
-from stribeck.report.style import COLOUR, INK, MUTED, drawn, grid, new_figure, png
+from stribeck.report.style import COLOUR, INK, MUTED, drawn, grid, key, new_figure, png
 
 SIDES = {1: "#0072b2", -1: "#d55e00", 0: COLOUR["noise_floor"]}
 BINS, LEAST = 40, 5  # of the line that goes through the law's points, and points in one
@@ -55,21 +55,10 @@ def symptom_figure(effect: Effect, symptom: Symptom) -> Figure:
     for ax in (left, right):
         ax.set_xlabel(symptom.xlabel)
     left.set_title(words.effect(effect.name).capitalize())
-    _key(left, [("without", SIDES[0])])
+    key(left, [("without", SIDES[0])], LETTER)
     sides = zip(symptom.sides, (SIDES[1], SIDES[-1]), strict=True) if symptom.sides else [("with", SIDES[1])]
-    _key(right, [*sides, ("law", INK)])
+    key(right, [*sides, ("law", INK)], LETTER)
     return figure
-
-
-def _key(ax: Axes, entries: list[tuple[str, str]]) -> None:
-    """Name the colours (text, colour) above the right end of a panel, each as far from the next as its length wants."""
-    x = 1.0
-    for text, colour in reversed(entries):
-        ax.annotate(
-            text, (x, 1.0), xytext=(0, 8), xycoords="axes fraction", textcoords="offset points",
-            ha="right", va="bottom", color=colour, fontsize=9.5, fontweight="bold",
-        )  # fmt: skip
-        x -= LETTER * (len(text) + 2)
 
 
 def draw(ax: Axes, points: Points, symptom: Symptom, *, plain: bool = False) -> None:

@@ -7,11 +7,12 @@ from numpy.typing import NDArray
 
 from stribeck.arm import Arm
 from stribeck.loop.cycle import Cycle
-from stribeck.loop.exact.ending import TINY, Ending, all_die, answers, gather, weighted, whole_rounds
+from stribeck.loop.exact.ending import Ending, all_die, answers, gather
 from stribeck.loop.exact.place import Place, Stretch
 from stribeck.loop.exact.rest import follow, winding
 from stribeck.loop.exact.rounds import ANY, Rounds, RoundsEngine
 from stribeck.loop.exact.starts import starts
+from stribeck.loop.exact.turns import TINY, weighted, whole_rounds
 from stribeck.simulate import Loop
 
 Floats = NDArray[np.float64]

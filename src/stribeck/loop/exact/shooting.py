@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from stribeck.arm import Arm
 from stribeck.loop.cycle import Cycle
-from stribeck.loop.exact.ending import TINY, Ending, all_die, answers, falls, fold_of, gather
+from stribeck.loop.exact.ending import Ending, all_die, answers, gather
 from stribeck.loop.exact.place import Place
 from stribeck.loop.exact.repeat import repeated
 from stribeck.loop.exact.rest import follow
@@ -19,6 +19,7 @@ from stribeck.loop.exact.rounds import ANY, Rounds, RoundsEngine
 from stribeck.loop.exact.section import Fixed, ReturnMap, solve
 from stribeck.loop.exact.settle import settle_from
 from stribeck.loop.exact.starts import starts
+from stribeck.loop.exact.turns import TINY, falls, fold_of
 from stribeck.simulate import Loop
 
 Floats = NDArray[np.float64]
