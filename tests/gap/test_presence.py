@@ -49,6 +49,12 @@ def test_plain_and_poor_evidence() -> None:
     assert presence(replace(small, further=1.0, further_gain=0.3)) < presence(small)  # what the first law does not fit
 
 
+@given(st.floats(0.1, 2.0), st.floats(0.05, 1.0))
+def test_a_further_effect_that_gains_more_is_surer(gain: float, more: float) -> None:
+    small, large = (replace(CENTRE, gain=g, further=1.0, further_gain=g) for g in (gain, gain + more))
+    assert presence(small) < presence(large)
+
+
 def test_explained_is_the_part_above_the_floor() -> None:
     base, best = model(rows(1.0, 4.0), rows(1.0, 4.0)), model(rows(0.1, 0.4), rows(0.5, 4.0))
     assert explained(base, model(rows(0.1, 0.4), rows(0.1, 0.4)), FLOOR, 0) == pytest.approx(1.0)
