@@ -30,7 +30,7 @@ def fits_of_a_case(arm: Arm, runs: Sequence[Run], leave_out: Sequence[str]) -> d
     prepared = prepare(arm, runs)
     steps = searched(prepared, jobs=1, leave_out=leave_out).steps
     floor = steps[-1].floor
-    causes, _ = causes_of(steps, arm.names, floor)
+    causes, _ = causes_of(steps, arm.names)
     named = [cause for cause in causes if (cause.presence or 0.0) > NAMED_OVER]
     said = diagnosis_of([(cause.effect, cause.joints[0], cause.equivalent) for cause in named])
     return {"diagnosis": said, "fits": _fits(prepared, floor, steps[0], leave_out)}
@@ -102,9 +102,9 @@ def _score(prepared: Prepared, floor: np.ndarray, base: Model, rival: Model) -> 
     rows = base.fit.residual.size
     sd = np.array([base.fit.entries[i].sd for i in base.fit.free])
     known = np.isfinite(sd)
-    tuned = ((base.fit.jacobian * scale[None, :, None]) * np.where(known, sd, 1.0)).reshape(rows, -1)
+    tuned = ((base.fit.jacobian * scale[..., None]) * np.where(known, sd, 1.0)).reshape(rows, -1)
     mine = [c for c, i in enumerate(rival.fit.free) if rival.fit.entries[i].owner == len(base.placed)]
-    own = (rival.fit.jacobian[:, :, mine] * scale[None, :, None]).reshape(rows, -1)
+    own = (rival.fit.jacobian[:, :, mine] * scale[..., None]).reshape(rows, -1)
     gram = tuned.T @ tuned + np.diag(np.where(known, 1.0, 1e-6))
     own = own - tuned @ np.linalg.solve(gram, tuned.T @ own)
     own /= np.maximum(np.linalg.norm(own, axis=0), 1e-300)

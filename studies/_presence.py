@@ -27,7 +27,7 @@ def evidence_of_a_case(arm: Arm, runs: Sequence[Run], leave_out: Sequence[str]) 
     rows = []
     for place, step in enumerate(taken):
         names = {step.rivals[k - 1].placed[-1].effect.name for k in step.ranking.twins()}
-        rows.append({"class": sorted(names), **asdict(evidence(taken, place, steps[-1].floor))})
+        rows.append({"class": sorted(names), **asdict(evidence(taken, place))})
     empty = {"named": [], "verdict": "unexplained", "causes": [], "where": [], "gap": {"closed": None}}
     return {"diagnosis": empty, "evidence": rows}
 

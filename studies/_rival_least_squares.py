@@ -77,7 +77,7 @@ def by_least_squares(
         p[list(residual.columns)], slope = x.physical(z)
         r, jacobian = residual(p)
         rows, prior = (r / sd).ravel(), (z - x.nominal / x.unit)[x.known]
-        columns = (jacobian / sd[None, :, None] * slope).reshape(len(rows), -1)
+        columns = (jacobian / sd[..., None] * slope).reshape(len(rows), -1)
         stacked = np.concatenate([rows, prior]), np.vstack([columns, np.eye(len(z))[x.known]])
         value, derivative = (np.nan_to_num(part, nan=BROKEN, posinf=BROKEN, neginf=-BROKEN) for part in stacked)
         return value, derivative

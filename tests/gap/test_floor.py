@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stribeck.gap.floor import noise_floor
+from stribeck.gap.floor import LEAST, noise_floor, noise_of_rows
 from stribeck.identify.conditioning import condition
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import values_of
@@ -64,3 +64,14 @@ def test_floor_grows_with_noise_and_is_repeatable() -> None:
     assert 3.0 < rms([first[1]]) / rms([first[0]]) < 30.0
     assert (noise_floor(TRUE, PATH, P, [runs[0]], CUTOFF, 0) == first[0]).all()
     assert (noise_floor(TRUE, PATH, P, [runs[0]], CUTOFF, 1) != first[0]).any()
+
+
+def test_noise_of_rows_is_the_floor_smoothed() -> None:
+    """It has the floor's mean square, but where a row has next to none."""
+    run = condition(TRUE, shaken(sliding(), 1e-4, 0), CUTOFF, thin=True)
+    floor = noise_floor(TRUE, PATH, P, [run], CUTOFF, 0)
+    rows = noise_of_rows(TRUE, PATH, P, [run], CUTOFF, 0)
+    assert rows.shape == floor.shape
+    assert rms([rows]) == pytest.approx(rms([floor]), rel=0.05)
+    assert np.std(rows) < 0.6 * np.std(floor)
+    assert rows.min() >= LEAST * rms([floor]) * (1.0 - 1e-9)

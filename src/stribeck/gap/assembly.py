@@ -19,12 +19,13 @@ from stribeck.gap.motion import motion_gap
 from stribeck.gap.observed import Observation
 from stribeck.gap.places import places
 from stribeck.gap.prepare import Prepared
-from stribeck.gap.presence import AT_FLOOR
 from stribeck.gap.result import Cause, Diagnosis, Estimate, Stage, Tuned
 from stribeck.gap.search import Step
 from stribeck.gap.verdict import (
+    AT_FLOOR,
     NAMED_OVER,
     NONE_HELD,
+    NONE_OVER,
     causes_of,
     closes_estimate,
     no_gap_probability,
@@ -64,7 +65,7 @@ class Assembly:
     def diagnosis(self) -> Diagnosis:
         """Return the diagnosis."""
         arm, prepared = self.prepared.arm, self.prepared
-        causes, left_over = causes_of(self.steps, arm.names, self.floor)
+        causes, left_over = causes_of(self.steps, arm.names)
         in_torque = tuple(cause.effect for cause in causes if (cause.presence or 0.0) > NAMED_OVER)
         causes = [self._with_details(cause) for cause in causes]
         chain = self._chain(in_torque)
@@ -128,14 +129,14 @@ class Assembly:
                 "explained" if ratio < AT_FLOOR or self._closes(self.base, final).value > 0.9 else "partly_explained"
             )
             return verdict, [*causes, Cause("unknown", left_over)]
-        last, names = self.steps[-1], self.prepared.arm.names
-        if causes:
-            return "unexplained", [*causes, Cause("unknown", left_over)]
-        none = no_gap_probability(self.steps[0], self.floor)
+        none = no_gap_probability(self.steps[0], self.floor) * left_over
         nothing = Cause("none", NONE_HELD * none)
-        if none > NAMED_OVER:
-            return "no_gap", [nothing, Cause("unknown", 1.0 - nothing.probability)]
-        return "unexplained", [nothing, *suspected(last, 1.0 - nothing.probability, names)]
+        rest = left_over - nothing.probability
+        if none > NONE_OVER:
+            return "no_gap", [*causes, nothing, Cause("unknown", rest)]
+        if causes:
+            return "unexplained", [*causes, nothing, Cause("unknown", rest)]
+        return "unexplained", [nothing, *suspected(self.steps[-1], rest, self.prepared.arm.names)]
 
     def _experiment(self, causes: Sequence[Cause], *, unexplained: bool) -> Experiment | None:
         """Return what would tell apart what these data cannot, where there is such a question."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,12 +11,13 @@ from stribeck.arm import Arm
 from stribeck.effects.registry import placed_effects
 from stribeck.errors import InputError
 from stribeck.gap.assembly import Assembly
-from stribeck.gap.floor import noise_floor
+from stribeck.gap.floor import noise_of_rows
 from stribeck.gap.model import retune
 from stribeck.gap.observed import observe
 from stribeck.gap.prepare import Prepared, prepare
 from stribeck.gap.result import Diagnosis
 from stribeck.gap.search import Progress, Step, search
+from stribeck.gap.spread import Noise
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import values_of
 from stribeck.model.path import SignalPath
@@ -63,13 +64,19 @@ def diagnose(
     prepared = prepare(arm, runs, held_out)
     found = searched(prepared, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
     progress("simulating the held-out runs")
-    return Assembly(prepared, seen, found.given, found.noise, found.steps[-1].floor, found.steps, seed).diagnosis()
+    return Assembly(
+        found.prepared, seen, found.given, found.noise, found.steps[-1].floor, found.steps, seed
+    ).diagnosis()
 
 
 @dataclass(frozen=True)
 class Searched:
-    """A finished search: its steps, and on the held-out runs (M, n) the residual as given and its noise floor, N m."""
+    """A finished search: its steps, and on the held-out runs (M, n) the residual as given and its noise floor, N m.
 
+    ``prepared`` are the recordings that it saw, with the noise of their rows.
+    """
+
+    prepared: Prepared
     given: np.ndarray
     noise: np.ndarray
     steps: tuple[Step, ...]
@@ -89,13 +96,17 @@ def searched(
     path = SignalPath(arm, own)
     given = Residual(path, prepared.held, ())(values_of(path.entries))[0]
     progress("re-tuning the nominal model")
-    floor = _floor_rms(noise_floor(arm, path, values_of(path.entries), prepared.held, prepared.cutoff, seed))
-    base = retune(prepared, floor, own)
-    noise = noise_floor(arm, path, base.fit.p, prepared.held, prepared.cutoff, seed)
-    floor = _floor_rms(noise)
-    steps = search(prepared, base, floor, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
-    return Searched(given, np.sqrt(noise**2 + np.maximum(steps[-1].floor ** 2 - floor**2, 0.0)), steps)
+    noise = _noise_along(path, values_of(path.entries), prepared, seed)
+    base = retune(replace(prepared, noise=noise), noise.rms, own)
+    noise = _noise_along(path, base.fit.p, prepared, seed)
+    prepared = replace(prepared, noise=noise)
+    steps = search(prepared, base, noise.rms, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
+    more = np.maximum(steps[-1].floor ** 2 - noise.rms**2, 0.0)
+    return Searched(prepared, given, np.sqrt(noise.held**2 + more), steps)
 
 
-def _floor_rms(noise: np.ndarray) -> np.ndarray:
-    return np.asarray(np.maximum(np.sqrt(np.mean(noise**2, axis=0)), 1e-12))
+def _noise_along(path: SignalPath, p: np.ndarray, prepared: Prepared, seed: int) -> Noise:
+    fit, held = (
+        noise_of_rows(prepared.arm, path, p, runs, prepared.cutoff, seed) for runs in (prepared.fit, prepared.held)
+    )
+    return Noise(fit, held)

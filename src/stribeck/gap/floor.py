@@ -8,15 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from stribeck.arm import Arm
 from stribeck.identify.conditioning import Conditioned, condition
 from stribeck.identify.residual import Residual
 from stribeck.model.path import SignalPath
 
-DRAWS = 2
+DRAWS = 3
+NEIGHBOURS = 7  # rows, over which a row's noise is averaged
+LEAST = 0.1  # of a joint's noise, that every row has: what is quieter still is not counted on
+TINY = 1e-12  # N m
 SOFTER = 0.6  # of the motion filter's cutoff
 BLUR = 1.0 / SOFTER**2 - 1.0  # change at that cutoff over the error at the full one, where it falls with its square
 FELT = 0.5  # of the blur is left in a re-tuned residual: measured on twelve recordings without an effect
@@ -47,6 +52,16 @@ def noise_floor(
     soft = [condition(arm, run.run, cutoff, run.noise, thin=True, sharpness=SOFTER) for run in runs]
     blurred, _ = Residual(path, soft, ())(p)
     return np.asarray(np.sqrt(total / DRAWS + (FELT * (blurred - clean) / BLUR) ** 2))
+
+
+def noise_of_rows(
+    arm: Arm, path: SignalPath, p: np.ndarray, runs: Sequence[Conditioned], cutoff: float, seed: int
+) -> np.ndarray:
+    """Return :func:`noise_floor` smoothed over neighbouring rows, at least LEAST of each joint's own; as arguments."""
+    power = noise_floor(arm, path, p, runs, cutoff, seed) ** 2
+    edges = np.cumsum([0, *(len(run.analysis_index) for run in runs)])
+    parts = [uniform_filter1d(power[i:k], NEIGHBOURS, axis=0, mode="nearest") for i, k in pairwise(edges)]
+    return np.asarray(np.sqrt(np.maximum(np.concatenate(parts), LEAST**2 * np.mean(power, axis=0) + TINY**2)))
 
 
 def _again(arm: Arm, run: Conditioned, cutoff: float, rng: np.random.Generator) -> Conditioned:

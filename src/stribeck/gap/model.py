@@ -9,6 +9,7 @@ import numpy as np
 
 from stribeck.gap.blocks import correlation_rows
 from stribeck.gap.prepare import Prepared
+from stribeck.gap.spread import noise_power, spread
 from stribeck.identify.map_fit import Fit, Weights, fit
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import Placed, values_of
@@ -81,9 +82,9 @@ def _with_values(placed: Sequence[Placed], fit: Fit) -> tuple[Placed, ...]:
 
 
 def weights_of(residual: np.ndarray, prepared: Prepared, floor: np.ndarray) -> Weights:
-    """Return weights from a residual on the fit runs (M, n): its spread, at least the floor (n,), and correlation."""
-    sd = np.maximum(np.sqrt(np.mean(residual**2, axis=0)), floor)
-    return Weights(sd, correlation_rows(residual, prepared.fit))
+    """Return weights from a residual on the fit runs (M, n): its spread, at least the noise, and correlation."""
+    sd = spread(residual, noise_power(prepared.noise, floor, len(residual)))
+    return Weights(sd, correlation_rows(residual / sd, prepared.fit))
 
 
 def retune(prepared: Prepared, floor: np.ndarray, placed: Sequence[Placed] = (), rounds: int = 3) -> Model:

@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 
 from stribeck.arm import Arm
+from stribeck.gap.spread import Noise
 from stribeck.grid import uniform
 from stribeck.identify.conditioning import Conditioned, condition, cutoff_frequency
 from stribeck.identify.stretches import part, shortened
@@ -26,7 +27,8 @@ BEYOND = 0.1  # of what all runs reach: further than that beyond every other run
 class Prepared:
     """Runs ready for the search.
 
-    ``fit`` and ``held`` are conditioned runs; ``scales`` typical magnitudes per joint; ``cutoff`` in Hz.
+    ``fit`` and ``held`` are conditioned runs; ``scales`` typical magnitudes per joint; ``cutoff`` in Hz; ``noise`` that
+    of every row of the residual, once a model is there to tell.
     """
 
     arm: Arm
@@ -36,6 +38,7 @@ class Prepared:
     cutoff: float
     notes: tuple[str, ...]
     warnings: tuple[str, ...]
+    noise: Noise | None = None
 
 
 def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = ()) -> Prepared:

@@ -10,6 +10,7 @@ import numpy as np
 from stribeck.gap.blocks import bayesian_bootstrap, block_of_rows, block_sums, correlation_rows, t_value
 from stribeck.gap.model import Model
 from stribeck.gap.prepare import Prepared
+from stribeck.gap.spread import levels, noise_power
 from stribeck.identify.conditioning import Conditioned
 
 DRAWS = 400
@@ -40,6 +41,8 @@ class Ranking:
         Probability, by the same bootstrap, that there is any gain over all runs.
     power : array (K, n)
         Mean square of the residual over all runs, in units of the noise floor's.
+    lost : array (K,)
+        What the held-out runs lose of squared residual, as a part of what the fitted ones gain; negative for a gain.
     prior_gain : array (K,)
         The prior's cost saved against the base.
     best : int
@@ -55,6 +58,7 @@ class Ranking:
     t: np.ndarray
     sure: np.ndarray
     power: np.ndarray
+    lost: np.ndarray
     prior_gain: np.ndarray
     best: int
     order: tuple[int, ...] = ()
@@ -100,7 +104,10 @@ def rank(prepared: Prepared, models: Sequence[Model], floor: np.ndarray, seed: i
     Model weights by pseudo-BMA with the Bayesian bootstrap: Yao, Vehtari, Simpson & Gelman (2018).
     """
     runs = (*prepared.fit, *prepared.held)
-    whole = [np.concatenate([model.fit.residual, model.held]) for model in models]
+    plain = [np.concatenate([model.fit.residual, model.held]) for model in models]
+    least = plain[int(np.argmin([np.sum(np.log(np.mean(r**2, axis=0) + 0.5 * floor**2)) for r in plain]))]
+    level = levels(least, noise_power(prepared.noise, floor, len(least)), floor)
+    whole = [residual * level for residual in plain]
     squares = _squares(whole, block_of_rows(runs), floor)
     total = squares.sum(axis=1)
     reference = int(np.argmin(np.sum(np.log(total), axis=1)))
@@ -118,14 +125,17 @@ def rank(prepared: Prepared, models: Sequence[Model], floor: np.ndarray, seed: i
     best = order[0] if order else 0
     loss = squares / np.maximum(total[reference] / squares.shape[1], 1e-300)
     t = np.array([t_value(log_ratio(loss[0], row)) for row in loss])
-    held = _squares([model.held for model in models], block_of_rows(prepared.held), floor)
+    held = _squares([r[-len(models[0].held) :] for r in whole], block_of_rows(prepared.held), floor)
     draws = bayesian_bootstrap(held.shape[1], DRAWS, rng)
     held_logs = np.log(np.einsum("db,kbj->dkj", draws, held) + 1e-300)
     overall = 1.0 - np.exp(np.sum(np.log(total / total[0]), axis=1))
     sure = np.mean(np.sum(logs - logs[:, :1], axis=2) < 0.0, axis=0)
     power = np.array([np.mean(residual**2, axis=0) / floor**2 for residual in whole])
     gain = _gains(held_logs, held.sum(axis=1))
-    return Ranking(probability, loss, gain, overall, t, sure, power, prior[0] - prior, best, order)
+    less = np.sum((total[0] - total) / floor**2, axis=1)
+    less_held = np.sum((held[0] - held).sum(axis=1) / floor**2, axis=1)
+    lost = -less_held / np.maximum(less - less_held, 1e-9)
+    return Ranking(probability, loss, gain, overall, t, sure, power, lost, prior[0] - prior, best, order)
 
 
 def _order(score: np.ndarray) -> tuple[int, ...]:

@@ -192,7 +192,7 @@ class _Projector:
     def __init__(self, base: Model, weights: Weights, rows: np.ndarray) -> None:
         fit = base.fit
         share = len(fit.residual) / len(rows)  # a part of the runs stands for all of them
-        self.scale = weights.scale * np.sqrt(share)
+        self.scale = weights.scale[rows] * np.sqrt(share)
         sd = np.array([fit.entries[i].sd if np.isfinite(fit.entries[i].sd) else 1.0 for i in fit.free])
         finite = np.array([np.isfinite(fit.entries[i].sd) for i in fit.free])
         slope = np.array([fit.p[i] if fit.entries[i].log else 1.0 for i in fit.free])
@@ -207,7 +207,7 @@ class _Projector:
         self.cost -= 0.5 * float(pull @ self.inverse @ pull)  # the base at its best on these rows
 
     def _rows(self, values: np.ndarray) -> np.ndarray:
-        weighted = values * (self.scale[None, :, None] if values.ndim == 3 else self.scale)
+        weighted = values * (self.scale[..., None] if values.ndim == 3 else self.scale)
         return np.asarray(weighted.reshape(values.shape[0] * values.shape[1], -1))
 
     def step(self, residual: np.ndarray, jacobian: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:

@@ -194,7 +194,7 @@ def _fit_trial(prepared: Prepared, base: Model, weights: Weights, trial: Trial, 
         return None
     # a gap that is gone had made the whole joint count for little: what is left deserves its own weights
     own = weights_of(model.fit.residual, prepared, floor)
-    if np.any(own.sd < RELIEVED * weights.sd):
+    if np.any(np.mean(own.sd**2, axis=0) < RELIEVED**2 * np.mean(weights.sd**2, axis=0)):
         again = fit_model(prepared, model.placed, own, model.fit, evaluations=15)
         model = again if np.all(np.isfinite(again.held)) else model
     return model

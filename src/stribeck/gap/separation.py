@@ -117,7 +117,7 @@ class Candidate:
 
     def __init__(self, arm: Arm, model: Model, weights: Weights, change: Change = AS_IT_IS) -> None:
         fit = model.fit
-        self.p, self.scale = fit.p, weights.scale
+        self.p, self.scale = fit.p, 1.0 / (np.sqrt(np.mean(weights.sd**2, axis=0) * weights.correlation))
         entries = [fit.entries[i] for i in fit.free]
         known = np.array([np.isfinite(entry.sd) for entry in entries])
         slope = np.array([value if entry.log else 1.0 for entry, value in zip(entries, fit.p[fit.free], strict=True)])

@@ -12,11 +12,13 @@ from stribeck.gap.presence import evidence, presence
 from stribeck.gap.result import Cause, Estimate
 from stribeck.gap.search import Step
 
+AT_FLOOR = 1.4  # residual over noise floor up to which nothing is left to explain
 SILENT_TO = 1.6  # residual over noise floor up to which there is no gap: the floor is known to a factor of 1.5
 UNKNOWN_HELD = 0.65  # of the chance of "unknown": four of ten unexplained gaps were an effect of the library after all
 MOST_SUSPECTS = 2
 NONE_HELD = 0.6  # of the chance of "none": every other sealed case without a visible gap hid an effect too weak to show
-NAMED_OVER = 0.5  # probability of presence from which an effect is named
+NAMED_OVER = 0.6  # probability of presence from which an effect is named: of those just above one half, half are there
+NONE_OVER = 0.5  # probability of nothing, from which there is no gap
 
 
 def closure(before: np.ndarray, after: np.ndarray, floor: np.ndarray) -> float:
@@ -28,7 +30,7 @@ def closure(before: np.ndarray, after: np.ndarray, floor: np.ndarray) -> float:
     return 1.0 - max(float(np.sum(last - 1.0)), 0.0) / max(float(np.sum(first - 1.0)), 1e-9)
 
 
-def causes_of(steps: Sequence[Step], names: Sequence[str], floor: np.ndarray) -> tuple[list[Cause], float]:
+def causes_of(steps: Sequence[Step], names: Sequence[str]) -> tuple[list[Cause], float]:
     """Return the causes that the taken steps name, without parameters, and the probability of ``unknown``."""
     taken = [step for step in steps if step.taken]
     gathered: dict[str, list[tuple[int, float, float, tuple[str, ...]]]] = {}
@@ -39,7 +41,7 @@ def causes_of(steps: Sequence[Step], names: Sequence[str], floor: np.ndarray) ->
         twins = [step.rivals[i - 1].placed[-1].effect.name for i in r.twins()]
         share = -float(np.log(max(1.0 - r.gain[r.best, 0], 1e-6)))
         gathered.setdefault(place.effect.name, []).append(
-            (place.joint, presence(evidence(taken, k, floor)), share, tuple(dict.fromkeys([place.effect.name, *twins])))
+            (place.joint, presence(evidence(taken, k)), share, tuple(dict.fromkeys([place.effect.name, *twins])))
         )
     whole = sum(share for rows in gathered.values() for _, _, share, _ in rows) or 1.0
     causes = []

@@ -20,14 +20,14 @@ GOOD = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
 
 @dataclass(frozen=True)
 class Weights:
-    """How much a residual row counts: ``sd`` (n,) in N m and the rows that count as one, ``correlation`` (n,)."""
+    """How much a residual row counts: ``sd`` (n,) or, row by row, (M, n), N m, and the rows that count as one, (n,)."""
 
     sd: np.ndarray
     correlation: np.ndarray
 
     @property
     def scale(self) -> np.ndarray:
-        """Factor (n,) that turns a residual in N m into one of unit information."""
+        """Factor, of the shape of ``sd``, that turns a residual in N m into one of unit information."""
         return np.asarray(1.0 / (self.sd * np.sqrt(self.correlation)))
 
 
@@ -134,7 +134,7 @@ class _Problem:
         r, jacobian = self.residual(p)
         slope = np.where(self.log, p[self.free], self.unit)
         weighted = (r * self.weights.scale).ravel()
-        columns = (jacobian * self.weights.scale[None, :, None]).reshape(len(weighted), -1) * slope
+        columns = (jacobian * self.weights.scale[..., None]).reshape(len(weighted), -1) * slope
         prior = np.where(self.has_prior, z, 0.0)
         cost = 0.5 * float(weighted @ weighted) + 0.5 * float(prior @ prior)
         return cost, columns.T @ weighted + prior, columns.T @ columns + np.diag(self.has_prior.astype(float))

@@ -1,0 +1,69 @@
+"""How widely each row of a residual scatters: its own noise, and an even part for what no model explains yet.
+
+Encoder noise turns into many times more torque around a reversal, where friction changes sign, than in motion. Rows
+that count alike would let that noise hide what the quiet rows show.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import optimize
+
+
+@dataclass(frozen=True)
+class Noise:
+    """The noise floor row by row, N m rms: ``fit`` (M, n) on the fitted runs, ``held`` (K, n) on the held-out ones."""
+
+    fit: np.ndarray
+    held: np.ndarray
+
+    @property
+    def rms(self) -> np.ndarray:
+        """Noise floor (n,) of the held-out runs, N m rms."""
+        return np.asarray(np.sqrt(np.mean(self.held**2, axis=0)))
+
+    def power(self, floor: np.ndarray) -> np.ndarray:
+        """Return the noise (M + K, n) of all rows, N^2 m^2; what a floor (n,) has beyond it is spread evenly."""
+        more = np.maximum(floor**2 - self.rms**2, 0.0)
+        return np.asarray(np.concatenate([self.fit, self.held]) ** 2 + more)
+
+
+def noise_power(noise: Noise | None, floor: np.ndarray, rows: int) -> np.ndarray:
+    """Return the noise (rows, n) of the first rows, N^2 m^2; the floor's (n,) for each where none is known."""
+    return np.broadcast_to(floor**2, (rows, len(floor))) if noise is None else noise.power(floor)[:rows]
+
+
+def spread(residual: np.ndarray, power: np.ndarray) -> np.ndarray:
+    """Return the standard deviation (M, n) of the rows of a residual (M, n), N m.
+
+    Parameters
+    ----------
+    power : array (M, n)
+        Noise that is known, N^2 m^2.
+
+    Notes
+    -----
+    The noise, and an even variance such that the mean of the squared residual over the sum is one (Paule & Mandel
+    1982): none at the floor, while a large gap makes all rows alike.
+    """
+    even = [_even(residual[:, j] ** 2, power[:, j]) for j in range(residual.shape[1])]
+    return np.asarray(np.sqrt(power + np.array(even)))
+
+
+def _even(squares: np.ndarray, power: np.ndarray) -> float:
+    def excess(even: float) -> float:
+        return float(np.mean(squares / (power + even))) - 1.0
+
+    most = float(np.mean(squares))
+    return float(optimize.brentq(excess, 0.0, most, rtol=1e-6)) if most > 0.0 and excess(0.0) > 0.0 else 0.0
+
+
+def levels(residual: np.ndarray, power: np.ndarray, floor: np.ndarray) -> np.ndarray:
+    """Return factors (M, n) that make all rows scatter alike, and each joint's noise the floor (n,), N m rms.
+
+    ``residual`` and ``power`` are those of :func:`spread`.
+    """
+    factor = 1.0 / spread(residual, power)
+    return np.asarray(factor * floor / np.sqrt(np.mean(power * factor**2, axis=0)))
