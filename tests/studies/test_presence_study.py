@@ -13,14 +13,14 @@ def study(name: str):
     return getattr(importlib.import_module("_presence"), name)
 
 
-EMPTY = {"t": 1.0, "gain": 0.5, "part": 0.5, "clear": 1.0, "further": 0.0, "further_gain": 0.0}
+EMPTY = {"t": 1.0, "gain": 0.5, "size": 0.5, "clear": 1.0, "further": 0.0, "elusive": 0.0, "elusive_gain": 0.0}
 
 
 def drawn(count: int) -> tuple[np.ndarray, np.ndarray]:
     """Evidence (M, figures) around the shipped centre, and whether the effect was there by the shipped weights."""
     rng = np.random.default_rng(0)
-    spread = np.array([0.6, 1.0, 0.25, 0.3, 0.4, 0.4])
-    figures = np.array(astuple(CENTRE)) + rng.normal(size=(count, 6)) * spread
+    spread = np.array([0.6, 1.0, 1.2, 0.3, 0.4, 0.4, 0.3])
+    figures = np.array(astuple(CENTRE)) + rng.normal(size=(count, len(spread))) * spread
     return figures, (rng.uniform(size=count) < study("chances")(figures, CENTRE, WEIGHT, LEVEL)).astype(float)
 
 
@@ -37,7 +37,7 @@ def test_what_never_varies_weighs_nothing():
     figures[:, 4:] = 0.0
     _, weight, _ = study("regression")(figures, right)
     assert abs(weight.further) < 1e-6
-    assert abs(weight.further_gain) < 1e-6
+    assert abs(weight.elusive_gain) < 1e-6
 
 
 def test_cross_validation_costs_little_and_never_sees_its_own_case():
