@@ -13,7 +13,7 @@ from statistics import median
 from typing import Any
 
 from _decision_fits import diagnosis_of
-from _rival import CONSTANTS, Answer, friction_intervals
+from _rival import CONSTANTS, Answer, friction_ends
 from _rival_least_squares import by_least_squares
 from _rival_mujoco import by_mujoco
 from _rival_petab import by_petab_select
@@ -23,14 +23,12 @@ from stribeck.arm import Arm, load_arm
 from stribeck.blind.key import Opened
 from stribeck.blind.outcome import outcome
 from stribeck.blind.rates import rate
-from stribeck.gap.blocks import block_of_rows
 from stribeck.gap.diagnose import searched
-from stribeck.gap.model import weights_of
+from stribeck.gap.nominal import nominal_intervals
 from stribeck.gap.observed import observe
 from stribeck.gap.prepare import Prepared, prepare
 from stribeck.gap.search import Step
 from stribeck.gap.verdict import NAMED_OVER, causes_of, no_gap_probability
-from stribeck.identify.confidence import intervals
 from stribeck.run import Run
 
 OWN, MUJOCO, EXTENDED, SINDY, ALL = (
@@ -100,15 +98,15 @@ def _own(arm: Arm, runs: Sequence[Run], prepared: Prepared, steps: Sequence[Step
     causes, left_over = causes_of(steps, arm.names)
     named = [*observe(arm, runs, leave_out).causes, *(c for c in causes if (c.presence or 0.0) > NAMED_OVER)]
     last = steps[-1].best if steps[-1].taken and steps[-1].best is not None else steps[-1].base
-    bounds = intervals(last.fit, weights_of(last.fit.residual, prepared, floor), block_of_rows(prepared.fit))
+    bounds = nominal_intervals(last, prepared, floor)
     keys = [entry.key for entry in last.fit.entries]
     at = [keys.index(f"{joint}.friction.{name}") for joint in arm.names for name in CONSTANTS]
-    rows = [(float(last.fit.p[i]), 0.5 * float(bounds.high[i] - bounds.low[i])) for i in at]
+    rows = [(float(last.fit.p[i]), float(bounds.low[i]), float(bounds.high[i])) for i in at]
     silent = no_gap_probability(steps[0], floor) if not any(step.taken for step in steps) else left_over
     sure = named[0].presence if named else silent
     places = tuple((cause.effect, cause.joints[0]) for cause in named)
     alike = tuple(named[0].equivalent) if named else ()
-    return Answer(places, sure, friction_intervals(arm, rows), "a name" if named else "no name", alike=alike)
+    return Answer(places, sure, friction_ends(arm, rows), "a name" if named else "no name", alike=alike)
 
 
 def table(opened: Opened) -> dict[str, Any]:
@@ -166,7 +164,8 @@ def _friction_errors(truth: Mapping[str, Any], said: Mapping[str, Any]) -> list[
     for row in said["friction"]:
         true = getattr(joints[row["joint"]], row["constant"])
         off = abs(row["value"] - true)
-        inside = None if row["half"] is None else bool(off <= row["half"])
+        known = row["low"] is not None and row["high"] is not None
+        inside = bool(row["low"] <= true <= row["high"]) if known else None
         out.append({"constant": row["constant"], "relative": off / true, "inside": inside})
     return out
 

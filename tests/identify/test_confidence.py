@@ -1,5 +1,7 @@
 """Intervals that hold with coloured residuals: how often they cover the truth, counted."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -97,11 +99,82 @@ def test_level() -> None:
     assert (most.high - most.low) / (half.high - half.low) == pytest.approx(2.0930 / 0.6876, rel=1e-3)
 
 
+def test_margin_widens_what_the_scatter_says_and_not_the_tolerance() -> None:
+    rng = np.random.default_rng(3)
+    columns = design(rng)
+    weights = Weights(np.ones(2), np.ones(2))
+    free, held = (estimate(columns * size, noise(rng, 0.5), weights, sd) for size, sd in ((1.0, np.inf), (1e-6, 0.3)))
+    for fit, factor in ((free, 1.3), (held, 1.0)):
+        plain, wide = intervals(fit, weights, BLOCKS), intervals(fit, weights, BLOCKS, margin=1.3)
+        assert (wide.high - wide.low) / (plain.high - plain.low) == pytest.approx(factor, rel=1e-6)
+
+
 def test_logarithmic_parameters_have_intervals_of_ratios() -> None:
     values = np.array([2.0, 0.7, 0.4])
     bounds = one(p=values, log=True)
     assert (bounds.low > 0.0).all()
     assert bounds.low * bounds.high == pytest.approx(values**2)
+
+
+def attenuated(seed: int) -> tuple[Fit, Weights, np.ndarray]:
+    """A fit whose regressors are noisy: values too small by a fifth, and what as much noise again pulls them by."""
+    rng = np.random.default_rng([2, seed])
+    clean = rng.standard_normal((ROWS, JOINTS, 3))
+    seen = clean + 0.5 * rng.standard_normal(clean.shape)
+    draw = 0.5 * rng.standard_normal(clean.shape)
+    weights = Weights(np.ones(2), np.ones(2))
+    y = clean @ TRUTH + 0.1 * rng.standard_normal((ROWS, JOINTS))
+    fit = estimate(seen, y, weights)
+    noisier = [np.einsum("mnf,mn->f", -x, y - x @ fit.p) for x in (seen + draw, seen - draw)]
+    return fit, weights, np.mean(noisier, axis=0) - np.einsum("mnf,mn->f", fit.jacobian, fit.residual)
+
+
+def test_noisy_regressors_bias_what_scatter_does_not_show_and_the_pull_does() -> None:
+    """Closed form: 1 / 1.25 of each value is found; as much noise again would take off 0.16 of the 0.2 that lack."""
+    held, blind = [], []
+    for seed in range(40):
+        fit, weights, pull = attenuated(seed)
+        assert fit.p == pytest.approx(TRUTH / 1.25, abs=0.08)
+        plain, shifted = intervals(fit, weights, BLOCKS), intervals(fit, weights, BLOCKS, pull=1.25 * pull)
+        blind.append((plain.low <= TRUTH) & (plain.high >= TRUTH))
+        held.append((shifted.low <= TRUTH) & (shifted.high >= TRUTH))
+        outward = np.sign(TRUTH) > 0.0
+        assert np.where(outward, shifted.low == plain.low, shifted.high == plain.high).all()  # on one side only
+    assert np.mean(blind) < 0.2
+    assert np.mean(held) > 0.9
+
+
+def test_a_shift_as_large_as_the_tolerance_is_no_identification() -> None:
+    fit, weights, pull = attenuated(0)
+    sure = replace(fit, entries=entries(sd=0.3))
+    assert intervals(sure, weights, BLOCKS).identified.all()
+    assert not intervals(sure, weights, BLOCKS, pull=pull).identified[0]
+
+
+def test_a_decay_constant_is_known_by_its_ratio_and_nothing_is_beyond_a_bound() -> None:
+    rng = np.random.default_rng(3)
+    columns = design(rng) * 0.02
+    weights = Weights(np.ones(2), np.ones(2))
+    fit = estimate(columns, columns @ TRUTH + noise(rng, 0.5), weights)
+    own = zip(fit.entries, ("alpha", "C1", "C2"), (0.0, -0.8, 0.0), strict=True)
+    named = tuple(replace(entry, name=name, lower=lower) for entry, name, lower in own)
+    fit = replace(fit, p=np.array([2.0, -0.7, 0.4]))
+    plain, bounds = intervals(fit, weights, BLOCKS), intervals(replace(fit, entries=named), weights, BLOCKS)
+    half = plain.high[0] - fit.p[0]
+    assert [bounds.low[0], bounds.high[0]] == pytest.approx([2.0 * np.exp(-half / 2.0), 2.0 * np.exp(half / 2.0)])
+    assert (bounds.low[1], bounds.low[2]) == (-0.8, 0.0)
+    assert bounds.high[1:] == pytest.approx(plain.high[1:])
+
+
+def test_weights_of_rows_are_those_of_joints_where_all_rows_are_alike() -> None:
+    rng = np.random.default_rng(3)
+    columns = design(rng)
+    y = columns @ TRUTH + noise(rng, 0.5)
+    by_joint = Weights(np.array([0.5, 2.0]), np.ones(2))
+    by_row = Weights(np.tile(by_joint.sd, (ROWS, 1)), np.ones(2))
+    fit = estimate(columns, y, by_joint)
+    a, b = intervals(fit, by_joint, BLOCKS), intervals(fit, by_row, BLOCKS)
+    assert a.high == pytest.approx(b.high, rel=1e-12)
 
 
 def test_weights_do_not_change_the_interval() -> None:

@@ -154,7 +154,7 @@ def test_the_likeliest_name_counts_with_what_the_method_itself_calls_as_likely()
     values = {"C0": 1.0, "C1": 0.0, "C2": 0.0}
     hidden = {"effect": "asymmetric_friction", "joint": "A", "parameters": values, "strength": 4.0}
     truths = {"a": {**common, "effects": [hidden]}, "b": {**common, "effects": []}}
-    row = {"joint": "A", "constant": "C0", "value": 4.0, "half": 2.0}
+    row = {"joint": "A", "constant": "C0", "value": 4.0, "low": 2.0, "high": 6.0}
     offset, right = ("torque_offset", "A"), ("asymmetric_friction", "A")
     by_case = {
         "a": [said(offset, alike=["asymmetric_friction"], friction=[row]), said(), said(offset), said(right)],

@@ -16,6 +16,7 @@ from stribeck.gap.listing import candidates_of, traces_of
 from stribeck.gap.margins import widened
 from stribeck.gap.model import Model, fit_model, weights_of
 from stribeck.gap.motion import motion_gap
+from stribeck.gap.nominal import nominal_intervals
 from stribeck.gap.observed import Observation
 from stribeck.gap.places import places
 from stribeck.gap.prepare import Prepared
@@ -213,7 +214,7 @@ class Assembly:
         return motion
 
     def _tuned(self) -> tuple[Tuned, ...]:
-        fit, bounds = self.base.fit, self._intervals(self.base)
+        fit, bounds = self.base.fit, nominal_intervals(self.base, self.prepared, self.floor)
         return tuple(
             Tuned(
                 entry.key,

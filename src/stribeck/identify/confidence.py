@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
 
 from stribeck.identify.map_fit import Fit, Weights
+from stribeck.model.layout import Entry
 
 FLAT = 0.5  # posterior over prior deviation above which the data have not identified a value
+DECAY = "alpha"  # known by its ratio
+MOST = 50.0  # logarithm of a ratio that is as good as infinite
 
 
 @dataclass(frozen=True)
@@ -21,7 +25,15 @@ class Intervals:
     identified: np.ndarray
 
 
-def intervals(fit: Fit, weights: Weights, block: np.ndarray, level: float = 0.95) -> Intervals:
+def intervals(
+    fit: Fit,
+    weights: Weights,
+    block: np.ndarray,
+    level: float = 0.95,
+    *,
+    pull: np.ndarray | None = None,
+    margin: float = 1.0,
+) -> Intervals:
     """Return confidence intervals of a fit.
 
     Parameters
@@ -33,6 +45,11 @@ def intervals(fit: Fit, weights: Weights, block: np.ndarray, level: float = 0.95
         Block number of each row; scores are summed within blocks, which are taken as independent.
     level : float
         Confidence level.
+    pull : array (f,) or None
+        What the recordings' noise changes the cost's gradient by (:func:`stribeck.identify.noise_pull.noise_pull`).
+        Intervals then reach around both the value and where it would be without noise.
+    margin : float
+        Factor on what the scatter of the blocks says, the tolerances apart.
 
     Notes
     -----
@@ -53,23 +70,42 @@ def intervals(fit: Fit, weights: Weights, block: np.ndarray, level: float = 0.95
     flat = columns.reshape(-1, len(free))
     hessian = flat.T @ flat + np.diag(precision)
     size = np.sqrt(np.maximum(np.diag(hessian), 1e-300))
-    scores = scores - scores.mean(axis=0)
+    scores = margin * (scores - scores.mean(axis=0))
     meat = (scores.T @ scores) * len(scores) / max(len(scores) - 1, 1) + np.diag(precision)
-    deviation = np.zeros(len(free))
+    deviation, shift = np.zeros(len(free)), np.zeros(len(free))
     keep = np.flatnonzero(moving)
     if len(keep):
         normal = hessian[np.ix_(keep, keep)] / np.outer(size[keep], size[keep])
         inverse = np.linalg.pinv(normal, rcond=1e-12, hermitian=True)
         middle = meat[np.ix_(keep, keep)] / np.outer(size[keep], size[keep])
         deviation[keep] = np.sqrt(np.maximum(np.diag(inverse @ middle @ inverse), 0.0)) / size[keep]
+        if pull is not None:
+            shift[keep] = -inverse @ (pull * slope * unit / size)[keep] / size[keep]
     reach = float(stats.t.ppf(0.5 + level / 2, max(len(scores) - 1, 1))) * deviation
+    down, up = reach + np.maximum(shift, 0.0), reach + np.maximum(-shift, 0.0)
     low, high = fit.p.copy(), fit.p.copy()
-    log = np.array([entry.log for entry in entries], dtype=bool)
-    low[free] = np.where(log, fit.p[free] * np.exp(-reach), fit.p[free] - reach * unit)
-    high[free] = np.where(log, fit.p[free] * np.exp(reach), fit.p[free] + reach * unit)
+    low[free], high[free] = _ends(entries, fit.p[free], down, up)
     identified = np.zeros(len(fit.p), dtype=bool)
-    identified[free] = (precision == 0.0) | (deviation < FLAT)
+    identified[free] = (precision == 0.0) | (np.hypot(deviation, shift) < FLAT)
     return Intervals(low, high, identified)
+
+
+def _ends(entries: Sequence[Entry], p: np.ndarray, down: np.ndarray, up: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the ends of intervals that reach so far down and up, in deviations or, of logarithms, in ratios.
+
+    A decay constant is known by its ratio too, though it is fitted as it is: half of it is as far off as twice.
+    Nothing lies beyond a physical bound.
+    """
+    low, high = p.copy(), p.copy()
+    for i, entry in enumerate(entries):
+        unit = entry.sd if np.isfinite(entry.sd) else 1.0
+        if entry.log or (entry.name == DECAY and p[i] > 0.0):
+            size = 1.0 if entry.log else unit / p[i]
+            ends = p[i] * np.exp(-down[i] * size), p[i] * np.exp(min(up[i] * size, MOST))
+        else:
+            ends = p[i] - down[i] * unit, p[i] + up[i] * unit
+        low[i], high[i] = min(max(ends[0], entry.lower), p[i]), max(min(ends[1], entry.upper), p[i])
+    return low, high
 
 
 def _at_bound(fit: Fit) -> np.ndarray:
