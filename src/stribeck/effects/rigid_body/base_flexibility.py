@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import final
 
 from stribeck.model.effect import TransmissionEffect
 from stribeck.model.values import Expression, Parameter, Parameters, Scale
+
+LIGHTEST = 0.3  # of what the first joint moves: a stand, with the arm's own base on it, that rocks with less is none
 
 
 @final
@@ -44,6 +47,11 @@ class BaseFlexibility(TransmissionEffect):
         return tuple(
             start(hertz, base) for hertz, base in ((1.5, 1.0), (4.0, 1.0), (10.0, 1.0), (12.0, 0.15), (25.0, 0.5))
         )
+
+    def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
+        # On a light base the law is that of a compliant first joint whose rotor takes part of the link's inertia: with
+        # J the link's, J_b J / (J_b + J) of it. It then fits what the data sheet divides wrongly between the two.
+        return values["inertia"] > LIGHTEST * scale.inertia
 
     def transmitted(self, deflection: Expression, rate: Expression, p: Parameters) -> Expression:
         return p["stiffness"] * deflection + p["damping"] * rate

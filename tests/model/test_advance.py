@@ -1,0 +1,70 @@
+"""The states one sample later: a link behind a stiff compliance, on a motion that is sampled slowly."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stribeck.arm import Arm, Friction, Joint
+from stribeck.effects.registry import registry
+from stribeck.model.cut import Cut
+from stribeck.model.drive import DRIVE
+from stribeck.model.layout import Placed, values_of
+from stribeck.model.path import SignalPath
+
+INERTIA, STEP, HERTZ = 0.2, 0.008, 3.0  # kg m^2, s, of the motor's motion
+NONE = Friction(0.0, 0.0, 0.0, 0.05)
+
+
+def arm(inertia: float) -> Arm:
+    return Arm("link", (0.0, 0.0), (Joint("A", "revolute", 0.3, 1e-6, (0.0, 0.0), inertia, 0.01, NONE, NONE),))
+
+
+def drives(count: int) -> np.ndarray:
+    """Return the drive (signals, count) of a sine of 1 rad."""
+    w, t = 2.0 * math.pi * HERTZ, np.arange(count) * STEP
+    known = {
+        "time": t, "position": np.sin(w * t), "velocity": w * np.cos(w * t), "acceleration": -(w**2) * np.sin(w * t),
+        "velocity_sd": np.full(count, 1e-9),
+    }  # fmt: skip
+    return np.array([known.get(name, np.zeros(count)) for name in DRIVE])
+
+
+def loads(name: str, values: dict[str, float], count: int, inertia: float = INERTIA) -> np.ndarray:
+    """Return the torque (count,) that is handed to the link, N m."""
+    path = SignalPath(arm(inertia), (Placed(registry()[name], 0),))
+    p = values_of(path.entries)
+    own = [i for i, entry in enumerate(path.entries) if entry.owner == 0]
+    p[own] = [values[path.entries[i].name] for i in own]
+    cut, drive = Cut(path, STEP, ()), drives(count)
+    states: Any = cut.begin(drive[:, 0], p, [0.0])
+    out = []
+    for i in range(count):
+        out.append(float(cut.balance(drive[:, i], states, p, [0.0])[1][2]))
+        states = cut.follow(states, drive[:, i], drive[:, min(i + 1, count - 1)], p, [0.0])
+    return np.array(out)
+
+
+@pytest.mark.parametrize("turned", [0.3, 1.0, 2.0])  # rad of the link's natural frequency from sample to sample
+def test_a_stiff_link_takes_its_inertial_torque(turned: float) -> None:
+    """T / theta = J s^2 (k + d s) / (J s^2 + d s + k), whatever the samples of a slow motion are to the stiffness."""
+    w0, s = turned / STEP, 2.0j * math.pi * HERTZ
+    k, d = INERTIA * w0**2, 0.6 * INERTIA * w0
+    found = loads("joint_flexibility", {"stiffness": k, "damping": d}, 150)
+    law = INERTIA * s**2 * (k + d * s) / (INERTIA * s**2 + d * s + k)
+    expected = np.imag(law * np.exp(s * np.arange(150) * STEP))
+    late = slice(100, None)  # the start's transient has died
+    assert np.max(np.abs(found - expected)[late]) < 0.01 * abs(law)
+
+
+def test_a_base_is_a_compliant_joint_whose_inertias_are_divided_otherwise() -> None:
+    """With J of the link and J_b of the base: J_b J / (J_b + J) of it rigid, the rest behind a spring of its own."""
+    k, d, base, count = 300.0, 2.0, 0.05, 150
+    share = INERTIA / (base + INERTIA)
+    rocking = loads("base_flexibility", {"stiffness": k, "damping": d, "inertia": base}, count)
+    joint = {"stiffness": k * share**2, "damping": d * share**2}
+    rigid = base * share * drives(count)[DRIVE.index("acceleration")]
+    late = slice(100, None)
+    found = (loads("joint_flexibility", joint, count, INERTIA * share) + rigid)[late]
+    assert found == pytest.approx(rocking[late], abs=0.01 * float(np.max(np.abs(rocking))))
