@@ -9,7 +9,7 @@ from stribeck.effects.registry import effect_named, registry
 from stribeck.gap.model import Model, fit_model, retune, weights_of
 from stribeck.gap.prepare import Prepared, prepare
 from stribeck.gap.screen import Trial, _loudest, best_laws, candidates, screen
-from stribeck.gap.search import _survivors
+from stribeck.gap.search import _states, _survivors
 from stribeck.identify.map_fit import Weights
 from stribeck.model.layout import Placed
 
@@ -134,3 +134,17 @@ def test_half_of_the_runs_that_says_most(late: tuple[Prepared, Model, Weights]) 
     loud = np.repeat([0.0, 1.0, 2.0][: len(lengths)], lengths)[:, None]
     fit = replace(base.fit, residual=loud * quiet)
     assert _loudest(prepared, replace(base, fit=fit), weights) == [1, 2]
+
+
+@pytest.mark.parametrize("name", ["torque_offset", "encoder_eccentricity", "presliding"])
+def test_known_states_change_no_trial(late: tuple[Prepared, Model, Weights], name: str) -> None:
+    """Whether or not a candidate has a say in the states that the base model has, the trial is the same."""
+    prepared, base, weights = late
+    assert _states(prepared, base) is None
+    flexible = fit_model(prepared, [Placed(effect_named("joint_flexibility"), 0)], weights, base.fit, evaluations=5)
+    states = _states(prepared, flexible)
+    assert states is not None
+    assert [len(part) for part in states] == [len(run.time) for run in prepared.fit]
+    trials = [screen(prepared, flexible, weights, effect_named(name), 0, None, given) for given in (None, states)]
+    assert trials[0].start == pytest.approx(trials[1].start, rel=1e-9, abs=1e-12)
+    assert trials[0].promise == pytest.approx(trials[1].promise, rel=1e-9, abs=1e-9)

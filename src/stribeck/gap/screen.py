@@ -83,6 +83,7 @@ def screen(
     effect: Effect,
     joint: int,
     known: dict[str, float] | None = None,
+    states: Sequence[np.ndarray] | None = None,
 ) -> Trial:
     """Return the best trial of one candidate, improved by a few projected steps, with the cost that it saves.
 
@@ -93,11 +94,14 @@ def screen(
     ----------
     known : dict or None
         Values from an earlier step of the search: the only start of a law that takes long.
+    states : sequence of array (N, nx), or None
+        States of the base model along the fitted runs, where it has any.
     """
     path = SignalPath(prepared.arm, (*base.placed, Placed(effect, joint)))
     own = [i for i, entry in enumerate(path.entries) if entry.owner == len(base.placed)]
     runs = _loudest(prepared, base, weights) if effect.nonlinear else list(range(len(prepared.fit)))
-    residual = Residual(path, [prepared.fit[i] for i in runs], own)
+    same = [states[i] for i in runs] if states and not effect.delays else None
+    residual = Residual(path, [prepared.fit[i] for i in runs], own, same)
     unit = _units(path, prepared, own)
     projector = _Projector(base, weights, _rows_of(prepared, runs))
     names = [path.entries[i].name for i in own]

@@ -17,7 +17,9 @@ from stribeck.gap.rank import Ranking, rank
 from stribeck.gap.screen import Trial, best_laws, candidates, screen
 from stribeck.gap.white import noise_of_best
 from stribeck.identify.map_fit import Weights
+from stribeck.identify.residual import Residual
 from stribeck.model.layout import Placed
+from stribeck.model.path import SignalPath
 
 LEAST_SURVIVORS, LEAST_AT_JOINT = 3, 2
 MOST_SURVIVORS = 8
@@ -145,8 +147,9 @@ def _step(
     setting.progress(f"screening {len(possible)} candidates")
     # a joint with a slow gap has few independent rows; counted joint by joint, another's noise would outbid it
     even = replace(weights, correlation=np.full_like(weights.correlation, weights.correlation.max()))
+    states = _states(prepared, base)
     tried = pool(
-        delayed(screen)(prepared, base, even, effect, joint, known.get((effect.name, effect.law, joint)))
+        delayed(screen)(prepared, base, even, effect, joint, known.get((effect.name, effect.law, joint)), states)
         for effect, joint in possible
     )
     known.update({trial.law_key: trial.start for trial in tried})
@@ -165,6 +168,12 @@ def _step(
     tried_out = dict.fromkeys((effect.name, joint) for effect, joint in possible)
     out = tuple(key for key in tried_out if key not in kept)
     return Step(base, tuple(rivals), ranking, passing, out, floor)
+
+
+def _states(prepared: Prepared, base: Model) -> tuple[np.ndarray, ...] | None:
+    """Return the states (N, nx) of a model along the fitted runs; None where it has none."""
+    residual = Residual(SignalPath(prepared.arm, base.placed), prepared.fit, ())
+    return tuple(residual.states(run, base.fit.p) for run in prepared.fit) if residual.path.x.numel() else None
 
 
 def _survivors(tried: Sequence[Trial], *, strained: bool) -> list[Trial]:
