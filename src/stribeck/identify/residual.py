@@ -129,7 +129,11 @@ class Residual:
         self, runs: Sequence[Conditioned], drives: Sequence[np.ndarray], p: np.ndarray, delays: np.ndarray
     ) -> list[np.ndarray]:
         """Return states and sensitivities (nx (1 + active), N) along each run."""
-        if self.known and runs is self.runs and all(self._same_states(m.cut) for m in self._machines.values()):
+        if (
+            self.known
+            and runs is self.runs
+            and all(self._same_states(machine.cut) for machine in self._machines.values())
+        ):
             return [states.T for states in self.known]
         out: list[np.ndarray] = [np.empty(0)] * len(runs)
         for machine in self._machines.values():
@@ -140,7 +144,7 @@ class Residual:
         return out
 
     def _same_states(self, cut: Cut) -> bool:
-        return bool(self.known) and cut.nx == self.known[0].shape[1] and not cut.active
+        return self.known is not None and cut.nx == self.known[0].shape[1] and not cut.active
 
 
 class _Machine:
