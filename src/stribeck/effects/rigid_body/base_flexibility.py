@@ -45,7 +45,7 @@ class BaseFlexibility(TransmissionEffect):
             return {"stiffness": whole * omega**2, "damping": 0.1 * whole * omega, "inertia": arm * base}
 
         return tuple(
-            start(hertz, base) for hertz, base in ((1.5, 1.0), (4.0, 1.0), (10.0, 1.0), (12.0, 0.15), (25.0, 0.5))
+            start(hertz, base) for hertz, base in ((1.5, 1.0), (4.0, 1.0), (10.0, 1.0), (12.0, 0.4), (25.0, 0.5))
         )
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
