@@ -34,7 +34,7 @@ def candidates_figure(diagnosis: Diagnosis) -> Figure | None:
     axes[-1].set_xlim(max(min(ends, default=0.0), LOWEST) - 0.02, min(max(ends, default=1.0), 1.5) + 0.05)
     axes[-1].xaxis.set_major_formatter(lambda x, _: percent(round(x, 3)))
     axes[-1].set_xlabel(
-        "part of the squared residual at that step that the candidate removes, held-out (95 % interval)"
+        "part of the squared residual, each row by its scatter, that the candidate removes, held-out (95 % interval)"
     )
     heading(figure, _finding(diagnosis))
     return figure
