@@ -7,14 +7,13 @@ when the motion's filter is made softer shows how much, and an effect of the arm
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from stribeck.arm import Arm
-from stribeck.identify.conditioning import Conditioned, condition
+from stribeck.identify.conditioning import Conditioned, condition, shaken
 from stribeck.identify.residual import Residual
 from stribeck.model.path import SignalPath
 
@@ -46,7 +45,7 @@ def noise_floor(
     clean, _ = Residual(path, runs, ())(p)
     total = np.zeros_like(clean)
     for _ in range(DRAWS):
-        noisy = [_again(arm, run, cutoff, rng) for run in runs]
+        noisy = [shaken(arm, run, cutoff, rng.standard_normal(run.run.q.shape)) for run in runs]
         moved, _ = Residual(path, noisy, ())(p)
         total += (moved - clean) ** 2
     soft = [condition(arm, run.run, cutoff, run.noise, thin=True, sharpness=SOFTER) for run in runs]
@@ -62,8 +61,3 @@ def noise_of_rows(
     edges = np.cumsum([0, *(len(run.analysis_index) for run in runs)])
     parts = [uniform_filter1d(power[i:k], NEIGHBOURS, axis=0, mode="nearest") for i, k in pairwise(edges)]
     return np.asarray(np.sqrt(np.maximum(np.concatenate(parts), LEAST**2 * np.mean(power, axis=0) + TINY**2)))
-
-
-def _again(arm: Arm, run: Conditioned, cutoff: float, rng: np.random.Generator) -> Conditioned:
-    shaken = replace(run.run, q=run.run.q + run.noise * rng.standard_normal(run.run.q.shape))
-    return condition(arm, shaken, cutoff, run.noise, thin=True)

@@ -1,6 +1,6 @@
 """What an effect must show before the search takes it, and before it keeps it.
 
-These bars are low: what was taken is weighed in ``presence``, and named only where that is more likely than not.
+These bars are low: what was taken is weighed in ``presence``, and named only where that makes it likely enough.
 """
 
 from __future__ import annotations

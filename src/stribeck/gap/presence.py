@@ -15,7 +15,7 @@ import numpy as np
 from stribeck.gap.search import Step
 
 LEAST_T, MOST_GAIN = 0.3, 0.99  # beyond these, less or more says no more
-LEAST_SIZE = 0.05
+LEAST_SIZE = 0.05  # of the noise floor's power, below which less is no smaller a gap
 CERTAIN = 0.97  # the most that is ever stated: of laws that no library holds, some pass for one that it does
 
 

@@ -6,7 +6,7 @@ Motion and torque pass the same zero-phase filters, so that filtering changes th
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import signal
@@ -134,6 +134,11 @@ def condition(
         decimation=max(1, int(1.0 / (OVERSAMPLING * cutoff * keep * h))),
         run=run,
     )
+
+
+def shaken(arm: Arm, run: Conditioned, cutoff: float, draw: np.ndarray) -> Conditioned:
+    """Return a thinned run with its own noise times a draw (N, n) added once more to its recorded positions."""
+    return condition(arm, replace(run.run, q=run.run.q + run.noise * draw), cutoff, run.noise, thin=True)
 
 
 def _motion_cutoff(run: Run, noise: np.ndarray, cutoff: float) -> float:

@@ -7,12 +7,9 @@ noise pushes the constants that way. Scatter within the recordings does not show
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
-
 import numpy as np
 
-from stribeck.identify.conditioning import Conditioned, condition
+from stribeck.identify.conditioning import shaken
 from stribeck.identify.map_fit import Fit, Weights
 from stribeck.identify.residual import Residual
 
@@ -45,18 +42,10 @@ def noise_pull(fit: Fit, weights: Weights, residual: Residual, cutoff: float, se
     for _ in range(PAIRS):
         draws = [rng.standard_normal(run.run.q.shape) for run in residual.runs]
         for sign in (1.0, -1.0):
-            shaken = _shaken(residual, draws, sign, cutoff)
-            total += _gradient(*residual.along(shaken)(fit.p), weights) - clean
+            pairs = zip(residual.runs, draws, strict=True)
+            noisier = [shaken(residual.path.arm, run, cutoff, sign * draw) for run, draw in pairs]
+            total += _gradient(*residual.along(noisier)(fit.p), weights) - clean
     return np.asarray(OF_ITSELF * total / (2 * PAIRS))
-
-
-def _shaken(residual: Residual, draws: Sequence[np.ndarray], sign: float, cutoff: float) -> list[Conditioned]:
-    """Return the runs with their own noise once more on their positions, conditioned as they are."""
-    arm = residual.path.arm
-    return [
-        condition(arm, replace(run.run, q=run.run.q + sign * run.noise * draw), cutoff, run.noise, thin=True)
-        for run, draw in zip(residual.runs, draws, strict=True)
-    ]
 
 
 def _gradient(residual: np.ndarray, jacobian: np.ndarray, weights: Weights) -> np.ndarray:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Sequence
 from copy import copy
 from functools import cached_property
@@ -138,8 +137,7 @@ class Residual:
         out: list[np.ndarray] = [np.empty(0)] * len(runs)
         for machine in self._machines.values():
             mine = [i for i, run in enumerate(runs) if self._machine(run) is machine]
-            found = machine.states([runs[i] for i in mine], [drives[i] for i in mine], p, delays)
-            for i, states in zip(mine, found, strict=True):
+            for i, states in zip(mine, machine.states([drives[i] for i in mine], p, delays), strict=True):
                 out[i] = states
         return out
 
@@ -152,7 +150,6 @@ class _Machine:
 
     def __init__(self, cut: Cut) -> None:
         self.cut = cut
-        self._last: tuple[tuple[bytes, bytes], tuple[Conditioned, ...], list[np.ndarray]] | None = None
 
     @cached_property
     def evaluate(self) -> Tape:
@@ -162,22 +159,8 @@ class _Machine:
     def follow(self) -> Tape:
         return Tape(self.cut.follow, fixed=(3, 4))
 
-    def states(
-        self, runs: Sequence[Conditioned], drives: Sequence[np.ndarray], p: np.ndarray, delays: np.ndarray
-    ) -> list[np.ndarray]:
-        """Return states and sensitivities (nx (1 + active), N) along runs and their drives.
-
-        The last ones are kept: a trial often changes what no state depends on.
-        """
-        key = (p[list(self.cut.influences)].tobytes(), delays.tobytes())
-        known = self._last
-        if known and known[0] == key and len(known[1]) == len(runs) and all(map(operator.is_, known[1], runs)):
-            return known[2]
-        found = self._advanced(drives, p, delays)
-        self._last = key, tuple(runs), found
-        return found
-
-    def _advanced(self, drives: Sequence[np.ndarray], p: np.ndarray, delays: np.ndarray) -> list[np.ndarray]:
+    def states(self, drives: Sequence[np.ndarray], p: np.ndarray, delays: np.ndarray) -> list[np.ndarray]:
+        """Return states and sensitivities (nx (1 + active), N) for each drive, advanced side by side."""
         cut, lengths = self.cut, [drive.shape[1] for drive in drives]
         if cut.nx == 0 or not drives:
             return [np.zeros((0, length)) for length in lengths]

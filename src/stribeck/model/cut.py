@@ -47,18 +47,13 @@ class Cut:
         return advance(self._sample, self.sample_time, self.drive, after, carried)
 
     @cached_property
-    def influences(self) -> tuple[int, ...]:
-        """Parameters on which the states depend, wanted or not."""
+    def active(self) -> tuple[int, ...]:
+        """Parameters on which the states depend."""
         if self.nx == 0:
             return ()
         moved = self._advance(Drive.symbols(self.n, "1"), (), ca.SX(self.nx, 0)).states
         rows = ca.jacobian_sparsity(ca.vertcat(moved, self._sample.start(self.drive)), self.path.p)
-        return tuple(sorted({int(c) for c in rows.get_triplet()[1]}))
-
-    @cached_property
-    def active(self) -> tuple[int, ...]:
-        """Wanted parameters on which the states depend."""
-        return tuple(i for i in self.influences if i in self.columns)
+        return tuple(sorted({int(c) for c in rows.get_triplet()[1]} & set(self.columns)))
 
     @cached_property
     def begin(self) -> ca.Function:
