@@ -1,5 +1,7 @@
 """Ranking of models on held-out residuals that are drawn, so that the better one is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from stribeck.effects.registry import effect_named
 from stribeck.gap.model import Model
 from stribeck.gap.prepare import Prepared, prepare
 from stribeck.gap.rank import Ranking, log_ratio, rank
+from stribeck.gap.spread import Noise
 from stribeck.identify.map_fit import Fit
 from stribeck.model.layout import Placed, layout, values_of
 
@@ -127,3 +130,18 @@ def test_log_ratio_is_odd_and_calm() -> None:
     assert log_ratio(a, b) == pytest.approx(-log_ratio(b, a))
     assert log_ratio(a, b)[2] < 15.0
     assert log_ratio(a, a) == pytest.approx(np.zeros(3))
+
+
+def test_a_gap_in_quiet_rows_counts_by_their_own_noise(prepared: Prepared) -> None:
+    """The same residuals, with and without knowledge of which rows are loud: a small gap shows with it only."""
+    drawn = noise(prepared, 0, 1.0)
+    loud = np.arange(len(drawn)) % 10 < 3
+    scale = np.where(loud, 1.0, 0.1)[:, None]
+    gap = np.where(loud, 0.0, 0.3)[:, None] * np.sign(np.sin(np.arange(len(drawn)) / 40.0))[:, None]
+    models = [model(scale * drawn + gap), model(scale * drawn, "delay")]
+    rows = len(models[0].fit.residual)
+    known = replace(prepared, noise=Noise(scale[:rows], scale[rows:]))
+    plain, weighted = (rank(one, models, FLOOR * 10.0, 0) for one in (prepared, known))
+    assert plain.overall[1] < 0.3
+    assert weighted.overall[1] > 2.0 * plain.overall[1]
+    assert weighted.t[1] > plain.t[1]
