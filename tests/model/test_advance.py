@@ -68,3 +68,23 @@ def test_a_base_is_a_compliant_joint_whose_inertias_are_divided_otherwise() -> N
     late = slice(100, None)
     found = (loads("joint_flexibility", joint, count, INERTIA * share) + rigid)[late]
     assert found == pytest.approx(rocking[late], abs=0.01 * float(np.max(np.abs(rocking))))
+
+
+def test_a_play_hands_on_nothing_across_and_the_whole_on_its_faces() -> None:
+    """Faces far stiffer than the samples resolve: the link does not bounce, and is either free or rigidly driven."""
+    k, gap = INERTIA * (2.0 * math.pi * 400.0) ** 2, 0.02
+    found = loads("backlash", {"gap": gap, "stiffness": k, "damping": 1e-6}, 300)
+    rigid = INERTIA * drives(300)[DRIVE.index("acceleration")]
+    free, driven = np.isclose(found, 0.0, atol=1e-9), np.isclose(found, rigid, rtol=0.03, atol=0.3)
+    late = slice(100, None)
+    assert np.mean((free | driven)[late]) > 0.85  # the rest are the blows
+    assert 0.03 < np.mean(free[late]) < 0.3
+    lags = INERTIA * (2.0 * math.pi * HERTZ) ** 2
+    assert np.all(np.abs(found[late][driven[late]]) < 1.03 * lags)
+
+
+def test_a_play_of_no_width_is_rigid() -> None:
+    k = INERTIA * (2.0 * math.pi * 400.0) ** 2
+    found = loads("backlash", {"gap": 0.0, "stiffness": k, "damping": 1e-6}, 150)
+    rigid = INERTIA * drives(150)[DRIVE.index("acceleration")]
+    assert found[50:] == pytest.approx(rigid[50:], abs=0.02 * float(np.max(np.abs(rigid))))

@@ -1,7 +1,6 @@
 """The states of a cut path one sample later.
 
-The command runs linearly between the samples. So does the motion for all but a link, which a chord would mislead: a
-stiff compliance turns the distance between chord and curve, h^2 / 8 of the acceleration at most, into torque.
+The command and the motion run linearly between the samples.
 """
 
 from __future__ import annotations
@@ -19,6 +18,7 @@ from stribeck.model.path import SignalPath
 from stribeck.model.values import Expression
 
 SUBSTEP = 1e-3  # s, longest step of a flexible joint's link
+NEWTON = 3  # steps that find the force of a contact: its law has few pieces
 PASSED_ON = 2  # states of a chain that feel a change at its head within one step
 
 
@@ -86,87 +86,74 @@ def _slid(balance: Balance, sample_time: float, now: Drive, after: Drive, x: Any
 
 
 def _swing(balance: Balance, sample_time: float, now: Drive, after: Drive, carried: Sensitivity) -> Sensitivity:
-    """Advance the link states by the implicit midpoint rule: A-stable, second order.
+    """Advance the links as deflections, motor less link: a stiff compliance takes little of the motion.
 
-    One Newton step solves it for a linear compliance, whose sensitivities come from the implicit function theorem; that
-    spares the second derivatives of the arm. A contact needs two: with one, a step across its edge throws the link.
-    There the solution may still be off, and the Newton steps themselves are differentiated.
+    What the arm asks of a link runs linearly from sample to sample; the compliance follows in finer steps.
     """
-    path = balance.path
-    links, h = 2 * len(path.flexible), sample_time / (steps := max(1, round(sample_time / SUBSTEP)))
-    newton, slope = _midpoint(balance, h, carried.parameters)
-    drive_rest = [carried.states[links:], path.p, balance.delay_at]
+    path, x, p = balance.path, carried.states, balance.path.p
+    links = 2 * len(path.flexible)
+    first = balance.links(now, x)
+    start = first.deflections(x[:links])
+    last = balance.links(after, x)  # the motors' own motion only
+    last = balance.links(after, ca.vertcat(last.states(start), x[links:]))
+    mobility = 0.5 * (first.mobility + last.mobility)
+    known = ca.vertcat(start, first.free, last.free, ca.vec(mobility))
+    symbols = ca.SX.sym("known", known.numel())
+    flexed = _flexed(path, sample_time, symbols)
+    slope = ca.Function("slope", [symbols, p], [flexed, ca.jacobian(flexed, symbols), ca.jacobian(flexed, p)])
+    moved, by_known, by_own = slope(known, p)
+    chosen = list(carried.parameters)
+    through = ca.jacobian(known, p)[:, chosen] + ca.mtimes(ca.jacobian(known, x), carried.columns)
+    columns = last.states(ca.mtimes(by_known, through) + by_own[:, chosen], ca.jacobian(last.motors, p)[:, chosen])
+    return replace(carried, states=last.states(moved), columns=columns)
+
+
+def _flexed(path: SignalPath, sample_time: float, known: Any) -> Any:
+    """Return deflections and their rates (2 L, 1) one sample later.
+
+    Linear compliances go by the implicit midpoint rule (A-stable, second order), solved by one Newton step. A contact
+    goes by the implicit Euler rule: faces too stiff for the steps then meet without a bounce and stay together.
+
+    Parameters
+    ----------
+    known : array (4 L + L^2, 1)
+        Deflections, rates, the links' free acceleration at both samples, their mobility.
+    """
+    count = len(path.flexible)
+    deflection, rate, first, last = (known[i * count : (i + 1) * count] for i in range(4))
+    mobility = ca.reshape(known[4 * count :], count, count)
+    h = sample_time / (steps := max(1, round(sample_time / SUBSTEP)))
     contacts = _contacts(path)
-    link, columns, rest = carried.states[:links], carried.columns[:links, :], carried.columns[links:, :]
+    ahead = h if contacts else h / 2.0  # where in a step its forces are those of the step
+    start, began, free = (ca.SX.sym(name, count) for name in ("start", "began", "free"))
+    mobile, own, guess = ca.SX.sym("mobile", count, count), ca.SX.sym("own", path.p.numel()), ca.SX.sym("guess", count)
+    torque = ca.substitute(_transmitted(path, start + ahead * guess, guess), path.p, own)
+    missing = guess - began - ahead * (free - ca.mtimes(mobile, torque))
+    better = guess - ca.solve(ca.jacobian(missing, guess), missing)
+    newton = ca.Function("newton", [guess, start, began, free, mobile, own], [better])
     for i in range(steps):
-        known = [_between(now, after, sample_time, (i + 0.5) / steps).stacked, *drive_rest]
-        between = newton(link, link, *known)
-        if contacts:
-            first = slope(link, columns, link, columns, rest, *known)
-            moved = slope(between, first, link, columns, rest, *known)
-            between = newton(between, link, *known)
-        else:
-            moved = slope(between, columns, link, columns, rest, *known)
-        link, columns = 2 * between - link, 2 * moved - columns
-    return replace(carried, states=link, columns=columns)
+        freely = first + (i + 0.5) / steps * (last - first)
+        found = rate + ahead * freely
+        for _ in range(NEWTON if contacts else 1):
+            found = newton(found, deflection, rate, freely, mobility, path.p)
+        deflection, rate = deflection + h * found, found if contacts else 2.0 * found - rate
+    return ca.vertcat(deflection, rate)
 
 
-def _between(now: Drive, after: Drive, sample_time: float, f: float) -> Drive:
-    """Return the drive at a fraction ``f`` of the way to the next sample: positions on Hermite's cubic, others linear.
-
-    The velocity is the cubic's. On the chord a motion at w is short by (w h)^2 / 12 of its amplitude, and a compliance
-    with a natural frequency w0 then hands on (w0 h)^2 / 12 of the inertial torque too little, however slow the motion.
-    """
-    h, went = sample_time, after.position - now.position
-    first, last = (1.0 - f) ** 2 * f, (1.0 - f) * f**2
-    position = now.position + (3.0 - 2.0 * f) * f**2 * went + h * (first * now.velocity - last * after.velocity)
-    ends = (1.0 - 4.0 * f + 3.0 * f**2) * now.velocity + (3.0 * f - 2.0) * f * after.velocity
-    velocity = 6.0 * (1.0 - f) * f * went / h + ends
-    stacked = now.stacked + f * (after.stacked - now.stacked)
-    n = now.position.numel()
-    return Drive(stacked[0], *[stacked[1 + i * n : 1 + (i + 1) * n] for i in range(len(DRIVE) - 1)]).at(
-        position=position, velocity=velocity
-    )
-
-
-def _midpoint(balance: Balance, h: float, parameters: Sequence[int]) -> tuple[ca.Function, ca.Function]:
-    """Return a Newton step for the links' states in the middle of a step of h, and the sensitivities that follow.
-
-    The latter take the sensitivities of the state that the step starts from (used by a contact only), of the links at
-    the start of h, and of the other states.
-    """
-    path = balance.path
-    links, others = 2 * len(path.flexible), len(path.state_names) - 2 * len(path.flexible)
-    middle, start, still = ca.SX.sym("middle", links), ca.SX.sym("start", links), ca.SX.sym("still", others)
-    drive = Drive.symbols(path.n, "_mid")
-    rate = balance.derivatives(drive, ca.vertcat(middle, still))[:links]
-    matrix = ca.SX.eye(links) - h / 2 * ca.jacobian(rate, middle)
-    known = [drive.stacked, still, path.p, balance.delay_at]
-    correction = ca.solve(matrix, middle - start - h / 2 * rate)
-    newton = ca.Function("newton", [middle, start, *known], [middle - correction])
-    along = ca.SX.sym("along", links, len(parameters))
-    before, rest = ca.SX.sym("before", links, len(parameters)), ca.SX.sym("rest", others, len(parameters))
-    if _contacts(path):
-        moved = middle - correction
-        columns = ca.jacobian(moved, path.p)[:, list(parameters)]
-        columns += ca.mtimes(ca.jacobian(moved, start), before) + ca.mtimes(ca.jacobian(moved, still), rest)
-        columns += ca.mtimes(ca.jacobian(moved, middle), along)
-    else:
-        pushed = ca.jacobian(rate, path.p)[:, list(parameters)] + ca.mtimes(ca.jacobian(rate, still), rest)
-        columns = ca.solve(matrix, ca.densify(before + h / 2 * pushed)) if parameters else before
-    return newton, ca.Function("slope", [middle, along, start, before, rest, *known], [columns])
+def _transmitted(path: SignalPath, deflection: Any, rate: Any) -> Any:
+    """Return what the flexible joints hand on (L, 1) at their deflections and rates (L, 1)."""
+    torques = []
+    for i, j in enumerate(path.flexible):
+        k, effect = path.transmission(j)  # type: ignore[misc]
+        torques.append(effect.transmitted(deflection[i], rate[i], path.parameters(k)))
+    return ca.vertcat(*torques)
 
 
 def _contacts(path: SignalPath) -> bool:
     """Tell whether a compliance's law is not linear in its deflection."""
-    deflection, rate = ca.SX.sym("deflection"), ca.SX.sym("rate")
-    both = ca.vertcat(deflection, rate)
-    for j in path.flexible:
-        k, effect = path.transmission(j)  # type: ignore[misc]
-        torque = effect.transmitted(deflection, rate, path.parameters(k))
-        if ca.depends_on(ca.jacobian(torque, both), both):
-            return True
-    return False
+    both = ca.SX.sym("both", 2 * len(path.flexible))
+    torque = _transmitted(path, both[: len(path.flexible)], both[len(path.flexible) :])
+    return bool(ca.depends_on(ca.jacobian(torque, both), both))
 
 
 def _relax(balance: Balance, sample_time: float, now: Drive, after: Drive, x: Any) -> Any:

@@ -5,6 +5,7 @@ Everything upstream of the cut is driven by the recorded command, everything dow
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -16,6 +17,45 @@ from stribeck.model.rigid_body import inverse_dynamics, mass_matrix
 from stribeck.model.values import Expression, Signals
 
 UNSURE = 2.5  # standard deviations of velocity within which its sign, and so friction, is not known
+
+
+@dataclass(frozen=True)
+class Links:
+    """What moves the L links of the flexible joints, motor side taken as known.
+
+    Attributes
+    ----------
+    position, velocity : (L, 1)
+        Of the motors, rad and rad/s.
+    free : (L, 1)
+        Acceleration of the motors less that of the links if nothing were transmitted, rad/s^2.
+    mobility : (L, L)
+        Link acceleration by transmitted torque, 1/(kg m^2).
+    """
+
+    position: Any
+    velocity: Any
+    free: Any
+    mobility: Any
+
+    @property
+    def motors(self) -> Any:
+        """Position and velocity of each motor in turn (2 L, 1), as links have them in a path's states."""
+        return _in_turn(self.position, self.velocity)
+
+    def deflections(self, states: Any) -> Any:
+        """Return the deflections, then their rates (2 L, 1), of link states (2 L, 1)."""
+        return ca.vertcat(self.position - states[0::2], self.velocity - states[1::2])
+
+    def states(self, deflections: Any, motors: Any | None = None) -> Any:
+        """Return link states (2 L, columns) from deflections and rates; of derivatives, the motors' are given."""
+        count = self.position.numel()
+        of_motors = self.motors if motors is None else motors
+        return of_motors - ca.vertcat(*[deflections[i + k, :] for i in range(count) for k in (0, count)])
+
+
+def _in_turn(position: Any, velocity: Any) -> Any:
+    return ca.vertcat(*[value for pair in zip(ca.vertsplit(position), ca.vertsplit(velocity)) for value in pair])
 
 
 class Balance:
@@ -74,40 +114,70 @@ class Balance:
 
     def signals(self, d: Drive, x: Any) -> tuple[list[Signals], dict[int, Expression]]:
         """Return the signals of every joint, load included, and the link accelerations of flexible joints."""
-        path, motion = self.path, self._motion(d)
+        path, motion = self.path, self._with_links(self._motion(d), x)
         transmitted: dict[int, Expression] = {}
         for j in path.flexible:
             k, effect = path.transmission(j)  # type: ignore[misc]
-            ql, dql = x[path.state_index(f"link[{j}].position")], x[path.state_index(f"link[{j}].velocity")]
             s = motion[j]
-            transmitted[j] = effect.transmitted(s.position - ql, s.velocity - dql, path.parameters(k))
-            motion[j] = s.at(link_position=ql, link_velocity=dql)
+            deflection, rate = s.position - s.link_position, s.velocity - s.link_velocity
+            transmitted[j] = effect.transmitted(deflection, rate, path.parameters(k))
         load, acceleration = self._link_torques(motion, x, transmitted)
         full = [s.at(load=load[j]) for j, s in enumerate(motion)]
         full = [s.at(torque=path.actuated(j, self._command(d, j), s, x)) for j, s in enumerate(full)]
         return full, acceleration
 
-    def _link_torques(
-        self, motion: list[Signals], x: Any, transmitted: dict[int, Expression]
-    ) -> tuple[list[Expression], dict[int, Expression]]:
+    def _with_links(self, motion: list[Signals], x: Any) -> list[Signals]:
+        """Return the signals with the links of flexible joints where their states say."""
+        motion = list(motion)
+        for j in self.path.flexible:
+            ql, dql = (x[self.path.state_index(f"link[{j}].{what}")] for what in ("position", "velocity"))
+            motion[j] = motion[j].at(link_position=ql, link_velocity=dql)
+        return motion
+
+    def links(self, d: Drive, x: Any) -> Links:
+        """Return what moves the links of the flexible joints."""
+        flexible = list(self.path.flexible)
+        motion = self._with_links(self._motion(d), x)
+        load, _, inertia, carried = self._unmoved(motion, x)
+        position, velocity, acceleration = (
+            ca.vertcat(*[getattr(motion[j], what) for j in flexible])
+            for what in ("position", "velocity", "acceleration")
+        )
+        mobility = ca.inv(inertia)
+        loads = ca.vertcat(*[load[j] for j in flexible])
+        free = acceleration - ca.mtimes(mobility, carried * acceleration - loads)
+        return Links(position, velocity, free, mobility)
+
+    def _unmoved(self, motion: list[Signals], x: Any) -> tuple[list[Expression], Any, Any, Any]:
+        """Return the loads with the links of flexible joints unaccelerated, the mass matrix, and of those joints the
+        inertia and the part of it that carries the motor."""
         path, body = self.path, self.path.body()
         q, dq = [s.link_position for s in motion], [s.link_velocity for s in motion]
         external = [path.external(j, s, x) for j, s in enumerate(motion)]
-        known = [0.0 if j in transmitted else s.acceleration for j, s in enumerate(motion)]
+        known = [0.0 if j in path.flexible else s.acceleration for j, s in enumerate(motion)]
         bias = inverse_dynamics(body, q, dq, known, prismatic=path.prismatic)
         load = [bias[j] + external[j] for j in range(self.n)]
+        flexible = list(path.flexible)
+        if not flexible:
+            return load, None, None, None
+        mass = mass_matrix(body, q, prismatic=path.prismatic)
+        carried = ca.vertcat(*[0.0 if (inertia := path.carrier(j)) is None else inertia for j in flexible])
+        return load, mass, mass[flexible, flexible] + ca.diag(carried), carried
+
+    def _link_torques(
+        self, motion: list[Signals], x: Any, transmitted: dict[int, Expression]
+    ) -> tuple[list[Expression], dict[int, Expression]]:
+        load, mass, inertia, carried = self._unmoved(motion, x)
         if not transmitted:
             return load, {}
-        flexible = list(path.flexible)
-        mass = mass_matrix(body, q, prismatic=path.prismatic)
+        flexible = list(self.path.flexible)
         # what carries the motor moves by the link's motion less the motor's, and takes its share of the torque
-        carried = {j: 0.0 if (inertia := path.carrier(j)) is None else inertia for j in flexible}
-        pushed = [transmitted[j] - load[j] + carried[j] * motion[j].acceleration for j in flexible]
-        inertia = mass[flexible, flexible] + ca.diag(ca.vertcat(*carried.values()))
+        pushed = [transmitted[j] - load[j] + carried[i] * motion[j].acceleration for i, j in enumerate(flexible)]
         swing = ca.solve(inertia, ca.vertcat(*pushed))
         for j in range(self.n):
             if j in transmitted:
-                load[j] = transmitted[j] - carried[j] * (swing[flexible.index(j)] - motion[j].acceleration)
+                i = flexible.index(j)
+                load[j] = transmitted[j] - carried[i] * (swing[i] - motion[j].acceleration)
             else:
                 load[j] = load[j] + ca.mtimes(mass[j, flexible], swing)
         return load, {j: swing[i] for i, j in enumerate(flexible)}

@@ -10,7 +10,7 @@ import casadi as ca
 from stribeck.model.effect import TransmissionEffect
 from stribeck.model.values import Expression, Parameter, Parameters, Scale
 
-ONSET = 0.3  # of the gap: the penetration over which the damper comes in; less is too sudden for the cut's steps
+ONSET = 0.3  # of the gap: the penetration over which the damper comes in; less is too sudden for a simulation
 
 
 @final
@@ -34,16 +34,11 @@ class Backlash(TransmissionEffect):
     )
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
-        # soft and inelastic: a driven stiff contact bounces and answers noise, which the real one does not
-        rate = 6.2832 * 10.0
-        return tuple(
-            {
-                "gap": part * scale.travel,
-                "stiffness": scale.inertia * rate**2,
-                "damping": 2 * ratio * scale.inertia * rate,
-            }
-            for part, ratio in ((0.004, 2.0), (0.01, 2.0), (0.03, 2.0), (0.02, 0.5))
-        )
+        # the contact of a play is as stiff as its motor and link are unlike: some 15 Hz; its bounces die out at once
+        rate = 6.2832 * 15.0
+        stiffness, damping = scale.inertia * rate**2, 2.0 * scale.inertia * rate
+        gaps = (0.004 * scale.travel, 0.01 * scale.travel, 0.03 * scale.travel)
+        return tuple({"gap": gap, "stiffness": stiffness, "damping": damping} for gap in gaps)
 
     def transmitted(self, deflection: Expression, rate: Expression, p: Parameters) -> Expression:
         half = 0.5 * p["gap"]
