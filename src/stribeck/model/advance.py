@@ -5,14 +5,13 @@ The command and the motion run linearly between the samples.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi as ca
 
 from stribeck.model.balance import Balance
-from stribeck.model.drive import DRIVE, Drive
+from stribeck.model.drive import Drive
 from stribeck.model.effect import FrictionEffect
 from stribeck.model.path import SignalPath
 from stribeck.model.values import Expression

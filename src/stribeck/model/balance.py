@@ -55,7 +55,8 @@ class Links:
 
 
 def _in_turn(position: Any, velocity: Any) -> Any:
-    return ca.vertcat(*[value for pair in zip(ca.vertsplit(position), ca.vertsplit(velocity)) for value in pair])
+    pairs = zip(ca.vertsplit(position), ca.vertsplit(velocity), strict=True)
+    return ca.vertcat(*[value for pair in pairs for value in pair])
 
 
 class Balance:
@@ -149,8 +150,10 @@ class Balance:
         return Links(position, velocity, free, mobility)
 
     def _unmoved(self, motion: list[Signals], x: Any) -> tuple[list[Expression], Any, Any, Any]:
-        """Return the loads with the links of flexible joints unaccelerated, the mass matrix, and of those joints the
-        inertia and the part of it that carries the motor."""
+        """Return the loads with the links of flexible joints unaccelerated, the mass matrix, inertia and carriers.
+
+        The last two are of the flexible joints: what their torque accelerates, and the part of it that carries the motor.
+        """
         path, body = self.path, self.path.body()
         q, dq = [s.link_position for s in motion], [s.link_velocity for s in motion]
         external = [path.external(j, s, x) for j, s in enumerate(motion)]
