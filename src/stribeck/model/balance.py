@@ -152,7 +152,7 @@ class Balance:
     def _unmoved(self, motion: list[Signals], x: Any) -> tuple[list[Expression], Any, Any, Any]:
         """Return the loads with the links of flexible joints unaccelerated, the mass matrix, inertia and carriers.
 
-        The last two are of the flexible joints: what their torque accelerates, and the part of it that carries the motor.
+        The last two are of the flexible joints: what their torque accelerates, and what of it carries the motor.
         """
         path, body = self.path, self.path.body()
         q, dq = [s.link_position for s in motion], [s.link_velocity for s in motion]
