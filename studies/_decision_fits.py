@@ -15,7 +15,7 @@ from stribeck.gap.diagnose import searched
 from stribeck.gap.model import Model, weights_of
 from stribeck.gap.prepare import Prepared, prepare
 from stribeck.gap.screen import candidates
-from stribeck.gap.search import Step
+from stribeck.gap.step import Step
 from stribeck.gap.verdict import NAMED_OVER, causes_of
 from stribeck.identify.conditioning import Conditioned, condition
 from stribeck.run import Run

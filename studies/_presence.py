@@ -23,11 +23,11 @@ FOLDS = 10
 def evidence_of_a_case(arm: Arm, runs: Sequence[Run], leave_out: Sequence[str]) -> dict[str, Any]:
     """Return, as a diagnoser does, the evidence for each effect that the search takes, and its class."""
     steps = searched(prepare(arm, runs), jobs=1, leave_out=leave_out).steps
-    taken = [step for step in steps if step.taken]
     rows = []
-    for place, step in enumerate(taken):
-        names = {step.rivals[k - 1].placed[-1].effect.name for k in step.ranking.twins()}
-        rows.append({"class": sorted(names), **asdict(evidence(taken, place))})
+    for step in steps:
+        if step.taken:
+            names = {step.rivals[k - 1].placed[-1].effect.name for k in step.ranking.twins()}
+            rows.append({"class": sorted(names), **asdict(evidence(step))})
     empty = {"named": [], "verdict": "unexplained", "causes": [], "where": [], "gap": {"closed": None}}
     return {"diagnosis": empty, "evidence": rows}
 

@@ -27,7 +27,7 @@ from stribeck.gap.diagnose import searched
 from stribeck.gap.nominal import nominal_intervals
 from stribeck.gap.observed import observe
 from stribeck.gap.prepare import Prepared, prepare
-from stribeck.gap.search import Step
+from stribeck.gap.step import Step
 from stribeck.gap.verdict import NAMED_OVER, causes_of, no_gap_probability
 from stribeck.run import Run
 

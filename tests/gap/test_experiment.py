@@ -16,8 +16,8 @@ from stribeck.gap.experiment_plan import DURATION, PARTS, WIDER, Options, Plan
 from stribeck.gap.files import write_diagnosis
 from stribeck.gap.motions import KINDS, Motion, Reach
 from stribeck.gap.programme import PART, Programme, shortest
-from stribeck.gap.search import Step
 from stribeck.gap.separation import AS_IT_IS, Prospect, _excess
+from stribeck.gap.step import Step
 from stribeck.report.tables import next_experiment as next_section
 from stribeck.run import Run, load_run, save_run
 from stribeck.simulate import simulate

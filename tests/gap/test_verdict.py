@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from stribeck.effects.registry import effect_named
 from stribeck.gap.blocks import bayesian_bootstrap
 from stribeck.gap.result import Cause
-from stribeck.gap.search import Step
+from stribeck.gap.step import Step
 from stribeck.gap.verdict import (
     NAMED_OVER,
     UNKNOWN_HELD,

@@ -21,7 +21,7 @@ from stribeck.gap.observed import Observation
 from stribeck.gap.places import places
 from stribeck.gap.prepare import Prepared
 from stribeck.gap.result import Cause, Diagnosis, Estimate, Stage, Tuned
-from stribeck.gap.search import Step
+from stribeck.gap.step import Step
 from stribeck.gap.verdict import (
     AT_FLOOR,
     NAMED_OVER,

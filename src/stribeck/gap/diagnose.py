@@ -16,8 +16,9 @@ from stribeck.gap.model import retune
 from stribeck.gap.observed import observe
 from stribeck.gap.prepare import Prepared, prepare
 from stribeck.gap.result import Diagnosis
-from stribeck.gap.search import Progress, Step, search
+from stribeck.gap.search import Progress, search
 from stribeck.gap.spread import Noise
+from stribeck.gap.step import Step
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import values_of
 from stribeck.model.path import SignalPath

@@ -13,8 +13,8 @@ from stribeck.gap.experiment_plan import Choice, Plan
 from stribeck.gap.model import Model
 from stribeck.gap.prepare import Prepared
 from stribeck.gap.programme import Programme
-from stribeck.gap.search import Step
 from stribeck.gap.separation import AS_IT_IS
+from stribeck.gap.step import Step
 from stribeck.run import Run
 
 MOST = 4  # candidates

@@ -9,7 +9,7 @@ import numpy as np
 from stribeck.gap.model import Model
 from stribeck.gap.prepare import Prepared
 from stribeck.gap.result import Candidate, Estimate, Trace
-from stribeck.gap.search import Step
+from stribeck.gap.step import Step
 from stribeck.gap.where import analysis_signals
 
 

@@ -13,8 +13,10 @@ from stribeck.effects.registry import registry
 from stribeck.gap.gates import LEAST_GAIN, earns_its_place, needed
 from stribeck.gap.model import Model, fit_model, weights_of
 from stribeck.gap.prepare import Prepared
-from stribeck.gap.rank import Ranking, rank
+from stribeck.gap.presence import evidence, presence
+from stribeck.gap.rank import rank
 from stribeck.gap.screen import Trial, best_laws, candidates, screen
+from stribeck.gap.step import Step
 from stribeck.gap.white import noise_of_best
 from stribeck.identify.map_fit import Weights
 from stribeck.identify.residual import Residual
@@ -25,32 +27,9 @@ LEAST_SURVIVORS, LEAST_AT_JOINT = 3, 2
 MOST_SURVIVORS = 8
 HOPEFUL = 0.3  # of the best promise: candidates with less are not fitted
 MOST_EFFECTS = 3
+HARDLY = 0.15  # presence below which the search ends: of 101 such effects none was there, nor any found after it
+WEIGHING = 40  # evaluations of the last model without one of its effects
 RELIEVED = 0.5  # of a joint's residual: an effect that leaves less is fitted once more, with weights of its own
-
-
-@dataclass(frozen=True)
-class Step:
-    """One step of the search: the base, its rivals, how they rank, and which of them may be taken, best first.
-
-    ``floor`` (n,) is the noise floor by which they were judged, N m rms.
-    """
-
-    base: Model
-    rivals: tuple[Model, ...]
-    ranking: Ranking
-    passing: tuple[int, ...]
-    screened_out: tuple[tuple[str, int], ...]
-    floor: np.ndarray
-
-    @property
-    def taken(self) -> bool:
-        """Whether the best rival was taken."""
-        return bool(self.passing)
-
-    @property
-    def best(self) -> Model | None:
-        """The best rival."""
-        return self.rivals[self.ranking.best - 1] if self.ranking.best else None
 
 
 Progress = Callable[[str], None]
@@ -80,15 +59,15 @@ def search(
     """
     with Parallel(n_jobs=jobs) as pool:
         setting = _Setting(prepared, floor, seed, pool, tuple(leave_out), frozenset(), progress)
-        steps = _forward(setting, base)
-        idle = _idle(setting, steps)
+        steps = _weighed(setting, _forward(setting, base))
+        idle = _idle(steps)
         if idle is None:
             return steps
         progress(f"again without {idle[0]}")
         other = _forward(replace(setting, barred=frozenset({idle})), base)
-        first, second = _last(steps), _last(other)
+        first, second = last_model(steps), last_model(other)
         better = rank(prepared, [first, second], steps[-1].floor, seed).overall[1] > -LEAST_GAIN
-        return other if better else steps
+        return _weighed(setting, other) if better else steps
 
 
 @dataclass(frozen=True)
@@ -111,28 +90,39 @@ def _forward(setting: _Setting, base: Model) -> tuple[Step, ...]:
     while len(steps) < MOST_EFFECTS:
         step = _step(setting, base, base.placed[own:], known)
         steps.append(step)
-        if not step.taken or step.best is None:
+        if not step.taken or step.best is None or presence(evidence(step)) < HARDLY:
             break
         base = step.best
     return tuple(steps)
 
 
-def _last(steps: Sequence[Step]) -> Model:
+def last_model(steps: Sequence[Step]) -> Model:
     """Return the model with everything that was taken."""
     last = steps[-1]
     return last.best if last.taken and last.best is not None else last.base
 
 
-def _idle(setting: _Setting, steps: Sequence[Step]) -> tuple[str, int] | None:
-    """Return an effect that the later ones have made needless, or None."""
+def _weighed(setting: _Setting, steps: Sequence[Step]) -> tuple[Step, ...]:
+    """Return the steps with what each effect that was taken is worth beside all others."""
     prepared, floor = setting.prepared, steps[-1].floor
-    final, first = _last(steps), len(steps[0].base.placed)
+    final, own, count = last_model(steps), len(steps[0].base.placed), sum(step.taken for step in steps)
     weights = weights_of(final.fit.residual, prepared, floor)
-    for i in range(first, len(final.placed) - 1):
-        rest = (*final.placed[:i], *final.placed[i + 1 :])
-        without = fit_model(prepared, rest, weights, None, evaluations=30)
-        if not needed(rank(prepared, [without, final], floor, setting.seed)):
-            return final.placed[i].effect.name, final.placed[i].joint
+    rests = [(*final.placed[:i], *final.placed[i + 1 :]) for i in range(own, own + count)]
+    if count == 1:
+        without = [steps[0].base]
+    else:
+        fits = (delayed(fit_model)(prepared, rest, weights, None, evaluations=WEIGHING) for rest in rests)
+        without = setting.pool(fits)
+    found = [rank(prepared, [model, final], floor, setting.seed) for model in without]
+    return tuple(replace(step, worth=found[i]) if i < count else step for i, step in enumerate(steps))
+
+
+def _idle(steps: Sequence[Step]) -> tuple[str, int] | None:
+    """Return an effect that the later ones have made needless, or None."""
+    for step in [step for step in steps if step.taken][:-1]:
+        if step.worth is not None and step.best is not None and not needed(step.worth):
+            place = step.best.placed[-1]
+            return place.effect.name, place.joint
     return None
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from stribeck.gap.blocks import block_sums
 from stribeck.gap.presence import evidence, presence
 from stribeck.gap.result import Cause, Estimate
-from stribeck.gap.search import Step
+from stribeck.gap.step import Step
 
 AT_FLOOR = 1.4  # residual over noise floor up to which nothing is left to explain
 SILENT_TO = 1.6  # residual over noise floor up to which there is no gap: the floor is known to a factor of 1.5
@@ -35,14 +35,14 @@ def causes_of(steps: Sequence[Step], names: Sequence[str]) -> tuple[list[Cause],
     """Return the causes that the taken steps name, without parameters, and the probability of ``unknown``."""
     taken = [step for step in steps if step.taken]
     gathered: dict[str, list[tuple[int, float, float, tuple[str, ...]]]] = {}
-    for k, step in enumerate(taken):
+    for step in taken:
         r, best = step.ranking, step.best
         assert best is not None
         place = best.placed[len(step.base.placed)]
         twins = [step.rivals[i - 1].placed[-1].effect.name for i in r.twins()]
         share = -float(np.log(max(1.0 - r.gain[r.best, 0], 1e-6)))
         gathered.setdefault(place.effect.name, []).append(
-            (place.joint, presence(evidence(taken, k)), share, tuple(dict.fromkeys([place.effect.name, *twins])))
+            (place.joint, presence(evidence(step)), share, tuple(dict.fromkeys([place.effect.name, *twins])))
         )
     whole = sum(share for rows in gathered.values() for _, _, share, _ in rows) or 1.0
     causes = []
