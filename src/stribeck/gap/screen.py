@@ -21,6 +21,7 @@ from stribeck.model.waves import Trace
 REACH = 50.0  # typical sizes that one step may go: far, for it is taken back where it does not help
 LOOK, STEPS = 2, 6  # evaluations of every start, and further ones of the most hopeful starts, at most
 FOLLOWED = 2  # starts that are followed to the end
+HOPELESS = 10.0  # of the base's cost: a start that adds more at first is not followed
 LEAST_DAMPING = 1e-3
 LITTLE = 0.02  # of the cost saved: a step that promises less is not made
 
@@ -111,7 +112,8 @@ def screen(
     if not (known and effect.nonlinear):
         starts += effect.starts_from(prepared.scales[joint], trace)
     tried = [_descend(residual, projector, start_values(path, base.fit, start), own, unit, LOOK) for start in starts]
-    for _, p in sorted(tried, key=lambda found: -found[0])[:FOLLOWED]:
+    hopeful = [found for found in tried if found[0] > -HOPELESS * projector.cost]
+    for _, p in sorted(hopeful, key=lambda found: -found[0])[:FOLLOWED]:
         saved, p = _descend(residual, projector, p, own, unit, STEPS)
         if saved > best.promise:
             best = Trial(effect, joint, dict(zip(names, map(float, p[own]), strict=True)), saved)

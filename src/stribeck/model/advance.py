@@ -17,7 +17,8 @@ from stribeck.model.path import SignalPath
 from stribeck.model.values import Expression
 
 SUBSTEP = 1e-3  # s, longest step of a flexible joint's link
-NEWTON = 3  # steps that find the force of a contact: its law has few pieces
+CONTACT_SUBSTEP = 5e-3  # s, of one that has faces: most samples take one
+NEWTON = 2  # steps that find the force of a contact: its law has few pieces
 PASSED_ON = 2  # states of a chain that feel a change at its head within one step
 
 
@@ -111,7 +112,8 @@ def _flexed(path: SignalPath, sample_time: float, known: Any) -> Any:
     """Return deflections and their rates (2 L, 1) one sample later.
 
     Linear compliances go by the implicit midpoint rule (A-stable, second order), solved by one Newton step. A contact
-    goes by the implicit Euler rule: faces too stiff for the steps then meet without a bounce and stay together.
+    goes by long implicit Euler steps (Moreau 1988): faces too stiff for the samples then meet without a bounce and stay
+    together, and the torque at a sample is the blow's mean since the step before, not what is there at the instant.
 
     Parameters
     ----------
@@ -121,8 +123,8 @@ def _flexed(path: SignalPath, sample_time: float, known: Any) -> Any:
     count = len(path.flexible)
     deflection, rate, first, last = (known[i * count : (i + 1) * count] for i in range(4))
     mobility = ca.reshape(known[4 * count :], count, count)
-    h = sample_time / (steps := max(1, round(sample_time / SUBSTEP)))
     contacts = _contacts(path)
+    h = sample_time / (steps := max(1, round(sample_time / (CONTACT_SUBSTEP if contacts else SUBSTEP))))
     ahead = h if contacts else h / 2.0  # where in a step its forces are those of the step
     start, began, free = (ca.SX.sym(name, count) for name in ("start", "began", "free"))
     mobile, own, guess = ca.SX.sym("mobile", count, count), ca.SX.sym("own", path.p.numel()), ca.SX.sym("guess", count)

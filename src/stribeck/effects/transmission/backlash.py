@@ -34,9 +34,9 @@ class Backlash(TransmissionEffect):
     )
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
-        # the contact of a play is as stiff as its motor and link are unlike: some 15 Hz; its bounces die out at once
-        rate = 6.2832 * 15.0
-        stiffness, damping = scale.inertia * rate**2, 2.0 * scale.inertia * rate
+        # the contact of a play is as stiff as its motor and link are unlike: some 20 Hz
+        rate = 6.2832 * 20.0
+        stiffness, damping = scale.inertia * rate**2, scale.inertia * rate
         gaps = (0.004 * scale.travel, 0.01 * scale.travel, 0.03 * scale.travel)
         return tuple({"gap": gap, "stiffness": stiffness, "damping": damping} for gap in gaps)
 
