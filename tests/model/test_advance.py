@@ -38,12 +38,11 @@ def loads(name: str, values: dict[str, float], count: int, inertia: float = INER
     own = [i for i, entry in enumerate(path.entries) if entry.owner == 0]
     p[own] = [values[path.entries[i].name] for i in own]
     cut, drive = Cut(path, STEP, ()), drives(count)
-    states: Any = cut.begin(drive[:, 0], p, [0.0])
-    out = []
-    for i in range(count):
-        out.append(float(cut.balance(drive[:, i], states, p, [0.0])[1][2]))
-        states = cut.follow(states, drive[:, i], drive[:, min(i + 1, count - 1)], p, [0.0])
-    return np.array(out)
+    states: Any = [cut.begin(drive[:, 0], p, [0.0])]
+    for i in range(count - 1):
+        states.append(cut.follow(states[-1], drive[:, i], drive[:, i + 1], p, [0.0]))
+    along = cut.settled(np.hstack([np.array(one) for one in states]))
+    return np.array([float(cut.balance(drive[:, i], along[:, i], p, [0.0])[1][2]) for i in range(count)])
 
 
 @pytest.mark.parametrize("turned", [0.3, 1.0, 2.0])  # rad of the link's natural frequency from sample to sample
@@ -70,17 +69,15 @@ def test_a_base_is_a_compliant_joint_whose_inertias_are_divided_otherwise() -> N
     assert found == pytest.approx(rocking[late], abs=0.01 * float(np.max(np.abs(rocking))))
 
 
-def test_a_play_hands_on_nothing_across_and_the_whole_on_its_faces() -> None:
-    """Faces far stiffer than the samples resolve: the link does not bounce, and is either free or rigidly driven."""
+def test_a_play_hands_on_nothing_across_the_whole_on_its_faces_and_no_less_in_all() -> None:
+    """Faces far stiffer than the samples resolve: the link does not bounce, and what it misses a blow makes up for."""
     k, gap = INERTIA * (2.0 * math.pi * 400.0) ** 2, 0.02
-    found = loads("backlash", {"gap": gap, "stiffness": k, "damping": 1e-6}, 300)
-    rigid = INERTIA * drives(300)[DRIVE.index("acceleration")]
-    free, driven = np.isclose(found, 0.0, atol=1e-9), np.isclose(found, rigid, rtol=0.03, atol=0.3)
-    late = slice(100, None)
-    assert np.mean((free | driven)[late]) > 0.85  # the rest are the blows
-    assert 0.03 < np.mean(free[late]) < 0.3
-    lags = INERTIA * (2.0 * math.pi * HERTZ) ** 2
-    assert np.all(np.abs(found[late][driven[late]]) < 1.03 * lags)
+    found = loads("backlash", {"gap": gap, "stiffness": k, "damping": 1e-6}, 300)[100:]
+    rigid = INERTIA * drives(300)[DRIVE.index("acceleration")][100:]
+    free, driven = np.abs(found) < 0.2, np.isclose(found, rigid, rtol=0.003, atol=0.1)
+    assert np.mean(driven) > 0.7
+    assert 0.05 < np.mean(free & ~driven) < 0.2
+    assert np.sum(found) == pytest.approx(np.sum(rigid), abs=0.1)  # a blow is some 80 N m in one sample
 
 
 def test_a_play_of_no_width_is_rigid() -> None:

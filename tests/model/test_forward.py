@@ -64,8 +64,8 @@ def test_forward_balances_the_cut(effect: Effect, values: dict[str, float]) -> N
     drive = Drive.symbols(2)
     balance = ca.Function(
         "balance",
-        [drive.stacked, path.x, path.p, sample.delay_at],
-        [sample.residual(drive, path.x)[0], sample.derivatives(drive, path.x)],
+        [drive.stacked, sample.x, path.p, sample.delay_at],
+        [sample.residual(drive, sample.x)[0], sample.derivatives(drive, sample.x)],
     )
     for _ in range(8):
         y = np.concatenate([rng.normal(size=2), rng.normal(size=2), 0.3 * rng.normal(size=path.x.numel())])
@@ -76,7 +76,8 @@ def test_forward_balances_the_cut(effect: Effect, values: dict[str, float]) -> N
         assert np.isfinite(rates).all()
         recorded = cut_drive(path, p, y, rates, u)
         delays = np.array([values.get("time", 0.0) for _ in path.placed])
-        residual, derivatives = balance(recorded, y[4:], p, delays)
+        slowing = [rates[2 + j] - rates[5 + 2 * i] for i, j in enumerate(path.flexible)] if sample.contacts else []
+        residual, derivatives = balance(recorded, np.concatenate([y[4:], slowing]), p, delays)
         size = 1.0 + np.abs(rates).max() * 0.3
         inverted = 2e-4 if effect.channel == "sensing" else 1e-9  # the cut undoes a sensor's law by fixed point
         assert residual.full().ravel() == pytest.approx([0.0, 0.0], abs=inverted * size)

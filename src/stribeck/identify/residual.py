@@ -172,7 +172,7 @@ class _Machine:
             together[: lengths[i], rows, i] = emphasised(drive[rows].T)  # between samples it runs straight, and droops
             together[lengths[i] :, :, i] = together[lengths[i] - 1, :, i]
         out = self.follow.march(start, together, p, delays)
-        return [out[:length, :, i].T for i, length in enumerate(lengths)]
+        return [cut.settled(out[:length, :, i].T) for i, length in enumerate(lengths)]
 
 
 def _keep(run: Conditioned, values: np.ndarray, lo: int, begin: int, end: int) -> np.ndarray:

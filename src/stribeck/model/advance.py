@@ -17,7 +17,6 @@ from stribeck.model.path import SignalPath
 from stribeck.model.values import Expression
 
 SUBSTEP = 1e-3  # s, longest step of a flexible joint's link
-CONTACT_SUBSTEP = 5e-3  # s, of one that has faces: most samples take one
 NEWTON = 2  # steps that find the force of a contact: its law has few pieces
 PASSED_ON = 2  # states of a chain that feel a change at its head within one step
 
@@ -51,7 +50,12 @@ def advance(balance: Balance, sample_time: float, now: Drive, after: Drive, carr
     if not links:
         return replace(carried, states=rest, columns=columns)
     swung = _swing(balance, sample_time, now, after, carried)
-    return replace(carried, states=ca.vertcat(swung.states, rest), columns=ca.vertcat(swung.columns, columns))
+    parts = [
+        (swung.states[:links], rest, swung.states[links:]),
+        (swung.columns[:links, :], columns, swung.columns[links:, :]),
+    ]
+    states, columns = (ca.vertcat(*part) for part in parts)
+    return replace(carried, states=states, columns=columns)
 
 
 @dataclass(frozen=True)
@@ -88,7 +92,8 @@ def _slid(balance: Balance, sample_time: float, now: Drive, after: Drive, x: Any
 def _swing(balance: Balance, sample_time: float, now: Drive, after: Drive, carried: Sensitivity) -> Sensitivity:
     """Advance the links as deflections, motor less link: a stiff compliance takes little of the motion.
 
-    What the arm asks of a link runs linearly from sample to sample; the compliance follows in finer steps.
+    What the arm asks of a link runs linearly from sample to sample; the compliance follows in finer steps. With
+    contacts, the rates of the deflections come after the link states.
     """
     path, x, p = balance.path, carried.states, balance.path.p
     links = 2 * len(path.flexible)
@@ -99,36 +104,40 @@ def _swing(balance: Balance, sample_time: float, now: Drive, after: Drive, carri
     mobility = 0.5 * (first.mobility + last.mobility)
     known = ca.vertcat(start, first.free, last.free, ca.vec(mobility))
     symbols = ca.SX.sym("known", known.numel())
-    flexed = _flexed(path, sample_time, symbols)
+    flexed = _flexed(balance, sample_time, symbols)
     slope = ca.Function("slope", [symbols, p], [flexed, ca.jacobian(flexed, symbols), ca.jacobian(flexed, p)])
     moved, by_known, by_own = slope(known, p)
     chosen = list(carried.parameters)
     through = ca.jacobian(known, p)[:, chosen] + ca.mtimes(ca.jacobian(known, x), carried.columns)
-    columns = last.states(ca.mtimes(by_known, through) + by_own[:, chosen], ca.jacobian(last.motors, p)[:, chosen])
-    return replace(carried, states=last.states(moved), columns=columns)
+    along = ca.mtimes(by_known, through) + by_own[:, chosen]
+    states, columns = last.states(moved), last.states(along, ca.jacobian(last.motors, p)[:, chosen])
+    if balance.contacts:
+        half = links // 2
+        states, columns = ca.vertcat(states, moved[half:]), ca.vertcat(columns, along[half:, :])
+    return replace(carried, states=states, columns=columns)
 
 
-def _flexed(path: SignalPath, sample_time: float, known: Any) -> Any:
+def _flexed(balance: Balance, sample_time: float, known: Any) -> Any:
     """Return deflections and their rates (2 L, 1) one sample later.
 
     Linear compliances go by the implicit midpoint rule (A-stable, second order), solved by one Newton step. A contact
-    goes by long implicit Euler steps (Moreau 1988): faces too stiff for the samples then meet without a bounce and stay
-    together, and the torque at a sample is the blow's mean since the step before, not what is there at the instant.
+    goes by one implicit Euler step (Moreau 1988): faces too stiff for the samples then meet without a bounce and stay
+    together.
 
     Parameters
     ----------
     known : array (4 L + L^2, 1)
         Deflections, rates, the links' free acceleration at both samples, their mobility.
     """
+    path, contacts = balance.path, balance.contacts
     count = len(path.flexible)
     deflection, rate, first, last = (known[i * count : (i + 1) * count] for i in range(4))
     mobility = ca.reshape(known[4 * count :], count, count)
-    contacts = _contacts(path)
-    h = sample_time / (steps := max(1, round(sample_time / (CONTACT_SUBSTEP if contacts else SUBSTEP))))
+    h = sample_time / (steps := 1 if contacts else max(1, round(sample_time / SUBSTEP)))
     ahead = h if contacts else h / 2.0  # where in a step its forces are those of the step
     start, began, free = (ca.SX.sym(name, count) for name in ("start", "began", "free"))
     mobile, own, guess = ca.SX.sym("mobile", count, count), ca.SX.sym("own", path.p.numel()), ca.SX.sym("guess", count)
-    torque = ca.substitute(_transmitted(path, start + ahead * guess, guess), path.p, own)
+    torque = ca.substitute(balance.transmitted(start + ahead * guess, guess), path.p, own)
     missing = guess - began - ahead * (free - ca.mtimes(mobile, torque))
     better = guess - ca.solve(ca.jacobian(missing, guess), missing)
     newton = ca.Function("newton", [guess, start, began, free, mobile, own], [better])
@@ -139,22 +148,6 @@ def _flexed(path: SignalPath, sample_time: float, known: Any) -> Any:
             found = newton(found, deflection, rate, freely, mobility, path.p)
         deflection, rate = deflection + h * found, found if contacts else 2.0 * found - rate
     return ca.vertcat(deflection, rate)
-
-
-def _transmitted(path: SignalPath, deflection: Any, rate: Any) -> Any:
-    """Return what the flexible joints hand on (L, 1) at their deflections and rates (L, 1)."""
-    torques = []
-    for i, j in enumerate(path.flexible):
-        k, effect = path.transmission(j)  # type: ignore[misc]
-        torques.append(effect.transmitted(deflection[i], rate[i], path.parameters(k)))
-    return ca.vertcat(*torques)
-
-
-def _contacts(path: SignalPath) -> bool:
-    """Tell whether a compliance's law is not linear in its deflection."""
-    both = ca.SX.sym("both", 2 * len(path.flexible))
-    torque = _transmitted(path, both[: len(path.flexible)], both[len(path.flexible) :])
-    return bool(ca.depends_on(ca.jacobian(torque, both), both))
 
 
 def _relax(balance: Balance, sample_time: float, now: Drive, after: Drive, x: Any) -> Any:

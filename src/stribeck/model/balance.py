@@ -70,11 +70,27 @@ class Balance:
     ----------
     delay_at : casadi.SX (placed, 1)
         Delays by which the drive was moved already, s: the rest of a delay is taken to first order.
+    contacts : bool
+        Whether a link meets its motor at faces.
+    x : casadi.SX (nx, 1)
+        The path's states; with contacts, then how much faster each flexible joint's motor is than its link, rad/s.
     """
 
     def __init__(self, path: SignalPath) -> None:
         self.path, self.n = path, path.n
         self.delay_at = ca.SX.sym("T0", len(path.placed))
+        both = ca.SX.sym("both", 2 * len(path.flexible))
+        torque = self.transmitted(both[: len(path.flexible)], both[len(path.flexible) :])
+        self.contacts = bool(ca.depends_on(ca.jacobian(torque, both), both))
+        self.x = ca.vertcat(path.x, ca.SX.sym("ahead", len(path.flexible) if self.contacts else 0))
+
+    def transmitted(self, deflection: Any, rate: Any) -> Any:
+        """Return what the L flexible joints hand on (L, 1) at their deflections and rates (L, 1)."""
+        torques = []
+        for i, j in enumerate(self.path.flexible):
+            k, effect = self.path.transmission(j)  # type: ignore[misc]
+            torques.append(effect.transmitted(deflection[i], rate[i], self.path.parameters(k)))
+        return ca.vertcat(*torques)
 
     def _command(self, d: Drive, joint: int) -> Expression:
         """Return the command, delayed. The data are delayed by T0 already; the rest is to first order."""
@@ -113,19 +129,29 @@ class Balance:
                 ddy = ddy + d.acceleration_rate[joint] * ahead
         return y, dy, ddy
 
-    def signals(self, d: Drive, x: Any) -> tuple[list[Signals], dict[int, Expression]]:
-        """Return the signals of every joint, load included, and the link accelerations of flexible joints."""
+    def signals(self, d: Drive, x: Any, slowing: Any | None = None) -> tuple[list[Signals], dict[int, Expression]]:
+        """Return the signals of every joint, load included, and the link accelerations of flexible joints.
+
+        Where the links' ``slowing`` (L, 1) against their motors is given, rad/s^2, it tells the load.
+        """
         path, motion = self.path, self._with_links(self._motion(d), x)
-        transmitted: dict[int, Expression] = {}
-        for j in path.flexible:
-            k, effect = path.transmission(j)  # type: ignore[misc]
-            s = motion[j]
-            deflection, rate = s.position - s.link_position, s.velocity - s.link_velocity
-            transmitted[j] = effect.transmitted(deflection, rate, path.parameters(k))
-        load, acceleration = self._link_torques(motion, x, transmitted)
+        load, mass, inertia, carried = self._unmoved(motion, x)
+        swing = ca.SX(0, 1)
+        if path.flexible:
+            s = [motion[j] for j in path.flexible]
+            own = ca.vertcat(*[one.acceleration for one in s])
+            if slowing is None:
+                deflection = ca.vertcat(*[one.position - one.link_position for one in s])
+                rate = ca.vertcat(*[one.velocity - one.link_velocity for one in s])
+                # what carries the motor moves by the link's motion less the motor's, and takes its share of the torque
+                loads = ca.vertcat(*[load[j] for j in path.flexible])
+                swing = ca.solve(inertia, self.transmitted(deflection, rate) - loads + carried * own)
+            else:
+                swing = own - slowing
+            load = [load[j] + ca.mtimes(mass[j, list(path.flexible)], swing) for j in range(self.n)]
         full = [s.at(load=load[j]) for j, s in enumerate(motion)]
         full = [s.at(torque=path.actuated(j, self._command(d, j), s, x)) for j, s in enumerate(full)]
-        return full, acceleration
+        return full, {j: swing[i] for i, j in enumerate(path.flexible)}
 
     def _with_links(self, motion: list[Signals], x: Any) -> list[Signals]:
         """Return the signals with the links of flexible joints where their states say."""
@@ -167,24 +193,6 @@ class Balance:
         carried = ca.vertcat(*[0.0 if (inertia := path.carrier(j)) is None else inertia for j in flexible])
         return load, mass, mass[flexible, flexible] + ca.diag(carried), carried
 
-    def _link_torques(
-        self, motion: list[Signals], x: Any, transmitted: dict[int, Expression]
-    ) -> tuple[list[Expression], dict[int, Expression]]:
-        load, mass, inertia, carried = self._unmoved(motion, x)
-        if not transmitted:
-            return load, {}
-        flexible = list(self.path.flexible)
-        # what carries the motor moves by the link's motion less the motor's, and takes its share of the torque
-        pushed = [transmitted[j] - load[j] + carried[i] * motion[j].acceleration for i, j in enumerate(flexible)]
-        swing = ca.solve(inertia, ca.vertcat(*pushed))
-        for j in range(self.n):
-            if j in transmitted:
-                i = flexible.index(j)
-                load[j] = transmitted[j] - carried[i] * (swing[i] - motion[j].acceleration)
-            else:
-                load[j] = load[j] + ca.mtimes(mass[j, flexible], swing)
-        return load, {j: swing[i] for i, j in enumerate(flexible)}
-
     def _friction(self, joint: int, s: Signals, d: Drive, x: Any, needed: Expression) -> Expression:
         """Return friction without its viscous part, given the torque ``needed`` to balance the joint.
 
@@ -204,9 +212,12 @@ class Balance:
         return ca.fmin(ca.fmax(needed, lower), upper)
 
     def residual(self, d: Drive, x: Any) -> tuple[Any, dict[str, Any]]:
-        """Return the unbalanced torque (n, 1) in units of the command, and the torques of each stage (n, 1)."""
+        """Return the unbalanced torque (n, 1) in units of the command, and the torques of each stage (n, 1).
+
+        With contacts, the last of the states ``x`` are those of :meth:`stribeck.model.cut.Cut.settled`, rad/s^2.
+        """
         path = self.path
-        signals, _ = self.signals(d, x)
+        signals, _ = self.signals(d, x, x[path.x.numel() :] if self.contacts else None)
         rows, stages = [], []
         for j, s in enumerate(signals):
             rotor = path.rotor(j) * s.acceleration

@@ -11,6 +11,7 @@ from functools import cached_property
 from typing import Any
 
 import casadi as ca
+import numpy as np
 
 from stribeck.model.advance import Sensitivity, advance
 from stribeck.model.balance import Balance
@@ -39,11 +40,11 @@ class Cut:
         self.path, self.sample_time, self.n = path, sample_time, path.n
         self.columns = tuple(range(len(path.entries))) if columns is None else tuple(columns)
         self.drive = Drive.symbols(path.n)
-        self.nx = path.x.numel()
         self._sample = Balance(path)
+        self.nx = self._sample.x.numel()
 
     def _advance(self, after: Drive, parameters: tuple[int, ...], columns: Any) -> Sensitivity:
-        carried = Sensitivity(self.path.x, parameters, columns)
+        carried = Sensitivity(self._sample.x, parameters, columns)
         return advance(self._sample, self.sample_time, self.drive, after, carried)
 
     @cached_property
@@ -58,7 +59,7 @@ class Cut:
     @cached_property
     def begin(self) -> ca.Function:
         """(drive, p, T0) -> states and their sensitivities, stacked (nx (1 + active), 1)."""
-        start = self._sample.start(self.drive)
+        start = ca.vertcat(self._sample.start(self.drive), ca.SX.zeros(self.nx - self.path.x.numel()))
         sensitivity = ca.jacobian(start, self.path.p)[:, list(self.active)]
         return ca.Function(
             "begin",
@@ -72,23 +73,36 @@ class Cut:
         after = Drive.symbols(self.n, "1")
         carried = ca.SX.sym("S", self.nx, len(self.active))
         moved = self._advance(after, self.active, carried)
-        state = ca.vertcat(self.path.x, ca.vec(carried))
+        state = ca.vertcat(self._sample.x, ca.vec(carried))
         return ca.Function(
             "follow",
             [state, self.drive.stacked, after.stacked, self.path.p, self._sample.delay_at],
             [ca.densify(ca.vertcat(moved.states, ca.vec(moved.columns)))],
         )
 
+    def settled(self, states: np.ndarray) -> np.ndarray:
+        """Return states and sensitivities (nx (1 + active), N) along a recording as the residual takes them.
+
+        What a link loses against its motor in a blow is over in an instant. The residual is sampled: it takes the mean
+        from the sample before to the sample after, so that no momentum is missed.
+        """
+        blows = self.nx - self.path.x.numel()
+        if not blows:
+            return states
+        out = states.reshape(1 + len(self.active), self.nx, -1).copy()
+        out[:, -blows:] = np.gradient(out[:, -blows:], self.sample_time, axis=2)
+        return out.reshape(states.shape)
+
     @cached_property
     def evaluate(self) -> ca.Function:
         """(drive, states, p, T0) -> residual (n, 1) and its Jacobian by the wanted columns, stacked."""
         carried = ca.SX.sym("S", self.nx, len(self.active))
-        residual, _ = self._sample.residual(self.drive, self.path.x)
+        residual, _ = self._sample.residual(self.drive, self._sample.x)
         jacobian = ca.SX(ca.densify(ca.jacobian(residual, self.path.p)[:, list(self.columns)]))
         if self.nx:
             place = [self.columns.index(i) for i in self.active]
-            jacobian[:, place] += ca.mtimes(ca.jacobian(residual, self.path.x), carried)
-        state = ca.vertcat(self.path.x, ca.vec(carried))
+            jacobian[:, place] += ca.mtimes(ca.jacobian(residual, self._sample.x), carried)
+        state = ca.vertcat(self._sample.x, ca.vec(carried))
         inputs = [self.drive.stacked, state, self.path.p, self._sample.delay_at]
         return ca.Function("evaluate", inputs, [ca.densify(ca.vertcat(residual, ca.vec(jacobian)))])
 
@@ -96,7 +110,7 @@ class Cut:
     def balance(self) -> ca.Function:
         """(drive, states, p, T0) -> residual (n, 1) and the stages' torques stacked (4 n, 1)."""
         carried = ca.SX.sym("S", self.nx, len(self.active))
-        residual, stages = self._sample.residual(self.drive, self.path.x)
-        state = ca.vertcat(self.path.x, ca.vec(carried))
+        residual, stages = self._sample.residual(self.drive, self._sample.x)
+        state = ca.vertcat(self._sample.x, ca.vec(carried))
         inputs = [self.drive.stacked, state, self.path.p, self._sample.delay_at]
         return ca.Function("balance", inputs, [ca.densify(residual), ca.densify(ca.vertcat(*stages.values()))])
