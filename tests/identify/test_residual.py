@@ -49,7 +49,21 @@ def test_recorded_law_leaves_no_residual() -> None:
     assert np.sqrt(np.mean(r**2)) < 0.02 * np.std(run.command)
 
 
-@pytest.mark.parametrize("placed", [(), (("presliding", BRISTLE),), (("delay", {"time": 0.013}),)])
+PLAY = {"gap": 0.02, "stiffness": 90.0, "damping": 1.5}
+SHAFT = {"stiffness": 60.0, "damping": 0.8}
+WHEEL = {"sine": 0.02, "cosine": -0.01, "harmonic": 1.0}
+
+
+@pytest.mark.parametrize(
+    "placed",
+    [
+        (),
+        (("presliding", BRISTLE),),
+        (("delay", {"time": 0.013}),),
+        (("backlash", PLAY), ("presliding", BRISTLE)),
+        (("joint_flexibility", SHAFT), ("encoder_eccentricity", WHEEL), ("actuator_lag", {"time_constant": 0.02})),
+    ],
+)
 def test_jacobian(placed: Sequence[tuple[str, dict[str, float]]]) -> None:
     residual = Residual(path(*placed), runs())
     p = values_of(residual.path.entries)

@@ -40,7 +40,8 @@ def advance(balance: Balance, sample_time: float, now: Drive, after: Drive, carr
     out: list[Expression] = []
     if len(path.state_names) > links:
         # a bristle follows the distance moved, the mean velocity's; other laws the velocity of the instant
-        slid, moved = (_relax(balance, sample_time, *pair, x) for pair in ((first, last), (now, after)))
+        own = x[: len(path.state_names)]
+        slid, moved = (_relax(balance, sample_time, *pair, own) for pair in ((first, last), (now, after)))
         bristles, known = _bristles(path), _slid(balance, sample_time, first, last, x)
         for i, name in enumerate(path.state_names[links:], links):
             out.append(known.get(name, slid[i]) if name in bristles else moved[i])
