@@ -18,7 +18,9 @@ UNKNOWN_HELD = 0.65  # of the chance of "unknown": four of ten unexplained gaps 
 MOST_SUSPECTS = 2
 # of the chance of "none": 127 of 176 sealed cases without a visible gap hid nothing, where a third of all cases did
 NONE_HELD = 0.75
-NAMED_OVER = 0.55  # probability of presence from which an effect is named: of those just above it, two in three are there
+NAMED_OVER = (
+    0.55  # probability of presence from which an effect is named: of those just above it, two in three are there
+)
 NONE_OVER = 0.5  # probability of nothing, from which there is no gap
 
 

@@ -13,10 +13,11 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from stribeck.model.advance import Sensitivity, advance
+from stribeck.model.advance import advance
 from stribeck.model.balance import Balance
 from stribeck.model.drive import Drive
 from stribeck.model.path import SignalPath
+from stribeck.model.sensitivity import Sensitivity
 
 
 class Cut:
