@@ -1,15 +1,20 @@
 """What the search tries, and how it sorts what it has tried."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
+from joblib import Parallel
 
 from stribeck.effects.registry import effect_named, registry
+from stribeck.gap import screen as screening
 from stribeck.gap.model import Model, fit_model, retune, weights_of
 from stribeck.gap.prepare import Prepared, prepare
+from stribeck.gap.rank import rank
 from stribeck.gap.screen import Trial, _loudest, best_laws, candidates, screen
-from stribeck.gap.search import _states, _survivors
+from stribeck.gap.search import _Setting, _states, _survivors, _weighed
+from stribeck.gap.step import Step
 from stribeck.identify.map_fit import Weights
 from stribeck.model.layout import Placed
 
@@ -148,3 +153,37 @@ def test_known_states_change_no_trial(late: tuple[Prepared, Model, Weights], nam
     trials = [screen(prepared, flexible, weights, effect_named(name), 0, None, given) for given in (None, states)]
     assert trials[0].start == pytest.approx(trials[1].start, rel=1e-9, abs=1e-12)
     assert trials[0].promise == pytest.approx(trials[1].promise, rel=1e-9, abs=1e-9)
+
+
+def test_worth_beside_the_others(late: tuple[Prepared, Model, Weights]) -> None:
+    """Of a true effect and a needless one, whichever was taken first: the one is worth all, the other nothing."""
+    prepared, base, weights = late
+    for names in (("delay", "cogging"), ("cogging", "delay")):
+        models = [base]
+        for name in names:
+            placed = (*models[-1].placed, Placed(effect_named(name), 0))
+            start = effect_named(name).starts(prepared.scales[0])[0]
+            models.append(fit_model(prepared, placed, weights, models[-1].fit, start, evaluations=30))
+        steps = [
+            Step(before, (after,), rank(prepared, [before, after], FLOOR, 0), (1,), (), FLOOR)
+            for before, after in pairwise(models)
+        ]
+        with Parallel(n_jobs=1) as pool:
+            setting = _Setting(prepared, FLOOR, 0, pool, (), frozenset(), lambda text: None)
+            found = {step.best.placed[-1].effect.name: step.worth for step in _weighed(setting, steps) if step.best}
+        late_one, needless = found["delay"], found["cogging"]
+        assert late_one is not None
+        assert needless is not None
+        assert late_one.overall[1] > 0.8
+        assert needless.overall[1] < 0.1
+
+
+def test_a_hopeless_start_is_not_followed(
+    late: tuple[Prepared, Model, Weights], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    prepared, base, weights = late
+    soft = {"stiffness": 0.3, "damping": 0.01}  # swings at half a hertz
+    for at_most, followed in ((1e9, True), (1.0, False)):
+        monkeypatch.setattr(screening, "HOPELESS", at_most)
+        found = screen(prepared, base, weights, effect_named("joint_flexibility"), 0, soft)
+        assert bool(np.isfinite(found.promise)) == followed
