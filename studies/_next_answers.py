@@ -14,6 +14,7 @@ from _next_rivals import at_random, d_optimal
 from stribeck.errors import StribeckError
 from stribeck.gap import diagnose
 from stribeck.gap.assembly import Assembly
+from stribeck.gap.changes import Change
 from stribeck.gap.diagnose import searched
 from stribeck.gap.experiment import Experiment, next_experiment, open_question
 from stribeck.gap.experiment_plan import Plan
@@ -37,7 +38,7 @@ def answered(case: Poor) -> dict[str, Any]:
     began = time.process_time()
     prepared = prepare(case.nominal, case.runs)
     found = searched(prepared, jobs=1)
-    floor = found.steps[-1].floor
+    prepared, floor = found.prepared, found.steps[-1].floor
     seen = observe(case.nominal, case.runs)
     first = Assembly(prepared, seen, found.given, found.noise, floor, found.steps, 0).diagnosis()
     row: dict[str, Any] = {**case.words(), "joints": case.nominal.n, "before": said(case, first)}
@@ -77,20 +78,20 @@ def _after(case: Poor, plan: Plan, experiment: Experiment, method: str, referenc
         return {"right": False, "error": str(error)}
     assert reference.q_ref is not None
     off = float(np.max(np.std(run.q - reference.q_ref, axis=0) / (np.std(reference.q_ref, axis=0) + 1e-3)))
-    if change is not AS_IT_IS:
-        return {**_by_refitting(case, plan, experiment, run), "off": off}
+    if experiment.change is not AS_IT_IS:  # then for the rivals too, though nothing is changed for theirs
+        return {**_by_refitting(case, plan, experiment, run, change), "off": off}
     began = time.process_time()
     answer = said(case, diagnose(case.nominal, [*case.runs, run], jobs=1))
     return {**answer, "off": off, "seconds": time.process_time() - began}
 
 
-def _by_refitting(case: Poor, plan: Plan, experiment: Experiment, run: Run) -> dict[str, Any]:
-    """Judge by what each candidate, re-tuned, leaves of a recording with a known change."""
+def _by_refitting(case: Poor, plan: Plan, experiment: Experiment, run: Run, change: Change) -> dict[str, Any]:
+    """Judge by what each candidate, re-tuned, leaves of a recording with a known change, or with none."""
     arm = plan.prepared.arm
     recorded = condition(arm, run, plan.prepared.cutoff, thin=True)
     left = []
     for model in plan.models:
-        candidate = Candidate(arm, model, plan.weights, experiment.change)
+        candidate = Candidate(arm, model, plan.weights, change)
         left.append(candidate.excess(recorded))
     order = np.argsort(left)
     apart = float(np.sqrt(max(left[order[1]] ** 2 - left[order[0]] ** 2, 0.0)))

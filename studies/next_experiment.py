@@ -6,7 +6,7 @@ reference file within noise, encoder and torque limit of the case. Old and new r
 The same with two rivals of equal length within the same range, speed and torque: motions past random points, and the
 programme, of the same kinds of motion, that is D-optimal for the re-tuned model. Resolved: the hidden effect is named,
 alone or with those that no motion of this arm tells from it, and nothing else. Where a change of the arm or its stand
-is proposed, the candidates are refitted with the change known, and must come out apart.
+is proposed, the candidates are refitted with the change known, and must come out apart; so they must for the rivals.
 Expected: three quarters resolved, more than by either rival. Source: Atkinson & Fedorov (1975) for the criterion.
 """
 
