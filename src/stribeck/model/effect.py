@@ -46,7 +46,8 @@ class Effect(ABC):
     nonlinear: ClassVar[bool] = False
     """True where a trial's linear model says little of a full fit (a stiffness, a gap)."""
     elusive: ClassVar[bool] = False
-    """True where a law about rest and slow motion also fits what filters do there: it must be surer to be named."""
+    """True where a law about rest, slow motion or small torque also fits what noise and filters do there: it must be
+    surer to be named."""
     rescales: ClassVar[bool] = False
     """True where wrong values of mass or torque mimic it: a candidate wherever re-tuning strains those values."""
     direct: ClassVar[bool] = False

@@ -21,6 +21,7 @@ class TorqueDeadZone(ActuatorEffect):
     symptom = "a residual of constant size whose sign is that of the command, not that of the motion"
     shows = "command"
     source = "Tao & Kokotovic (1996)"
+    elusive = True
     parameters = (Parameter("width", "N m", "torque lost, half the width of the zone", 0.0, 0.0),)
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
