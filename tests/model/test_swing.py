@@ -1,7 +1,6 @@
 """The states one sample later: a link behind a stiff compliance, on a motion that is sampled slowly."""
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -21,9 +20,9 @@ def arm(inertia: float) -> Arm:
     return Arm("link", (0.0, 0.0), (Joint("A", "revolute", 0.3, 1e-6, (0.0, 0.0), inertia, 0.01, NONE, NONE),))
 
 
-def drives(count: int) -> np.ndarray:
+def drives(count: int, step: float = STEP) -> np.ndarray:
     """Return the drive (signals, count) of a sine of 1 rad."""
-    w, t = 2.0 * math.pi * HERTZ, np.arange(count) * STEP
+    w, t = 2.0 * math.pi * HERTZ, np.arange(count) * step
     known = {
         "time": t, "position": np.sin(w * t), "velocity": w * np.cos(w * t), "acceleration": -(w**2) * np.sin(w * t),
         "velocity_sd": np.full(count, 1e-9),
@@ -33,16 +32,19 @@ def drives(count: int) -> np.ndarray:
 
 def loads(name: str, values: dict[str, float], count: int, inertia: float = INERTIA) -> np.ndarray:
     """Return the torque (count,) that is handed to the link, N m."""
-    path = SignalPath(arm(inertia), (Placed(registry()[name], 0),))
-    p = values_of(path.entries)
-    own = [i for i, entry in enumerate(path.entries) if entry.owner == 0]
-    p[own] = [values[path.entries[i].name] for i in own]
-    cut, drive = Cut(path, STEP, ()), drives(count)
-    states: Any = [cut.begin(drive[:, 0], p, [0.0])]
-    for i in range(count - 1):
-        states.append(cut.follow(states[-1], drive[:, i], drive[:, i + 1], p, [0.0]))
-    along = cut.settled(np.hstack([np.array(one) for one in states]))
-    return np.array([float(cut.balance(drive[:, i], along[:, i], p, [0.0])[1][2]) for i in range(count)])
+    return followed(SignalPath(arm(inertia), (Placed(registry()[name], 0, values),)), drives(count), STEP)[0]
+
+
+def followed(path: SignalPath, drive: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the load (count,) of the first joint, N m, and its link's position (count,), rad."""
+    cut, p, n, count = Cut(path, step, ()), values_of(path.entries), path.n, drive.shape[1]
+    late = np.zeros((len(path.placed), count))
+    start = cut.begin(drive[:, 0], p, late[:, 0])
+    values = np.repeat(p[:, None], count, axis=1)
+    rest = cut.follow.mapaccum(count - 1)(start, drive[:, :-1], drive[:, 1:], values[:, 1:], late[:, 1:])
+    states = np.hstack([np.array(start), np.array(rest)])
+    stages = np.array(cut.balance.map(count)(drive, cut.settled(states), values, late)[1])
+    return stages[2 * n], states[0]
 
 
 @pytest.mark.parametrize("turned", [0.3, 1.0, 2.0])  # rad of the link's natural frequency from sample to sample
@@ -85,3 +87,48 @@ def test_a_play_of_no_width_is_rigid() -> None:
     found = loads("backlash", {"gap": 0.0, "stiffness": k, "damping": 1e-6}, 150)
     rigid = INERTIA * drives(150)[DRIVE.index("acceleration")]
     assert found[50:] == pytest.approx(rigid[50:], abs=0.02 * float(np.max(np.abs(rigid))))
+
+
+def test_a_damped_face_gives_way_no_more_than_one_that_is_not() -> None:
+    """However strong the damper, whose force ends where the face does: the link does not pass through."""
+    drive, gap, k = drives(250), 0.02, INERTIA * (2.0 * math.pi * 400.0) ** 2
+    deepest = []
+    for damping in (1e-6, 100.0, 500.0, 5000.0):
+        play = Placed(registry()["backlash"], 0, {"gap": gap, "stiffness": k, "damping": damping})
+        _, link = followed(SignalPath(arm(INERTIA), (play,)), drive, STEP)
+        deepest.append(float(np.max(np.abs(drive[1] - link)[100:])) - gap / 2)
+    assert 0.0 < deepest[0] < 0.0002
+    assert max(deepest) < deepest[0] + 0.0005
+
+
+def two(*placed: Placed) -> SignalPath:
+    joints = (Joint(name, "revolute", 0.3, 1e-6, (0.0, 0.0), INERTIA, 0.01, NONE, NONE) for name in "AB")
+    return SignalPath(Arm("two", (0.0, 0.0), tuple(joints)), placed)
+
+
+def coarse_and_fine(path: SignalPath, count: int, finer: int = 16) -> tuple[np.ndarray, np.ndarray]:
+    """Return the first joint's load (count,) by samples of half a STEP and by such as are finer; others rest."""
+    out = []
+    for times in (1, finer):
+        step, rows = 0.5 * STEP / times, (count - 1) * times + 1
+        time, *signals = drives(rows, step)
+        rest = [np.zeros((path.n - 1, rows))] * (len(signals) - 1) + [np.full((path.n - 1, rows), 1e-9)]
+        parts = [np.vstack([own, others]) for own, others in zip(signals, rest, strict=True)]
+        out.append(followed(path, np.vstack([time, *parts]), step)[0][::times])
+    return out[0], out[1]
+
+
+def test_a_play_elsewhere_leaves_a_shaft_its_swing() -> None:
+    shaft = Placed(registry()["joint_flexibility"], 0, {"stiffness": 500.0, "damping": 1.0})
+    play = Placed(registry()["backlash"], 1, {"gap": 1e-9, "stiffness": 1e6, "damping": 1.0})
+    beside, exact = coarse_and_fine(two(shaft, play), 300)
+    assert np.sqrt(np.mean((beside - exact) ** 2)) < 0.01 * np.std(exact)
+
+
+@pytest.mark.parametrize(("wall", "off"), [(3e2, 0.005), (3e4, 0.05)])
+def test_a_wall_at_a_compliant_link_throws_it_back_as_far(wall: float, off: float) -> None:
+    """Torque from outside goes with the link's own position, not with the motor's."""
+    shaft = Placed(registry()["joint_flexibility"], 0, {"stiffness": 300.0, "damping": 0.5})
+    stop = Placed(registry()["contact"], 0, {"stiffness": wall, "position": 0.5, "damping": 0.2})
+    found, exact = coarse_and_fine(SignalPath(arm(INERTIA), (shaft, stop)), 200)
+    assert np.sqrt(np.mean((found - exact) ** 2)) < off * np.std(exact)

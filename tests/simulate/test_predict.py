@@ -42,6 +42,7 @@ def rms(values: np.ndarray) -> np.ndarray:
         pytest.param((entry("presliding", ("A",), stiffness=800.0, damping=4.0),), marks=SLOW),
         pytest.param((entry("joint_flexibility", ("B",), stiffness=300.0, damping=0.6),), marks=SLOW),
         pytest.param((entry("encoder_eccentricity", ("A",), sine=0.05, cosine=0.0),), marks=SLOW),
+        (entry("backlash", ("B",), gap=0.01, stiffness=600.0, damping=3.0),),
     ],
     ids=lambda effects: "+".join(effect.effect for effect in effects) or "none",
 )

@@ -47,8 +47,8 @@ def search(
 ) -> tuple[Step, ...]:
     """Return the steps of the search from the re-tuned model.
 
-    Forward first. Then each effect but the last is tried without: one that was taken for the sake of a later one
-    (masking) is not needed any more, and the search is made again without it.
+    Forward first. Then each effect is tried without: what it is worth beside the others. One that was taken for the
+    sake of a later one (masking) is not needed any more, and the search is made again without it.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def search(
             return steps
         progress(f"again without {idle[0]}")
         other = _forward(replace(setting, barred=frozenset({idle})), base)
-        first, second = last_model(steps), last_model(other)
+        first, second = _last(steps), _last(other)
         better = rank(prepared, [first, second], steps[-1].floor, seed).overall[1] > -LEAST_GAIN
         return _weighed(setting, other) if better else steps
 
@@ -96,7 +96,7 @@ def _forward(setting: _Setting, base: Model) -> tuple[Step, ...]:
     return tuple(steps)
 
 
-def last_model(steps: Sequence[Step]) -> Model:
+def _last(steps: Sequence[Step]) -> Model:
     """Return the model with everything that was taken."""
     last = steps[-1]
     return last.best if last.taken and last.best is not None else last.base
@@ -105,7 +105,7 @@ def last_model(steps: Sequence[Step]) -> Model:
 def _weighed(setting: _Setting, steps: Sequence[Step]) -> tuple[Step, ...]:
     """Return the steps with what each effect that was taken is worth beside all others."""
     prepared, floor = setting.prepared, steps[-1].floor
-    final, own, count = last_model(steps), len(steps[0].base.placed), sum(step.taken for step in steps)
+    final, own, count = _last(steps), len(steps[0].base.placed), sum(step.taken for step in steps)
     weights = weights_of(final.fit.residual, prepared, floor)
     rests = [(*final.placed[:i], *final.placed[i + 1 :]) for i in range(own, own + count)]
     if count == 1:
@@ -113,7 +113,10 @@ def _weighed(setting: _Setting, steps: Sequence[Step]) -> tuple[Step, ...]:
     else:
         fits = (delayed(fit_model)(prepared, rest, weights, None, evaluations=WEIGHING) for rest in rests)
         without = setting.pool(fits)
-    found = [rank(prepared, [model, final], floor, setting.seed) for model in without]
+    found = [
+        rank(prepared, [model, final], floor, setting.seed) if np.all(np.isfinite(model.held)) else None
+        for model in without
+    ]
     return tuple(replace(step, worth=found[i]) if i < count else step for i, step in enumerate(steps))
 
 
@@ -142,7 +145,7 @@ def _step(
         delayed(screen)(prepared, base, even, effect, joint, known.get((effect.name, effect.law, joint)), states)
         for effect, joint in possible
     )
-    known.update({trial.law_key: trial.start for trial in tried})
+    known.update({trial.law_key: trial.start for trial in tried if np.isfinite(trial.promise)})
     best_trials = _survivors(best_laws(tried), strained=bool(base.fit.at_limit))
     setting.progress(f"fitting {len({trial.key for trial in best_trials})} candidates")
     order = list(registry())

@@ -18,9 +18,8 @@ UNKNOWN_HELD = 0.65  # of the chance of "unknown": four of ten unexplained gaps 
 MOST_SUSPECTS = 2
 # of the chance of "none": with 0.75 here it was 0.63 where 162 of 213 sealed cases hid nothing; a third of all did
 NONE_HELD = 0.9
-NAMED_OVER = (
-    0.55  # probability of presence from which an effect is named: of those just above it, two in three are there
-)
+# probability of presence from which an effect is named: of those just above, two in three are there
+NAMED_OVER = 0.55
 NONE_OVER = 0.5  # probability of nothing, from which there is no gap
 
 
@@ -42,7 +41,8 @@ def causes_of(steps: Sequence[Step], names: Sequence[str]) -> tuple[list[Cause],
         assert best is not None
         place = best.placed[len(step.base.placed)]
         twins = [step.rivals[i - 1].placed[-1].effect.name for i in r.twins()]
-        share = -float(np.log(max(1.0 - r.gain[r.best, 0], 1e-6)))
+        shown = r.overall[r.best] if step.worth is None else step.worth.overall[1]
+        share = -float(np.log(np.clip(1.0 - shown, 1e-6, 0.99)))  # each has some: the gates saw a gain
         gathered.setdefault(place.effect.name, []).append(
             (place.joint, presence(evidence(step)), share, tuple(dict.fromkeys([place.effect.name, *twins])))
         )

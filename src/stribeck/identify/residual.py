@@ -106,7 +106,11 @@ class Residual:
         return delays
 
     def states(self, run: Conditioned, p: np.ndarray) -> np.ndarray:
-        """Return the states (N, nx) of the path along one run; the order is that of ``path.state_names``."""
+        """Return the states (N, nx) of the cut along one run.
+
+        Those of ``path.state_names``; with contacts, then how fast each flexible joint's motor gains on its link,
+        rad/s^2.
+        """
         delays = self._delays(p)
         (states,) = self._states([run], [self._drive(run, delays)], p, delays)
         return states[: self._machine(run).cut.nx].T

@@ -16,6 +16,7 @@ from stribeck.model.path import SignalPath
 from stribeck.model.rigid_body import inverse_dynamics, mass_matrix
 from stribeck.model.values import Expression, Signals
 
+HARDLY_ANY = 1e-12  # N m
 UNSURE = 2.5  # standard deviations of velocity within which its sign, and so friction, is not known
 
 
@@ -30,8 +31,8 @@ class Balance:
     ----------
     delay_at : casadi.SX (placed, 1)
         Delays by which the drive was moved already, s: the rest of a delay is taken to first order.
-    contacts : bool
-        Whether a link meets its motor at faces.
+    faces : tuple of bool
+        Of each flexible joint, whether its link meets its motor at faces. ``contacts``: whether any does.
     x : casadi.SX (nx, 1)
         The path's states; with contacts, then how much faster each flexible joint's motor is than its link, rad/s.
     """
@@ -39,9 +40,11 @@ class Balance:
     def __init__(self, path: SignalPath) -> None:
         self.path, self.n = path, path.n
         self.delay_at = ca.SX.sym("T0", len(path.placed))
-        both = ca.SX.sym("both", 2 * len(path.flexible))
-        torque = self.transmitted(both[: len(path.flexible)], both[len(path.flexible) :])
-        self.contacts = bool(ca.depends_on(ca.jacobian(torque, both), both))
+        count = len(path.flexible)
+        both = ca.SX.sym("both", 2 * count)
+        torque = self.transmitted(both[:count], both[count:])
+        self.faces = tuple(bool(ca.depends_on(ca.jacobian(torque[i], both), both)) for i in range(count))
+        self.contacts = any(self.faces)
         self.x = ca.vertcat(path.x, ca.SX.sym("ahead", len(path.flexible) if self.contacts else 0))
 
     def transmitted(self, deflection: Any, rate: Any) -> Any:
@@ -51,6 +54,14 @@ class Balance:
             k, effect = self.path.transmission(j)  # type: ignore[misc]
             torques.append(effect.transmitted(deflection[i], rate[i], self.path.parameters(k)))
         return ca.vertcat(*torques)
+
+    def edges(self, towards: Any) -> Any:
+        """Return the deflections (L, 1) at which a torque ``towards`` either side begins."""
+        angles = []
+        for i, j in enumerate(self.path.flexible):
+            k, effect = self.path.transmission(j)  # type: ignore[misc]
+            angles.append(effect.deflection(HARDLY_ANY * ca.sign(towards[i]), self.path.parameters(k)))
+        return ca.vertcat(*angles)
 
     def _command(self, d: Drive, joint: int) -> Expression:
         """Return the command, delayed. The data are delayed by T0 already; the rest is to first order."""
@@ -133,7 +144,18 @@ class Balance:
         mobility = ca.inv(inertia)
         loads = ca.vertcat(*[load[j] for j in flexible])
         free = acceleration - ca.mtimes(mobility, carried * acceleration - loads)
-        return Links(position, velocity, free, mobility)
+        return Links(position, velocity, free, mobility, self._resistance(motion, x))
+
+    def _resistance(self, motion: list[Signals], x: Any) -> Any:
+        """Return the slopes (2 L, 1) of the torque from outside by the links' positions, then by their velocities."""
+        slopes = []
+        for j in self.path.flexible:
+            here = ca.vertcat(motion[j].link_position, motion[j].link_velocity)
+            at = ca.SX.sym("at", 2)
+            torque = ca.SX(self.path.external(j, motion[j].at(link_position=at[0], link_velocity=at[1]), x))
+            slopes.append(ca.substitute(ca.jacobian(torque, at), at, here))
+        both = ca.vertcat(*slopes)
+        return ca.vertcat(both[:, 0], both[:, 1])
 
     def _unmoved(self, motion: list[Signals], x: Any) -> tuple[list[Expression], Any, Any, Any]:
         """Return the loads with the links of flexible joints unaccelerated, the mass matrix, inertia and carriers.

@@ -20,12 +20,15 @@ class Links:
         Acceleration of the motors less that of the links if nothing were transmitted, rad/s^2.
     mobility : (L, L)
         Link acceleration by transmitted torque, 1/(kg m^2).
+    resistance : (2 L, 1)
+        What torque from outside grows by with the links' positions, N m/rad, then with their velocities, N m s/rad.
     """
 
     position: Any
     velocity: Any
     free: Any
     mobility: Any
+    resistance: Any
 
     @property
     def motors(self) -> Any:

@@ -12,7 +12,8 @@ from stribeck.model.drive import Drive
 from stribeck.model.sensitivity import Sensitivity
 
 SUBSTEP = 1e-3  # s, longest step of a flexible joint's link
-NEWTON = 2  # steps that find the force of a contact: its law has few pieces
+NEWTON = 3  # steps that find the force of a contact: its law has few pieces
+INSIDE = 0.05  # of the way back from a face to where a step began that left it
 
 
 def swing(balance: Balance, sample_time: float, now: Drive, after: Drive, carried: Sensitivity) -> Sensitivity:
@@ -27,8 +28,8 @@ def swing(balance: Balance, sample_time: float, now: Drive, after: Drive, carrie
     start = first.deflections(x[:links])
     last = balance.links(after, x)  # the motors' own motion only
     last = balance.links(after, ca.vertcat(last.states(start), x[links:]))
-    mobility = 0.5 * (first.mobility + last.mobility)
-    known = ca.vertcat(start, first.free, last.free, ca.vec(mobility))
+    mobility, resistance = (0.5 * (getattr(first, what) + getattr(last, what)) for what in ("mobility", "resistance"))
+    known = ca.vertcat(start, first.free, last.free, ca.vec(mobility), resistance)
     symbols = ca.SX.sym("known", known.numel())
     flexed = _flexed(balance, sample_time, symbols)
     slope = ca.Function("slope", [symbols, p], [flexed, ca.jacobian(flexed, symbols), ca.jacobian(flexed, p)])
@@ -52,25 +53,45 @@ def _flexed(balance: Balance, sample_time: float, known: Any) -> Any:
 
     Parameters
     ----------
-    known : array (4 L + L^2, 1)
-        Deflections, rates, the links' free acceleration at both samples, their mobility.
+    known : array (6 L + L^2, 1)
+        Deflections, rates, the links' free acceleration at both samples, their mobility, and the slopes of the torque
+        from outside by their positions and velocities.
     """
-    path, contacts = balance.path, balance.contacts
-    count = len(path.flexible)
+    count = len(balance.path.flexible)
     deflection, rate, first, last = (known[i * count : (i + 1) * count] for i in range(4))
-    mobility = ca.reshape(known[4 * count :], count, count)
-    h = sample_time / (steps := 1 if contacts else max(1, round(sample_time / SUBSTEP)))
-    ahead = h if contacts else h / 2.0  # where in a step its forces are those of the step
-    start, began, free = (ca.SX.sym(name, count) for name in ("start", "began", "free"))
-    mobile, own, guess = ca.SX.sym("mobile", count, count), ca.SX.sym("own", path.p.numel()), ca.SX.sym("guess", count)
-    torque = ca.substitute(balance.transmitted(start + ahead * guess, guess), path.p, own)
-    missing = guess - began - ahead * (free - ca.mtimes(mobile, torque))
-    better = guess - ca.solve(ca.jacobian(missing, guess), missing)
-    newton = ca.Function("newton", [guess, start, began, free, mobile, own], [better])
+    mobility = ca.reshape(known[4 * count : -2 * count], count, count)
+    h = sample_time / (steps := 1 if balance.contacts else max(1, round(sample_time / SUBSTEP)))
+    newton = _newton(balance, h)
+    setting = (known[: 2 * count], mobility, known[-2 * count :], balance.path.p)
+    ends = ca.DM([1.0 if face else 2.0 for face in balance.faces])  # a midpoint rule goes twice as far as its middle
     for i in range(steps):
         freely = first + (i + 0.5) / steps * (last - first)
-        found = rate + ahead * freely
-        for _ in range(NEWTON if contacts else 1):
-            found = newton(found, deflection, rate, freely, mobility, path.p)
-        deflection, rate = deflection + h * found, found if contacts else 2.0 * found - rate
+        found = rate + h / ends * freely
+        for _ in range(NEWTON if balance.contacts else 1):
+            found = newton(found, deflection, rate, freely, *setting)
+        deflection, rate = deflection + h * found, rate + ends * (found - rate)
     return ca.vertcat(deflection, rate)
+
+
+def _newton(balance: Balance, h: float) -> ca.Function:
+    """Return a better rate (L, 1) at the middle of a step of h, at its end where there are faces, from a guess.
+
+    The others: deflection and rate where the step starts, free acceleration, both where the sample starts, mobility,
+    slopes of the torque from outside, parameters.
+    """
+    count = len(balance.path.flexible)
+    ahead = ca.DM([h if face else h / 2.0 for face in balance.faces])
+    guess, start, began, free = (ca.SX.sym(name, count) for name in ("guess", "start", "began", "free"))
+    sample, resistance = ca.SX.sym("sample", 2 * count), ca.SX.sym("resistance", 2 * count)
+    mobile = ca.SX.sym("mobile", count, count)
+    there = start + ahead * guess
+    torque = balance.transmitted(there, guess)
+    outside = resistance * (ca.vertcat(there, guess) - sample)  # a link held back by as much as it lags
+    missing = guess - began - ahead * (free - ca.mtimes(mobile, torque + outside[:count] + outside[count:]))
+    better = guess - ca.solve(ca.jacobian(missing, guess), missing)
+    # a step off a face that presses goes no farther than its edge: from free flight the next would go back where it was
+    edge = (balance.edges(torque) - start) / ahead
+    left = ca.substitute(torque, guess, better) == 0.0
+    faces = ca.DM([float(face) for face in balance.faces])
+    better = ca.if_else(faces * (torque != 0.0) * left, edge + INSIDE * (guess - edge), better)
+    return ca.Function("newton", [guess, start, began, free, sample, mobile, resistance, balance.path.p], [better])

@@ -107,7 +107,7 @@ def _start_states(engine: Engine, p: Floats, data: Conditioned, residual: Residu
     true = engine.forward.true_motion.map(len(first))
     values = np.repeat(p[:, None], len(first), axis=1)
     position, rate = (v.full().T for v in true(data.position[first].T, velocity.T, values))
-    carried = residual.states(data, p)[first]
+    carried = residual.states(data, p)[first, : engine.path.x.numel()]
     return np.concatenate([position, rate, carried], axis=1)
 
 
