@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,11 +10,12 @@ from joblib import Parallel
 
 from stribeck.effects.registry import effect_named, registry
 from stribeck.gap import screen as screening
+from stribeck.gap import search as search_module
 from stribeck.gap.model import Model, fit_model, retune, weights_of
 from stribeck.gap.prepare import Prepared, prepare
 from stribeck.gap.rank import rank
 from stribeck.gap.screen import Trial, _loudest, best_laws, candidates, screen
-from stribeck.gap.search import _Setting, _states, _survivors, _weighed
+from stribeck.gap.search import _idle, _Setting, _states, _survivors, _weighed
 from stribeck.gap.step import Step
 from stribeck.identify.map_fit import Weights
 from stribeck.model.layout import Placed
@@ -187,3 +189,30 @@ def test_a_hopeless_start_is_not_followed(
         monkeypatch.setattr(screening, "HOPELESS", at_most)
         found = screen(prepared, base, weights, effect_named("joint_flexibility"), 0, soft)
         assert bool(np.isfinite(found.promise)) == followed
+
+
+def taken(name: str, overall: float, t: float) -> Step:
+    """A step that took an effect, with what its ranking, and its worth, say of it."""
+    gains = SimpleNamespace(
+        best=1, overall=np.array([0.0, overall]), t=np.array([0.0, t]), sure=np.array([0.0, 0.5]),
+        power=np.array([[9.0], [9.0 * (1.0 - overall)]]), prior_gain=np.zeros(2),
+    )  # fmt: skip
+    model = SimpleNamespace(placed=(Placed(effect_named(name), 0),))
+    return Step(SimpleNamespace(placed=()), (model,), gains, (1,), (), FLOOR, gains)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("overall", "t", "steps"), [(0.06, 2.9, 1), (0.95, 20.0, search_module.MOST_EFFECTS)])
+def test_the_search_ends_at_what_is_hardly_there(
+    overall: float, t: float, steps: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(search_module, "_step", lambda *given: taken("frictional_lag", overall, t))
+    setting = SimpleNamespace(prepared=None)
+    assert len(search_module._forward(setting, SimpleNamespace(placed=()))) == steps  # type: ignore[arg-type]
+
+
+def test_an_effect_is_idle_that_is_worth_nothing_once_another_is_there() -> None:
+    worthy, idle = taken("delay", 0.9, 12.0), taken("payload", 0.01, 0.5)
+    assert _idle([worthy, worthy]) is None
+    assert _idle([idle, worthy]) == ("payload", 0)
+    assert _idle([worthy, idle]) is None  # the last has just been judged by the same figures
+    assert _idle([replace(idle, worth=None), worthy]) is None  # a fit that failed says nothing
