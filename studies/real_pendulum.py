@@ -13,20 +13,19 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import typer
+from _delivered import delivered
 from _output import write
 from rich import print as show
 
 from stribeck.arm import load_arm
 from stribeck.gap import Diagnosis, diagnose
 from stribeck.report.figures.waterfall import waterfall_figure
-from stribeck.run import Run, load_run
+from stribeck.run import load_run
 
 DATA = Path(__file__).resolve().parents[2] / "shared/data/dfki-double-pendulum"
 WORK = (
@@ -54,17 +53,9 @@ def look(folder: Path, pattern: str, label: str, jobs: int) -> tuple[dict[str, A
         "torque_residual": stages,
         "retuned_below_published": {j: 1.0 - retuned[j] / published[j] for j in retuned},
         "corrected_below_published": {j: 1.0 - corrected[j] / published[j] for j in retuned},
-        "measured_of_commanded": _delivered(runs, arm.names) if label.endswith("commanded") else None,
+        "measured_of_commanded": delivered(runs, arm.names) if label.endswith("commanded") else None,
         "warnings": list(found.warnings),
     }, found
-
-
-def _delivered(runs: Sequence[Run], names: Sequence[str]) -> dict[str, float]:
-    """Return the slope of measured over commanded torque, which a diagnosis of commanded torque never sees."""
-    commanded = np.concatenate([run.tau for run in runs])
-    measured = np.concatenate([run.tau_meas for run in runs if run.tau_meas is not None])
-    slope = np.sum(commanded * measured, axis=0) / np.sum(commanded**2, axis=0)
-    return {name: float(value) for name, value in zip(names, slope, strict=True)}
 
 
 def main(data: Path = DATA, jobs: int = 2, only_first: bool = False) -> None:
