@@ -106,11 +106,10 @@ def _weighed(setting: _Setting, steps: Sequence[Step]) -> tuple[Step, ...]:
     """Return the steps with what each effect that was taken is worth beside all others."""
     prepared, floor = setting.prepared, steps[-1].floor
     final, own, count = _last(steps), len(steps[0].base.placed), sum(step.taken for step in steps)
-    weights = weights_of(final.fit.residual, prepared, floor)
-    rests = [(*final.placed[:i], *final.placed[i + 1 :]) for i in range(own, own + count)]
-    if count == 1:
-        without = [steps[0].base]
-    else:
+    without = [steps[0].base] * count
+    if count > 1:
+        weights = weights_of(final.fit.residual, prepared, floor)
+        rests = [(*final.placed[:i], *final.placed[i + 1 :]) for i in range(own, own + count)]
         fits = (delayed(fit_model)(prepared, rest, weights, None, evaluations=WEIGHING) for rest in rests)
         without = setting.pool(fits)
     found = [

@@ -11,7 +11,7 @@ import casadi as ca
 
 from stribeck.model.drive import Drive
 from stribeck.model.effect import ActuatorEffect, SensingEffect
-from stribeck.model.links import Links
+from stribeck.model.links import Links, Motors
 from stribeck.model.path import SignalPath
 from stribeck.model.rigid_body import inverse_dynamics, mass_matrix
 from stribeck.model.values import Expression, Signals
@@ -132,19 +132,22 @@ class Balance:
             motion[j] = motion[j].at(link_position=ql, link_velocity=dql)
         return motion
 
+    def motors(self, d: Drive) -> Motors:
+        """Return where the motors of the flexible joints are, and how fast."""
+        motion = self._motion(d)
+        here = [motion[j] for j in self.path.flexible]
+        return Motors(ca.vertcat(*[s.position for s in here]), ca.vertcat(*[s.velocity for s in here]))
+
     def links(self, d: Drive, x: Any) -> Links:
         """Return what moves the links of the flexible joints."""
         flexible = list(self.path.flexible)
         motion = self._with_links(self._motion(d), x)
         load, _, inertia, carried = self._unmoved(motion, x)
-        position, velocity, acceleration = (
-            ca.vertcat(*[getattr(motion[j], what) for j in flexible])
-            for what in ("position", "velocity", "acceleration")
-        )
-        mobility = ca.inv(inertia)
+        acceleration = ca.vertcat(*[motion[j].acceleration for j in flexible])
         loads = ca.vertcat(*[load[j] for j in flexible])
+        mobility = ca.inv(inertia)
         free = acceleration - ca.mtimes(mobility, carried * acceleration - loads)
-        return Links(position, velocity, free, mobility, self._resistance(motion, x))
+        return Links(free, mobility, self._resistance(motion, x))
 
     def _resistance(self, motion: list[Signals], x: Any) -> Any:
         """Return the slopes (2 L, 1) of the torque from outside by the links' positions, then by their velocities."""

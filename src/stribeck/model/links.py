@@ -9,13 +9,35 @@ import casadi as ca
 
 
 @dataclass(frozen=True)
+class Motors:
+    """Positions, rad, and velocities, rad/s, of the motors of the L flexible joints, each (L, 1)."""
+
+    position: Any
+    velocity: Any
+
+    @property
+    def in_turn(self) -> Any:
+        """Position and velocity of each motor in turn (2 L, 1), as links have them in a path's states."""
+        pairs = zip(ca.vertsplit(self.position), ca.vertsplit(self.velocity), strict=True)
+        return ca.vertcat(*[value for pair in pairs for value in pair])
+
+    def deflections(self, states: Any) -> Any:
+        """Return the deflections, then their rates (2 L, 1), of link states (2 L, 1)."""
+        return ca.vertcat(self.position - states[0::2], self.velocity - states[1::2])
+
+    def states(self, deflections: Any, of_motors: Any | None = None) -> Any:
+        """Return link states (2 L, columns) from deflections and rates; of derivatives, the motors' are given."""
+        count = self.position.numel()
+        before = self.in_turn if of_motors is None else of_motors
+        return before - ca.vertcat(*[deflections[i + k, :] for i in range(count) for k in (0, count)])
+
+
+@dataclass(frozen=True)
 class Links:
     """What moves the L links of the flexible joints, motor side taken as known.
 
     Attributes
     ----------
-    position, velocity : (L, 1)
-        Of the motors, rad and rad/s.
     free : (L, 1)
         Acceleration of the motors less that of the links if nothing were transmitted, rad/s^2.
     mobility : (L, L)
@@ -24,28 +46,6 @@ class Links:
         What torque from outside grows by with the links' positions, N m/rad, then with their velocities, N m s/rad.
     """
 
-    position: Any
-    velocity: Any
     free: Any
     mobility: Any
     resistance: Any
-
-    @property
-    def motors(self) -> Any:
-        """Position and velocity of each motor in turn (2 L, 1), as links have them in a path's states."""
-        return _in_turn(self.position, self.velocity)
-
-    def deflections(self, states: Any) -> Any:
-        """Return the deflections, then their rates (2 L, 1), of link states (2 L, 1)."""
-        return ca.vertcat(self.position - states[0::2], self.velocity - states[1::2])
-
-    def states(self, deflections: Any, motors: Any | None = None) -> Any:
-        """Return link states (2 L, columns) from deflections and rates; of derivatives, the motors' are given."""
-        count = self.position.numel()
-        of_motors = self.motors if motors is None else motors
-        return of_motors - ca.vertcat(*[deflections[i + k, :] for i in range(count) for k in (0, count)])
-
-
-def _in_turn(position: Any, velocity: Any) -> Any:
-    pairs = zip(ca.vertsplit(position), ca.vertsplit(velocity), strict=True)
-    return ca.vertcat(*[value for pair in pairs for value in pair])

@@ -24,10 +24,9 @@ def swing(balance: Balance, sample_time: float, now: Drive, after: Drive, carrie
     """
     path, x, p = balance.path, carried.states, balance.path.p
     links = 2 * len(path.flexible)
-    first = balance.links(now, x)
-    start = first.deflections(x[:links])
-    last = balance.links(after, x)  # the motors' own motion only
-    last = balance.links(after, ca.vertcat(last.states(start), x[links:]))
+    later = balance.motors(after)
+    start = balance.motors(now).deflections(x[:links])
+    first, last = balance.links(now, x), balance.links(after, ca.vertcat(later.states(start), x[links:]))
     mobility, resistance = (0.5 * (getattr(first, what) + getattr(last, what)) for what in ("mobility", "resistance"))
     known = ca.vertcat(start, first.free, last.free, ca.vec(mobility), resistance)
     symbols = ca.SX.sym("known", known.numel())
@@ -37,7 +36,7 @@ def swing(balance: Balance, sample_time: float, now: Drive, after: Drive, carrie
     chosen = list(carried.parameters)
     through = ca.jacobian(known, p)[:, chosen] + ca.mtimes(ca.jacobian(known, x), carried.columns)
     along = ca.mtimes(by_known, through) + by_own[:, chosen]
-    states, columns = last.states(moved), last.states(along, ca.jacobian(last.motors, p)[:, chosen])
+    states, columns = later.states(moved), later.states(along, ca.jacobian(later.in_turn, p)[:, chosen])
     if balance.contacts:
         half = links // 2
         states, columns = ca.vertcat(states, moved[half:]), ca.vertcat(columns, along[half:, :])
