@@ -18,6 +18,7 @@ from stribeck.gap.screen import Trial, _loudest, best_laws, candidates, screen
 from stribeck.gap.search import _idle, _Setting, _states, _survivors, _weighed
 from stribeck.gap.step import Step
 from stribeck.identify.map_fit import Weights
+from stribeck.model.effect import Effect
 from stribeck.model.layout import Placed
 
 from .conftest import NOMINAL, TRUE, recorded
@@ -216,3 +217,22 @@ def test_an_effect_is_idle_that_is_worth_nothing_once_another_is_there() -> None
     assert _idle([idle, worthy]) == ("payload", 0)
     assert _idle([worthy, idle]) is None  # the last has just been judged by the same figures
     assert _idle([replace(idle, worth=None), worthy]) is None  # a fit that failed says nothing
+
+
+def test_a_start_that_led_nowhere_is_not_the_next_one(
+    late: tuple[Prepared, Model, Weights], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A law that another gap hid is tried from all of its starts again."""
+    prepared, base, _ = late
+
+    def hopeless(prepared: Prepared, base: Model, weights: Weights, effect: Effect, joint: int, *rest: object) -> Trial:
+        return Trial(effect, joint, {}, -np.inf)
+
+    monkeypatch.setattr(search_module, "screen", hopeless)
+    known: dict[tuple[str, str, int], dict[str, float]] = {}
+    with Parallel(n_jobs=1) as pool:
+        setting = _Setting(prepared, FLOOR, 0, pool, (), frozenset(), lambda text: None)
+        step = search_module._step(setting, base, (), known)
+    assert known == {}
+    assert not step.taken
+    assert len(step.screened_out) == len({(e.name, j) for e, j in candidates(prepared.arm, ())})

@@ -2,15 +2,19 @@
 
 import math
 
+import casadi as ca
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from stribeck.arm import Arm, Friction, Joint
 from stribeck.effects.registry import registry
+from stribeck.model.balance import Balance
 from stribeck.model.cut import Cut
 from stribeck.model.drive import DRIVE
 from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
+from stribeck.model.swing import NEWTON, _newton
 
 INERTIA, STEP, HERTZ = 0.2, 0.008, 3.0  # kg m^2, s, of the motor's motion
 NONE = Friction(0.0, 0.0, 0.0, 0.05)
@@ -132,3 +136,26 @@ def test_a_wall_at_a_compliant_link_throws_it_back_as_far(wall: float, off: floa
     stop = Placed(registry()["contact"], 0, {"stiffness": wall, "position": 0.5, "damping": 0.2})
     found, exact = coarse_and_fine(SignalPath(arm(INERTIA), (shaft, stop)), 200)
     assert np.sqrt(np.mean((found - exact) ** 2)) < off * np.std(exact)
+
+
+def test_a_face_with_a_strong_damper_is_found_from_free_flight() -> None:
+    """The rate at a step's end against bisection: Newton's steps alone go back and forth between flight and face."""
+    gap, k, damping, h = 0.02, INERTIA * (2.0 * math.pi * 60.0) ** 2, 25.0 * INERTIA / 0.008, 0.008
+    play = registry()["backlash"]
+    balance = Balance(SignalPath(arm(INERTIA), (Placed(play, 0, {"gap": gap, "stiffness": k, "damping": damping}),)))
+    newton, p = _newton(balance, h), values_of(balance.path.entries)
+    laws = {"gap": ca.DM(gap), "stiffness": ca.DM(k), "damping": ca.DM(damping)}
+    rng, off = np.random.default_rng(0), []
+    for _ in range(200):
+        start, began, free = rng.uniform(0.0, 1.2) * gap / 2, rng.uniform(-0.5, 2.0), rng.uniform(-50.0, 300.0)
+
+        def missing(rate: float, start: float = start, began: float = began, free: float = free) -> float:
+            torque = float(play.transmitted(ca.DM(start + h * rate), ca.DM(rate), laws))
+            return rate - began - h * (free - torque / INERTIA)
+
+        exact = brentq(missing, -20.0, 20.0, xtol=1e-12)
+        found = began + h * free
+        for _ in range(NEWTON):
+            found = newton(found, start, began, free, [start, began], 1.0 / INERTIA, [0.0, 0.0], p)
+        off.append(abs(float(found) - exact) / (abs(began + h * free - exact) + 1e-6))
+    assert np.quantile(off, 0.99) < 0.02
