@@ -18,12 +18,12 @@ from pathlib import Path
 from typing import Any
 
 import typer
-from _delivered import delivered
 from _output import write
 from rich import print as show
 
 from stribeck.arm import load_arm
 from stribeck.gap import Diagnosis, diagnose
+from stribeck.gap.delivered import as_commanded
 from stribeck.report.figures.waterfall import waterfall_figure
 from stribeck.run import load_run
 
@@ -40,7 +40,8 @@ def look(folder: Path, pattern: str, label: str, jobs: int) -> tuple[dict[str, A
     """Diagnose the runs of one design; return the figures that count and the diagnosis."""
     arm, started = load_arm(folder / "arm.toml"), time.perf_counter()
     runs = [load_run(path, arm.n) for path in sorted(folder.glob(pattern))]
-    runs = [replace(run, tau=run.tau_meas) if label.endswith("measured") else run for run in runs]
+    if label.endswith("measured"):
+        runs = [replace(as_commanded(run), tau_meas=None) for run in runs]
     found = diagnose(arm, runs, jobs=jobs)
     stages = {stage.stage: dict(stage.torque) for stage in found.stages}
     published, retuned, corrected = stages["as_given"], stages["retuned"], found.stages[-2].torque  # last: noise floor
@@ -53,7 +54,7 @@ def look(folder: Path, pattern: str, label: str, jobs: int) -> tuple[dict[str, A
         "torque_residual": stages,
         "retuned_below_published": {j: 1.0 - retuned[j] / published[j] for j in retuned},
         "corrected_below_published": {j: 1.0 - corrected[j] / published[j] for j in retuned},
-        "measured_of_commanded": delivered(runs, arm.names) if label.endswith("commanded") else None,
+        "measured_of_commanded": {row.joint: row.gain.value for row in found.delivered},
         "warnings": list(found.warnings),
     }, found
 

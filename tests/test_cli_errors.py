@@ -129,6 +129,8 @@ def test_bad_input(bench: Path, capsys: pytest.CaptureFixture[str], name: str) -
         ("diagnose arm.toml run.csv run.csv --out out", "a run is given twice: found run.csv"),
         ("diagnose arm.toml run.csv --out out --held-out ./run.csv", "a run is given twice"),
         ("diagnose arm.toml run.csv --out out --outt", "No such option: --outt"),
+        ("diagnose arm.toml run.csv --torque measured --out out", "run.csv: --torque measured needs tau1_meas"),
+        ("diagnose arm.toml run.csv --torque felt --out out", "Invalid value for '--torque'"),
         ("diagnos", "No such command 'diagnos'"),
         ("predict arm.toml run.csv --horizon 0 --out x.csv", "--horizon must be a positive time: found 0 s"),
         ("predict arm.toml run.csv --horizon nan --out x.csv", "--horizon must be a positive time: found nan s"),

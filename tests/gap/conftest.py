@@ -20,13 +20,17 @@ TRUE = Arm("one joint", (9.81, 0.0), (JOINT,), sample_time=0.004)
 NOMINAL = misinformed(TRUE, np.random.default_rng(3), 0.03, 0.2)
 
 
-def recorded(*effects: tuple[str, dict[str, float]], noise: float = 1e-5) -> tuple[Run, ...]:
+def recorded(
+    *effects: tuple[str, dict[str, float]], noise: float = 1e-5, channels: Sequence[str] = ()
+) -> tuple[Run, ...]:
     """Four runs of a pendulum, 4 s each, with effects hidden in it."""
     kinds = ("slow reversals", "multisine", "via points", "point to point")
     motions = programme(NOMINAL, np.random.default_rng(1), kinds, 4.0)
     hidden = [Injection(name, "A", values) for name, values in effects]
     gains = default_gains(NOMINAL, 3.0)
-    return record(TRUE, hidden, motions, rate=250.0, noise=noise, gains=gains, model=NOMINAL, seed=5)
+    return record(
+        TRUE, hidden, motions, rate=250.0, noise=noise, gains=gains, model=NOMINAL, seed=5, channels=tuple(channels)
+    )
 
 
 def sines(seconds: float, rate: float = 200.0, seed: int = 0, size: float = 1.0, name: str = "run") -> Run:

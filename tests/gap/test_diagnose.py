@@ -1,6 +1,7 @@
 """Whole diagnoses of a pendulum that the independent plant recorded: named right, abstaining, repeatable."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -9,8 +10,11 @@ import pytest
 from stribeck.arm import Arm, EffectEntry, load_arm, save_arm
 from stribeck.effects.registry import registry
 from stribeck.errors import InputError
+from stribeck.gap import assembly
 from stribeck.gap.diagnose import diagnose
-from stribeck.gap.result import VERDICTS, Diagnosis
+from stribeck.gap.result import VERDICTS, Cause, Diagnosis
+from stribeck.gap.step import Step
+from stribeck.gap.verdict import causes_of
 
 from .conftest import NOMINAL, TRUE, recorded, sines
 
@@ -77,6 +81,28 @@ def test_corrected_arm_carries_the_effect(tmp_path) -> None:  # type: ignore[no-
     again = diagnose(load_arm(tmp_path / "corrected.toml"), recorded(LATE), jobs=1, leave_out=FEW)
     assert again.named == ()
     assert again.verdict == "no_gap"
+
+
+def test_what_is_said_of_a_named_effect_is_what_is_written(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An effect that was taken but is not believed is not in the corrected arm; so it must not bend what is told."""
+    other = ("torque_offset", {"offset": 1.0})
+
+    def doubted(steps: Sequence[Step], names: Sequence[str]) -> tuple[list[Cause], float]:
+        causes, left_over = causes_of(steps, names)
+        return [replace(c, presence=0.3) if c.effect == other[0] else c for c in causes], left_over
+
+    monkeypatch.setattr(assembly, "causes_of", doubted)
+    few = [name for name in FEW if name not in (*ALIKE, other[0])]
+    d = diagnose(NOMINAL, recorded(LATE, other), jobs=1, leave_out=[*few, "payload", "torque_gain", "time_shift"])
+    assert {cause.effect for cause in d.causes} >= {"delay", other[0]}
+    (named,) = (cause for cause in d.causes if cause.effect in d.named)
+    (entry,) = d.models["corrected"].effects
+    assert entry.effect == named.effect
+    told = {name: value.value for name, value in named.parameters["A"].items()}
+    assert told == pytest.approx(dict(entry.parameters["A"]))
+    assert d.closed is not None
+    assert named.closes is not None
+    assert named.closes.value == pytest.approx(d.closed.value)
 
 
 def test_stages_shrink_to_the_floor() -> None:
@@ -176,8 +202,6 @@ def test_another_seed_draws_other_blocks() -> None:
 
 
 def test_effects_of_the_arm_file_are_part_of_the_nominal_model() -> None:
-    from dataclasses import replace
-
     informed: Arm = replace(NOMINAL, effects=(EffectEntry("delay", ("A",), {"A": {"time": 0.018}}),))
     d = diagnose(informed, recorded(LATE), jobs=1, leave_out=FEW)
     assert d.named == ()
@@ -194,8 +218,6 @@ def test_single_run() -> None:
 
 
 def test_run_of_another_arm_is_refused() -> None:
-    from dataclasses import replace
-
     two = replace(TRUE, joints=(TRUE.joints[0], replace(TRUE.joints[0], name="B")))
     with pytest.raises(InputError, match="not a recording of this arm"):
         diagnose(two, [sines(3.0)])

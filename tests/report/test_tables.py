@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from stribeck.gap.result import Estimate, Stage, Tuned
-from stribeck.report import tables, words
+from stribeck.gap.files import diagnosis_json
+from stribeck.gap.result import Delivered, Estimate, Stage, Tuned
+from stribeck.report import sentences, tables, words
 from stribeck.report.figures.candidates import candidates_figure, ranking
 
 
@@ -21,6 +22,40 @@ def test_tuned_values_are_marked_by_what_to_mind(diagnosis):
     assert [row.cells[-1] for row in table.rows] == ["", "not identified", "at its limit", "held"]
     assert table.rows[0].cells[:5] == ("A.C0", "4.6", "1.4", "5.214", "5.130 to 5.300")
     assert table.rows[3].cells[3:5] == ("", "")
+
+
+def test_measured_torque_is_told_beside_the_commanded_one(diagnosis):
+    assert tables.delivered_table(diagnosis()) is None
+    assert "delivered" not in diagnosis_json(diagnosis())
+    gain, offset, delay = (
+        Estimate(0.83, 0.82, 0.84),
+        Estimate(0.1, 0.05, 0.15, "N m"),
+        Estimate(0.012, 0.011, 0.013, "s"),
+    )
+    rows = (
+        Delivered("A", gain, offset, delay, 0.05, Estimate(0.62, 0.5, 0.7)),
+        Delivered("B", gain, offset, delay, 0.05),
+    )
+    made = replace(diagnosis("unexplained"), delivered=rows)
+    table = tables.delivered_table(made)
+    assert table.columns[5] == "delay, ms"
+    assert table.rows[0].cells[:8] == (
+        "A",
+        "0.830",
+        "0.820 to 0.840",
+        "0.100",
+        "0.050 to 0.150",
+        "12.0",
+        "11.0 to 13.0",
+        "0.0500",
+    )
+    assert [row.cells[-1] for row in table.rows] == ["62\u00a0% (50 to 70\u00a0%)", "no gap"]
+    assert "By the measured torque, the actuator accounts for 62" in sentences.where(made)
+    slight = replace(rows[0], share=Estimate(0.04, 0.03, 0.05))
+    assert "actuator" not in sentences.where(replace(made, delivered=(slight,)))
+    written = diagnosis_json(made)["delivered"]["A"]
+    assert written["delay"] == {"value": 0.012, "unit": "s", "ci95": [0.011, 0.013]}
+    assert written["share"]["value"] == 0.62
 
 
 def test_settings_carry_their_unit_with_the_value(diagnosis):

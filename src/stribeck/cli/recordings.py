@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from enum import StrEnum
 from importlib.resources import files
 from pathlib import Path
 from typing import Annotated
@@ -14,7 +17,7 @@ from stribeck.arm import load_arm
 from stribeck.cli.shared import OutDir, load_runs, progress
 from stribeck.errors import InputError
 from stribeck.outputs import check_free, whole_folder
-from stribeck.run import save_columns
+from stribeck.run import Run, save_columns
 
 app = typer.Typer()
 
@@ -28,6 +31,13 @@ HeldOut = Annotated[
     list[Path] | None,
     typer.Option("--held-out", metavar="RUN...", help="Recordings to judge by, never fitted.", show_default=False),
 ]
+
+
+class Torque(StrEnum):
+    """Which torque of a recording drives the model."""
+
+    commanded = "commanded"
+    measured = "measured"
 
 
 @app.command(
@@ -45,6 +55,9 @@ def diagnose(
     runs: RunFiles = None,
     held_out: HeldOut = None,
     example: Annotated[bool, typer.Option("--example", help="Use the recording that comes with the package.")] = False,
+    torque: Annotated[
+        Torque, typer.Option(help="Take tau1, .. (what the controller asked for) or tau1_meas, .. as the torque.")
+    ] = Torque.commanded,
     seed: Annotated[int, typer.Option(min=0, help="Of all resampling: the same seed gives the same answer.")] = 0,
     jobs: Annotated[int, typer.Option(min=1, help="Processes that fit candidates at the same time.")] = 2,
 ) -> None:
@@ -64,6 +77,8 @@ def diagnose(
     nominal = load_arm(arm)
     fitted, judged = load_runs(nominal, runs, held_out or [])
 
+    if torque is Torque.measured:
+        fitted, judged = _measured(fitted), _measured(judged)
     from stribeck.gap import diagnose as find
     from stribeck.gap.files import write_diagnosis
     from stribeck.report.diagnosis import write_report
@@ -131,6 +146,16 @@ def identify(
     for text in found.warnings:
         print(f"warning: {text}", file=sys.stderr)
     console.print(f"report: {out / 'report.html'}", highlight=False, soft_wrap=True)
+
+
+def _measured(runs: Sequence[Run]) -> list[Run]:
+    """Return runs whose measured torque stands in for the command."""
+    from stribeck.gap.delivered import as_commanded
+
+    for run in runs:
+        if run.tau_meas is None:
+            raise InputError(f"{run.name}: --torque measured needs tau1_meas, ..", "no such column", "leave it out")
+    return [replace(as_commanded(run), tau_meas=None) for run in runs]
 
 
 def _example() -> tuple[Path, list[Path]]:

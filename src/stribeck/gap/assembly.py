@@ -11,6 +11,7 @@ from stribeck.arm import Arm
 from stribeck.errors import StribeckError
 from stribeck.gap.blocks import bayesian_bootstrap, block_of_rows
 from stribeck.gap.corrected import arm_of
+from stribeck.gap.delivered import delivered
 from stribeck.gap.experiment import Experiment, next_experiment, open_question
 from stribeck.gap.listing import candidates_of, traces_of
 from stribeck.gap.margins import widened
@@ -68,8 +69,8 @@ class Assembly:
         arm, prepared = self.prepared.arm, self.prepared
         causes, left_over = causes_of(self.steps, arm.names)
         in_torque = tuple(cause.effect for cause in causes if (cause.presence or 0.0) > NAMED_OVER)
-        causes = [self._with_details(cause) for cause in causes]
         chain = self._chain(in_torque)
+        causes = [self._with_details(cause, chain if cause.effect in in_torque else self.models) for cause in causes]
         final = chain[-1]
         verdict, causes = self._verdict(final, in_torque, causes, left_over)
         closed = self._closes(self.base, final) if in_torque else None
@@ -103,6 +104,7 @@ class Assembly:
             warnings=tuple(self.warnings + self._limits()),
             next_experiment=experiment.plain() if experiment else None,
             next_reference=experiment.reference if experiment else None,
+            delivered=delivered(prepared, self.base, self.floor, self.seed),
             settings={"seed": self.seed, "cutoff_hz": prepared.cutoff, "horizon_s": HORIZON},
         )
 
@@ -152,9 +154,9 @@ class Assembly:
         weights = weights_of(model.fit.residual, self.prepared, self.floor)
         return intervals(model.fit, weights, block_of_rows(self.prepared.fit))
 
-    def _with_details(self, cause: Cause) -> Cause:
-        """Return a cause with its parameters from the final model and what its own steps close."""
-        final = self.models[-1]
+    def _with_details(self, cause: Cause, chain: Sequence[Model]) -> Cause:
+        """Return a cause with its parameters from the last of a chain of models, and what its own steps close."""
+        final = chain[-1]
         bounds = self._intervals(final)
         parameters: dict[str, dict[str, Estimate]] = {}
         for i, entry in enumerate(final.fit.entries):
@@ -164,7 +166,7 @@ class Assembly:
                 parameters.setdefault(joint, {})[entry.name] = estimate
         step = self.prepared.fit[0].run.t
         parameters = {joint: widened(own, float(step[1] - step[0])) for joint, own in parameters.items()}
-        closes = self._closed_by(cause.effect)
+        closes = self._closed_by(cause.effect, chain)
         return replace(cause, parameters=parameters, closes=closes, law=self._laws_of(cause.effect))
 
     def _laws_of(self, effect: str) -> dict[str, str]:
@@ -172,15 +174,15 @@ class Assembly:
         names, added = self.prepared.arm.names, self.models[-1].placed[len(self.base.placed) :]
         return {names[p.joint]: p.effect.law for p in added if p.effect.name == effect and p.effect.law}
 
-    def _closed_by(self, effect: str) -> Estimate:
+    def _closed_by(self, effect: str, chain: Sequence[Model]) -> Estimate:
         """Return the part of the whole closable gap that an effect's own steps close, joints scaled by their floor."""
         pairs = [
             (before, after)
-            for before, after in zip(self.models[:-1], self.models[1:], strict=True)
+            for before, after in zip(chain[:-1], chain[1:], strict=True)
             if after.placed[-1].effect.name == effect
         ]
-        closed = [Estimate(0.0, 0.0, 0.0), *(self._closes(self.base, model) for model in self.models[1:])]
-        at = {id(model): estimate for model, estimate in zip(self.models, closed, strict=True)}
+        closed = [Estimate(0.0, 0.0, 0.0), *(self._closes(self.base, model) for model in chain[1:])]
+        at = {id(model): estimate for model, estimate in zip(chain, closed, strict=True)}
         value = sum(at[id(after)].value - at[id(before)].value for before, after in pairs)
         spread = max((at[id(after)].high - at[id(after)].low) / 2 for _, after in pairs)
         return Estimate(value, value - spread, value + spread)

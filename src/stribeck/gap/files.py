@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from stribeck.arm import save_arm
-from stribeck.gap.result import Candidate, Cause, Diagnosis, Estimate, Place, Region, Stage, Tuned
+from stribeck.gap.result import Candidate, Cause, Delivered, Diagnosis, Estimate, Place, Region, Stage, Tuned
 from stribeck.run import save_run
 
 SCHEMA = "stribeck.diagnosis/1"
@@ -43,6 +43,7 @@ def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "retuned": [_tuned(value) for value in diagnosis.tuned],
         "regions": [_region(region) for region in diagnosis.regions],
         "candidates": [_candidate(row) for row in diagnosis.candidates],
+        **({"delivered": {row.joint: _delivered(row) for row in diagnosis.delivered}} if diagnosis.delivered else {}),
         "notes": list(diagnosis.notes),
         "settings": _plain(diagnosis.settings),
     }
@@ -135,6 +136,16 @@ def _candidate(row: Candidate) -> dict[str, Any]:
         "t": _number(row.t),
         "status": row.status,
         "chosen": row.chosen,
+    }
+
+
+def _delivered(row: Delivered) -> dict[str, Any]:
+    return {
+        "gain": _parameter(row.gain),
+        "offset": _parameter(row.offset),
+        "delay": _parameter(row.delay),
+        "left": {"value": _number(row.left), "unit": row.offset.unit},
+        "share": _estimate(row.share),
     }
 
 

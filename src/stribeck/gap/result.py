@@ -114,6 +114,23 @@ class Tuned:
 
 
 @dataclass(frozen=True)
+class Delivered:
+    """The measured torque of one joint beside the commanded one, where the recordings hold both.
+
+    ``gain``, ``offset`` and ``delay`` lead from the command to it, ``left`` is what they leave, rms in the unit of
+    torque. ``share`` is the part of the gap that re-tuning leaves which lies before the measurement: gone where the
+    measured torque stands in for the command (None: there is no gap).
+    """
+
+    joint: str
+    gain: Estimate
+    offset: Estimate
+    delay: Estimate
+    left: float
+    share: Estimate | None = None
+
+
+@dataclass(frozen=True)
 class Trace:
     """Held-out signals of one run for the figures; arrays (M, n) over ``time`` (M,), N m, rad, rad/s.
 
@@ -160,4 +177,5 @@ class Diagnosis:
     warnings: tuple[str, ...]
     next_experiment: Mapping[str, object] | None = None
     next_reference: Run | None = None
+    delivered: tuple[Delivered, ...] = ()
     settings: Mapping[str, float | str] = field(default_factory=dict)

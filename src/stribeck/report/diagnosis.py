@@ -101,6 +101,7 @@ def page_sections(diagnosis: Diagnosis, pictures: list[Picture]) -> list[Section
         tables.parameter_table(diagnosis),
         tables.laws(diagnosis),
         tables.next_experiment(diagnosis),
+        tables.delivered_table(diagnosis),
         tables.tuned_table(diagnosis) if diagnosis.tuned else None,
         tables.search_path(diagnosis),
         tables.method(diagnosis, package_version()),

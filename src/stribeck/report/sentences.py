@@ -8,6 +8,7 @@ from stribeck.gap.result import Cause, Diagnosis, Place
 from stribeck.report import words
 from stribeck.report.numbers import number, percent, percent_interval, probability, unit_text
 
+TOLD_FROM = 0.1  # of a joint's gap: less is not worth a sentence
 NAMED_JOINTS = 3  # joints whose numbers a sentence still carries; more are in the table
 
 
@@ -23,8 +24,18 @@ def where(diagnosis: Diagnosis) -> str:
         return "The gap that re-tuning leaves is spread: no joint or region holds a clear share of it."
     first = f"{percent_interval(places[0].share)} of the gap that re-tuning leaves lies {_place(diagnosis, places[0])}"
     if len(places) == 1:
-        return f"{first}."
-    return f"{first}; next, {percent_interval(places[1].share)} {_place(diagnosis, places[1])}."
+        return f"{first}.{_before_measurement(diagnosis)}"
+    second = f"; next, {percent_interval(places[1].share)} {_place(diagnosis, places[1])}."
+    return f"{first}{second}{_before_measurement(diagnosis)}"
+
+
+def _before_measurement(diagnosis: Diagnosis) -> str:
+    """Return what of the gap the measured torque already shows, where it shows some; a sentence, or nothing."""
+    seen = [row for row in diagnosis.delivered if row.share and row.share.low > 0.0 and row.share.value > TOLD_FROM]
+    said = [f"{percent_interval(row.share)} of that at {words.joints([row.joint])}" for row in seen if row.share]
+    if not said:
+        return ""
+    return f" By the measured {words.effort(diagnosis)}, the actuator accounts for {words.listing(said)}."
 
 
 def finding(diagnosis: Diagnosis) -> str:
