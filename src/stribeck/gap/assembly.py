@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -178,7 +179,7 @@ class Assembly:
         """Return the part of the whole closable gap that an effect's own steps close, joints scaled by their floor."""
         pairs = [
             (before, after)
-            for before, after in zip(chain[:-1], chain[1:], strict=True)
+            for before, after in pairwise(chain)
             if after.placed[-1].effect.name == effect
         ]
         closed = [Estimate(0.0, 0.0, 0.0), *(self._closes(self.base, model) for model in chain[1:])]
