@@ -15,7 +15,7 @@ from stribeck.gap.model import Model, fit_model, retune, weights_of
 from stribeck.gap.prepare import Prepared, prepare
 from stribeck.gap.rank import rank
 from stribeck.gap.screen import Trial, _loudest, best_laws, candidates, screen
-from stribeck.gap.search import _idle, _Setting, _states, _survivors, _weighed
+from stribeck.gap.search import _idle, _outdone, _Setting, _states, _survivors, _weighed
 from stribeck.gap.step import Step
 from stribeck.identify.map_fit import Weights
 from stribeck.model.effect import Effect
@@ -82,6 +82,34 @@ def test_screen_promises_what_the_fit_keeps(late: tuple[Prepared, Model, Weights
     assert fitted.rms()[0] < 0.4 * base.rms()[0]
     again = retune(prepared, FLOOR, fitted.placed, rounds=2)  # with weights of its own
     assert again.placed[0].values["time"] == pytest.approx(0.02, rel=0.03)
+
+
+@pytest.mark.parametrize(
+    ("hidden", "first", "instead"),
+    [("asymmetric_friction", "torque_offset", "asymmetric_friction"), ("torque_offset", "torque_offset", None)],
+)
+def test_what_was_taken_first_may_be_outdone_later(hidden: str, first: str, instead: str | None) -> None:
+    """A relative that was taken for what a later effect adds to it gives way; the true effect does not."""
+    values = {"torque_offset": {"offset": 1.0}, "asymmetric_friction": {"C0": 3.0}}[hidden]
+    prepared = prepare(NOMINAL, recorded((hidden, values), ("delay", {"time": 0.02})))
+    base = retune(prepared, FLOOR)
+    weights = weights_of(base.fit.residual, prepared, FLOOR)
+
+    def fitted(model: Model, *names: str) -> Model:
+        placed = (*model.placed, *(Placed(effect_named(name), 0) for name in names))
+        start = dict(screen(prepared, model, weights, placed[-1].effect, 0).start)
+        return fit_model(prepared, placed, weights, model.fit, start)
+
+    one, other = fitted(base, first), fitted(base, "asymmetric_friction" if first != hidden else "gravity_tilt")
+    both = fitted(one, "delay")
+    steps = []
+    for before, *rivals in ((base, one, other), (one, both)):
+        ranking = replace(rank(prepared, [before, *rivals], FLOOR, 0), best=1)
+        steps.append(Step(before, tuple(rivals), ranking, (1,), (), FLOOR))
+    setting = _Setting(prepared, FLOOR, 0, Parallel(n_jobs=1), (), frozenset(), lambda text: None)
+    outdone = _outdone(setting, steps)
+    assert outdone == (None if instead is None else (first, 0))
+    assert _outdone(setting, steps[:1]) is None
 
 
 @pytest.mark.parametrize("wrong", ["payload", "cable_spring", "cogging", "load_dependent_friction"])

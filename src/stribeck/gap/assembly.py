@@ -177,11 +177,7 @@ class Assembly:
 
     def _closed_by(self, effect: str, chain: Sequence[Model]) -> Estimate:
         """Return the part of the whole closable gap that an effect's own steps close, joints scaled by their floor."""
-        pairs = [
-            (before, after)
-            for before, after in pairwise(chain)
-            if after.placed[-1].effect.name == effect
-        ]
+        pairs = [(before, after) for before, after in pairwise(chain) if after.placed[-1].effect.name == effect]
         closed = [Estimate(0.0, 0.0, 0.0), *(self._closes(self.base, model) for model in chain[1:])]
         at = {id(model): estimate for model, estimate in zip(chain, closed, strict=True)}
         value = sum(at[id(after)].value - at[id(before)].value for before, after in pairs)

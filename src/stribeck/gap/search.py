@@ -28,6 +28,8 @@ MOST_SURVIVORS = 8
 HOPEFUL = 0.3  # of the best promise: candidates with less are not fitted
 MOST_EFFECTS = 3
 HARDLY = 0.15  # presence below which the search ends: of 101 such effects none was there, nor any found after it
+SWAPS = 2  # rivals that are tried in an effect's place, once all are found
+SURELY = 0.95  # probability by which they must be the better ones
 WEIGHING = 40  # evaluations of the last model without one of its effects
 RELIEVED = 0.5  # of a joint's residual: an effect that leaves less is fitted once more, with weights of its own
 
@@ -61,12 +63,13 @@ def search(
         setting = _Setting(prepared, floor, seed, pool, tuple(leave_out), frozenset(), progress)
         steps = _weighed(setting, _forward(setting, base))
         idle = _idle(steps)
-        if idle is None:
+        needless = idle or _outdone(setting, steps)
+        if needless is None:
             return steps
-        progress(f"again without {idle[0]}")
-        other = _forward(replace(setting, barred=frozenset({idle})), base)
-        first, second = _last(steps), _last(other)
-        better = rank(prepared, [first, second], steps[-1].floor, seed).overall[1] > -LEAST_GAIN
+        progress(f"again without {needless[0]}")
+        other = _forward(replace(setting, barred=frozenset({needless})), base)
+        ranking = rank(prepared, [_last(steps), _last(other)], steps[-1].floor, seed)
+        better = ranking.overall[1] > -LEAST_GAIN if idle else ranking.probability[1] > SURELY
         return _weighed(setting, other) if better else steps
 
 
@@ -112,10 +115,7 @@ def _weighed(setting: _Setting, steps: Sequence[Step]) -> tuple[Step, ...]:
         rests = [(*final.placed[:i], *final.placed[i + 1 :]) for i in range(own, own + count)]
         fits = (delayed(fit_model)(prepared, rest, weights, None, evaluations=WEIGHING) for rest in rests)
         without = setting.pool(fits)
-    found = [
-        rank(prepared, [model, final], floor, setting.seed) if np.all(np.isfinite(model.held)) else None
-        for model in without
-    ]
+    found = [rank(prepared, [model, final], floor, setting.seed) if _finite(model) else None for model in without]
     return tuple(replace(step, worth=found[i]) if i < count else step for i, step in enumerate(steps))
 
 
@@ -126,6 +126,39 @@ def _idle(steps: Sequence[Step]) -> tuple[str, int] | None:
             place = step.best.placed[-1]
             return place.effect.name, place.joint
     return None
+
+
+def _outdone(setting: _Setting, steps: Sequence[Step]) -> tuple[str, int] | None:
+    """Return an effect in whose place a rival of its step does better now that the others are there, or None.
+
+    A law with several parameters may be taken first because it follows two effects at once, neither of them its own.
+    """
+    taken = [step for step in steps if step.taken]
+    if len(taken) < 2:
+        return None
+    prepared, floor, final, own = setting.prepared, steps[-1].floor, _last(steps), len(steps[0].base.placed)
+    weights = weights_of(final.fit.residual, prepared, floor)
+    places, fits = [], []
+    for i, step in enumerate(taken, own):
+        rest = (*final.placed[:i], *final.placed[i + 1 :])
+        possible = {(effect.name, joint) for effect, joint in candidates(prepared.arm, rest, setting.leave_out)}
+        possible -= {(final.placed[i].effect.name, final.placed[i].joint)}
+        rivals = [step.rivals[k - 1].placed[-1] for k in step.ranking.order if step.ranking.overall[k] > LEAST_GAIN]
+        for rival in [r for r in rivals if (r.effect.name, r.joint) in possible][:SWAPS]:
+            places.append(final.placed[i])
+            placed = (*rest, Placed(rival.effect, rival.joint))
+            fits.append(delayed(fit_model)(prepared, placed, weights, final.fit, rival.values, evaluations=WEIGHING))
+    found = [(place, model) for place, model in zip(places, setting.pool(fits), strict=True) if _finite(model)]
+    if not found:
+        return None
+    ranking = rank(prepared, [final, *(model for _, model in found)], floor, setting.seed)
+    best = ranking.best
+    place = found[best - 1][0]
+    return (place.effect.name, place.joint) if ranking.probability[best] > SURELY else None
+
+
+def _finite(model: Model) -> bool:
+    return bool(np.all(np.isfinite(model.held)))
 
 
 def _step(
@@ -191,13 +224,13 @@ def _fit_trial(prepared: Prepared, base: Model, weights: Weights, trial: Trial, 
     placed = (*base.placed, Placed(trial.effect, trial.joint))
     far = trial.effect.rescales and bool(base.fit.at_limit)
     model = fit_model(prepared, placed, weights, base.fit, trial.start, evaluations=60 if far else 20)
-    if not np.all(np.isfinite(model.held)):
+    if not _finite(model):
         return None
     # a gap that is gone had made the whole joint count for little: what is left deserves its own weights
     own = weights_of(model.fit.residual, prepared, floor)
     if np.any(np.mean(own.sd**2, axis=0) < RELIEVED**2 * np.mean(weights.sd**2, axis=0)):
         again = fit_model(prepared, model.placed, own, model.fit, evaluations=15)
-        model = again if np.all(np.isfinite(again.held)) else model
+        model = again if _finite(again) else model
     return model
 
 
