@@ -55,7 +55,8 @@ CASES = {
     # the plant delays the viscous part as well, which one pole leaves in phase
     "frictional_lag/one_pole": Case("A", {"time": 0.05}, {"time": (0.04, 0.012)}, 0.92, 2),
     "frictional_lag/delay": Case("A", {"time": 0.05}, {"time": (0.05, 0.006)}, 0.6, 2),
-    "dwell_time": Case("A", {"rise": 4.0, "time": 0.5, "distance": 0.02}, {"rise": (4.0, 1.5)}, 0.7),
+    "dwell_time/break_away": Case("A", {"rise": 4.0, "time": 0.5, "distance": 0.02}, {"rise": (4.0, 1.5)}, 0.7),
+    "dwell_time/ageing": Case("A", {"rise": 4.0, "time": 0.5, "distance": 0.02}, {"rise": (4.0, 2.0)}, 0.7),
     # warmed by power in the plant, by speed in the library
     "history": Case("A", {"change": -0.5, "time": 8.0, "power": 3.0}, {}, 0.3),
     "load_dependent_friction": Case("A", {"ratio": 0.2}, {"ratio": (0.2, 0.015)}, 0.3),

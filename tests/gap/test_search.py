@@ -15,7 +15,7 @@ from stribeck.gap.model import Model, fit_model, retune, weights_of
 from stribeck.gap.prepare import Prepared, prepare
 from stribeck.gap.rank import rank
 from stribeck.gap.screen import Trial, _loudest, best_laws, candidates, screen
-from stribeck.gap.search import _idle, _outdone, _Setting, _states, _survivors, _weighed
+from stribeck.gap.search import _fit_trial, _idle, _outdone, _Setting, _states, _survivors, _weighed
 from stribeck.gap.step import Step
 from stribeck.identify.map_fit import Weights
 from stribeck.model.effect import Effect
@@ -110,6 +110,41 @@ def test_what_was_taken_first_may_be_outdone_later(hidden: str, first: str, inst
     outdone = _outdone(setting, steps)
     assert outdone == (None if instead is None else (first, 0))
     assert _outdone(setting, steps[:1]) is None
+
+
+@pytest.mark.parametrize(("stiffness", "inertia"), [(150.0, 0.4), (300.0, 0.5), (400.0, 1.0)])
+def test_a_resonance_between_the_starts_is_found(stiffness: float, inertia: float) -> None:
+    """Starts that run away to a rigid base lose nothing, and must not crowd out the one that leads down."""
+    hidden = {"stiffness": stiffness, "inertia": inertia, "damping": 1.0}
+    prepared = prepare(NOMINAL, recorded(("base_flexibility", hidden)))
+    base = retune(prepared, FLOOR)
+    weights = weights_of(base.fit.residual, prepared, FLOOR)
+    trial = screen(prepared, base, weights, effect_named("base_flexibility"), 0)
+    assert trial.start["stiffness"] == pytest.approx(stiffness, rel=0.3)
+    assert trial.promise > 0.5 * base.fit.cost
+
+
+def test_a_large_gap_is_weighed_anew_as_it_closes() -> None:
+    """Against a residual that is all gap, close tolerances count for more than the rows; they must not for good."""
+    tight = replace(NOMINAL, tolerance=replace(NOMINAL.tolerance, friction=0.1))
+    prepared = prepare(tight, recorded(("asymmetric_friction", {"C0": 4.0})))
+    base = retune(prepared, FLOOR)
+    weights = weights_of(base.fit.residual, prepared, FLOOR)
+    trial = screen(prepared, base, weights, effect_named("asymmetric_friction"), 0)
+    once = fit_model(prepared, [Placed(trial.effect, 0)], weights, base.fit, trial.start)
+    model = _fit_trial(prepared, base, weights, trial, FLOOR)
+    assert model is not None
+    assert model.rms()[0] < 0.8 * once.rms()[0]
+    assert model.placed[0].values["coulomb"] == pytest.approx(2.0, rel=0.1)
+
+
+@pytest.mark.parametrize(("gain", "ends"), [(0.1, True), (0.6, False)])
+def test_the_search_goes_on_after_a_large_gain(monkeypatch: pytest.MonkeyPatch, gain: float, ends: bool) -> None:
+    """What is doubtful because much is left may be what hides the next one."""
+    monkeypatch.setattr(search_module, "evidence", lambda step: None)
+    monkeypatch.setattr(search_module, "presence", lambda seen: 0.1)
+    step = SimpleNamespace(ranking=SimpleNamespace(overall=np.array([0.0, gain]), best=1))
+    assert search_module._hardly(step) is ends
 
 
 @pytest.mark.parametrize("wrong", ["payload", "cable_spring", "cogging", "load_dependent_friction"])

@@ -23,6 +23,7 @@ from stribeck.effects.external.contact import Contact
 from stribeck.effects.external.input_disturbance import InputDisturbance
 from stribeck.effects.friction.asymmetric_friction import AsymmetricFriction
 from stribeck.effects.friction.dwell_time import DwellTime
+from stribeck.effects.friction.dwell_time_ageing import DwellTimeAgeing
 from stribeck.effects.friction.frictional_lag import FrictionalLag
 from stribeck.effects.friction.frictional_lag_delay import FrictionalLagDelay
 from stribeck.effects.friction.history import History
@@ -54,6 +55,7 @@ _OWN: tuple[type[Effect], ...] = (
     FrictionalLag,
     FrictionalLagDelay,
     DwellTime,
+    DwellTimeAgeing,
     History,
     LoadDependentFriction,
     PositionDependentFriction,

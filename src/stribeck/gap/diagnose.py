@@ -11,6 +11,7 @@ from stribeck.arm import Arm
 from stribeck.effects.registry import placed_effects
 from stribeck.errors import InputError
 from stribeck.gap.assembly import Assembly
+from stribeck.gap.clocks import in_step
 from stribeck.gap.floor import noise_of_rows
 from stribeck.gap.model import retune
 from stribeck.gap.observed import observe
@@ -99,6 +100,9 @@ def searched(
     progress("re-tuning the nominal model")
     noise = _noise_along(path, values_of(path.entries), prepared, seed)
     base = retune(replace(prepared, noise=noise), noise.rms, own)
+    prepared = in_step(prepared, base)
+    if own:  # one of them may read the clock
+        base = retune(replace(prepared, noise=noise), noise.rms, own)
     noise = _noise_along(path, base.fit.p, prepared, seed)
     prepared = replace(prepared, noise=noise)
     steps = search(prepared, base, noise.rms, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)

@@ -112,11 +112,12 @@ def screen(
     if not (known and effect.nonlinear):
         starts += effect.starts_from(prepared.scales[joint], trace)
     tried = [_descend(residual, projector, start_values(path, base.fit, start), own, unit, LOOK) for start in starts]
-    hopeful = [found for found in tried if found[0] > -HOPELESS * projector.cost]
-    for _, p in sorted(hopeful, key=lambda found: -found[0])[:FOLLOWED]:
-        saved, p = _descend(residual, projector, p, own, unit, STEPS)
-        if saved > best.promise:
-            best = Trial(effect, joint, dict(zip(names, map(float, p[own]), strict=True)), saved)
+    # by where they are about to go: what has run away to nothing loses nothing either, and leads nowhere
+    hopeful = [way for way in tried if way.ahead > -HOPELESS * projector.cost]
+    for way in sorted(hopeful, key=lambda way: -way.ahead)[:FOLLOWED]:
+        way = _descend(residual, projector, way.p, own, unit, STEPS)
+        if way.saved > best.promise:
+            best = Trial(effect, joint, dict(zip(names, map(float, way.p[own]), strict=True)), way.saved)
     return best
 
 
@@ -154,14 +155,23 @@ def _units(path: SignalPath, prepared: Prepared, own: Sequence[int]) -> np.ndarr
     return np.array([1.0 if path.entries[i].log else scales.get(path.entries[i].key, 1.0) for i in own])
 
 
+@dataclass(frozen=True)
+class _Way:
+    """The largest cost reduction met on the way down from a start, all values there, and the next step's promise."""
+
+    saved: float
+    p: np.ndarray
+    ahead: float
+
+
 def _descend(
     residual: Residual, projector: _Projector, p: np.ndarray, own: Sequence[int], unit: np.ndarray, steps: int
-) -> tuple[float, np.ndarray]:
-    """Return the largest cost reduction met on the way down from a start, and all values there."""
+) -> _Way:
+    """Return how far down one comes from a start in a few evaluations."""
     entries = [residual.path.entries[i] for i in own]
     log = np.array([entry.log for entry in entries], dtype=bool)
     lower, upper = (np.array([getattr(entry, side) for entry in entries]) for side in ("lower", "upper"))
-    best, at, damping = -np.inf, p, LEAST_DAMPING
+    best, at, ahead, damping = -np.inf, p, -np.inf, LEAST_DAMPING
     curvature, downhill = np.zeros((len(own), len(own))), np.zeros(len(own))
     for _ in range(steps):
         r, jacobian = residual(p)
@@ -178,12 +188,14 @@ def _descend(
         else:
             break
         step = np.clip(_damped(curvature, downhill, damping), -REACH, REACH)
+        made = np.where(log, np.clip(step, -1.0, 1.0), step)
+        ahead = best - float(downhill @ made) - 0.5 * float(made @ curvature @ made)
         if -0.5 * float(downhill @ step) < LITTLE * max(best, 1.0):
             break
-        grown = at[own] * np.exp(np.where(log, np.clip(step, -1.0, 1.0), 0.0))
+        grown = at[own] * np.exp(np.where(log, made, 0.0))
         p = at.copy()
-        p[own] = np.clip(np.where(log, grown, at[own] + step * unit), lower, upper)
-    return best, at
+        p[own] = np.clip(np.where(log, grown, at[own] + made * unit), lower, upper)
+    return _Way(best, at, ahead)
 
 
 def _damped(curvature: np.ndarray, slope: np.ndarray, damping: float) -> np.ndarray:

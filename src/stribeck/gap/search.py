@@ -10,7 +10,7 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from stribeck.effects.registry import registry
-from stribeck.gap.gates import LEAST_GAIN, earns_its_place, needed
+from stribeck.gap.gates import LARGE_GAIN, LEAST_GAIN, earns_its_place, needed
 from stribeck.gap.model import Model, fit_model, weights_of
 from stribeck.gap.prepare import Prepared
 from stribeck.gap.presence import evidence, presence
@@ -27,11 +27,12 @@ LEAST_SURVIVORS, LEAST_AT_JOINT = 3, 2
 MOST_SURVIVORS = 8
 HOPEFUL = 0.3  # of the best promise: candidates with less are not fitted
 MOST_EFFECTS = 3
-HARDLY = 0.15  # presence below which the search ends: of 101 such effects none was there, nor any found after it
+HARDLY = 0.15  # presence below which the search ends, unless the effect takes much: what hides it may come next
 SWAPS = 2  # rivals that are tried in an effect's place, once all are found
 SURELY = 0.95  # probability by which they must be the better ones
 WEIGHING = 40  # evaluations of the last model without one of its effects
-RELIEVED = 0.5  # of a joint's residual: an effect that leaves less is fitted once more, with weights of its own
+RELIEVED = 0.85  # of a joint's residual: an effect that leaves less is fitted once more, with weights of its own
+AGAIN = 4  # times at most
 
 
 Progress = Callable[[str], None]
@@ -93,10 +94,15 @@ def _forward(setting: _Setting, base: Model) -> tuple[Step, ...]:
     while len(steps) < MOST_EFFECTS:
         step = _step(setting, base, base.placed[own:], known)
         steps.append(step)
-        if not step.taken or step.best is None or presence(evidence(step)) < HARDLY:
+        if not step.taken or step.best is None or _hardly(step):
             break
         base = step.best
     return tuple(steps)
+
+
+def _hardly(step: Step) -> bool:
+    """Return whether what a step took is hardly there, and hides nothing else."""
+    return bool(presence(evidence(step)) < HARDLY and step.ranking.overall[step.ranking.best] < LARGE_GAIN)
 
 
 def _last(steps: Sequence[Step]) -> Model:
@@ -226,11 +232,15 @@ def _fit_trial(prepared: Prepared, base: Model, weights: Weights, trial: Trial, 
     model = fit_model(prepared, placed, weights, base.fit, trial.start, evaluations=60 if far else 20)
     if not _finite(model):
         return None
-    # a gap that is gone had made the whole joint count for little: what is left deserves its own weights
-    own = weights_of(model.fit.residual, prepared, floor)
-    if np.any(np.mean(own.sd**2, axis=0) < RELIEVED**2 * np.mean(weights.sd**2, axis=0)):
+    # a gap that is gone had made the whole joint count for little: what is left deserves its own weights, in turn
+    for _ in range(AGAIN):
+        own = weights_of(model.fit.residual, prepared, floor)
+        if np.all(np.mean(own.sd**2, axis=0) > RELIEVED**2 * np.mean(weights.sd**2, axis=0)):
+            break
         again = fit_model(prepared, model.placed, own, model.fit, evaluations=15)
-        model = again if _finite(again) else model
+        if not _finite(again):
+            break
+        model, weights = again, own
     return model
 
 

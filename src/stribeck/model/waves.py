@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.signal import welch
 
 FINENESS = 1.0  # rad of phase, over the whole span, between neighbouring rates
 ROWS = 4000  # samples that are looked at, at most
 MOST = 2000  # rates
 TOGETHER = 100  # rates at a time: bounds the memory
+WINDOW, PADDED = 4.0, 4096  # s of one periodogram, and its length with zeros
 
 
 @dataclass(frozen=True)
@@ -65,6 +67,26 @@ def strongest_waves(
     peaks = np.flatnonzero((saved >= left) & (saved >= right))
     best = peaks[np.argsort(-saved[peaks])][:count]
     return [Wave(float(grid[i]), float(sine[i]), float(cosine[i])) for i in best]
+
+
+def ringing(trace: Trace, frequencies: tuple[float, float], count: int = 2) -> list[float]:
+    """Return the frequencies (Hz) at which a residual is loudest whatever its phase, loudest first.
+
+    What rings on its own spring does so from every shock anew. Periodograms of a few seconds, averaged over all runs
+    (Welch 1967).
+    """
+    step = float(np.median(np.diff(trace.time)))
+    parts = np.split(trace.residual, np.flatnonzero(np.diff(trace.time) < 0.0) + 1)
+    power = np.zeros(PADDED // 2 + 1)
+    for part in (part for part in parts if len(part) > 8):
+        rows = min(len(part), max(int(WINDOW / step), 8), PADDED)
+        _, density = welch(part, 1.0 / step, nperseg=rows, nfft=PADDED)
+        power += len(part) * density
+    inside = (power[1:-1] >= power[:-2]) & (power[1:-1] >= power[2:]) & (power[1:-1] > 0.0)
+    peaks = np.flatnonzero(inside) + 1
+    hertz = np.fft.rfftfreq(PADDED, step)
+    peaks = peaks[(hertz[peaks] >= frequencies[0]) & (hertz[peaks] <= frequencies[1])]
+    return [float(hertz[i]) for i in peaks[np.argsort(-power[peaks])][:count]]
 
 
 def _fit(grid: np.ndarray, x: np.ndarray, carrier: np.ndarray, r: np.ndarray) -> np.ndarray:

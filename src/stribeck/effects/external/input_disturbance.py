@@ -15,9 +15,10 @@ from stribeck.model.waves import Trace, strongest_waves
 
 @final
 class InputDisturbance(ExternalEffect):
-    """One sine in time, with the same phase at the start of every run: a machine that shakes the arm in step.
+    """One sine in time: a machine that shakes the arm.
 
-    A disturbance without a period has no law; it is left to `unknown`.
+    It knows nothing of when a recording began: a diagnosis gives each run a clock of its own, and the phase here is
+    that of the first one. A disturbance without a period has no law; it is left to `unknown`.
     """
 
     name = "input_disturbance"

@@ -15,6 +15,7 @@ class DwellTime(FrictionEffect):
     """Contacts that age at rest and are renewed by sliding; the state is their age between 0 and 1."""
 
     name = "dwell_time"
+    law = "break_away"
     channel = "friction"
     equation = r"C_1 \to C_1 + A a, \quad \dot a = (1 - a)/T - a |v|/D"
     symptom = "a break-away torque that grows with the rest before it and is gone after a short slide"

@@ -8,6 +8,7 @@ from typing import final
 
 from stribeck.model.effect import TransmissionEffect
 from stribeck.model.values import Expression, Parameter, Parameters, Scale
+from stribeck.model.waves import Trace, ringing
 
 LIGHTEST = 0.3  # of what the first joint moves: a stand, with the arm's own base on it, that rocks with less is none
 
@@ -38,15 +39,10 @@ class BaseFlexibility(TransmissionEffect):
         return (0,)
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
-        arm = scale.inertia
+        return tuple(_start(scale, *way) for way in ((1.5, 1.0), (4.0, 1.0), (10.0, 1.0), (12.0, 0.4), (25.0, 0.5)))
 
-        def start(hertz: float, base: float) -> dict[str, float]:
-            omega, whole = 6.2832 * hertz, arm * (1.0 + base)
-            return {"stiffness": whole * omega**2, "damping": 0.1 * whole * omega, "inertia": arm * base}
-
-        return tuple(
-            start(hertz, base) for hertz, base in ((1.5, 1.0), (4.0, 1.0), (10.0, 1.0), (12.0, 0.4), (25.0, 0.5))
-        )
+    def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
+        return (*self.starts(scale), *(_start(scale, hertz, 1.0) for hertz in ringing(trace, (0.8, 25.0))))
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
         # On a light base the law is that of a compliant first joint whose rotor takes part of the link's inertia: with
@@ -61,3 +57,9 @@ class BaseFlexibility(TransmissionEffect):
 
     def carrier(self, p: Parameters) -> Expression:
         return p["inertia"]
+
+
+def _start(scale: Scale, hertz: float, base: float) -> dict[str, float]:
+    """Return the values of a stand that rings so fast, its inertia over the arm's as given."""
+    omega, whole = 6.2832 * hertz, scale.inertia * (1.0 + base)
+    return {"stiffness": whole * omega**2, "damping": 0.1 * whole * omega, "inertia": scale.inertia * base}

@@ -7,6 +7,7 @@ from typing import final
 
 from stribeck.model.effect import TransmissionEffect
 from stribeck.model.values import Expression, Parameter, Parameters, Scale
+from stribeck.model.waves import Trace, ringing
 
 
 @final
@@ -26,16 +27,19 @@ class JointFlexibility(TransmissionEffect):
     )
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
-        return tuple(
-            {
-                "stiffness": scale.inertia * (6.2832 * hertz) ** 2,
-                "damping": 2 * 0.1 * scale.inertia * 6.2832 * hertz,
-            }
-            for hertz in (4.0, 8.0, 16.0)
-        )
+        return tuple(_start(scale, hertz) for hertz in (4.0, 8.0, 16.0))
+
+    def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
+        return (*self.starts(scale), *(_start(scale, hertz) for hertz in ringing(trace, (0.8, 40.0))))
 
     def transmitted(self, deflection: Expression, rate: Expression, p: Parameters) -> Expression:
         return p["stiffness"] * deflection + p["damping"] * rate
 
     def deflection(self, torque: Expression, p: Parameters) -> Expression:
         return torque / p["stiffness"]
+
+
+def _start(scale: Scale, hertz: float) -> dict[str, float]:
+    """Return the values of a shaft on which the link rings so fast."""
+    omega = 6.2832 * hertz
+    return {"stiffness": scale.inertia * omega**2, "damping": 0.2 * scale.inertia * omega}

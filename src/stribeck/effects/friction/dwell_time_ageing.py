@@ -1,0 +1,44 @@
+"""A contact that ages at rest, and is renewed by slip alone."""
+
+from __future__ import annotations
+
+from typing import final
+
+import casadi as ca
+
+from stribeck.model.effect import FrictionEffect
+from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
+
+
+@final
+class DwellTimeAgeing(FrictionEffect):
+    """The whole level rises with the age, at any speed, until the contact has slipped far enough to be new.
+
+    The break-away law lets the rise fall off with the speed as well, as the Stribeck part does.
+    """
+
+    name = "dwell_time"
+    law = "ageing"
+    channel = "friction"
+    equation = r"C_0 \to C_0 + A a, \quad \dot a = (1 - a)/T - a |v|/D"
+    symptom = "a friction level that is higher after a rest, whatever the speed, and falls with the distance slid"
+    shows = "start"
+    source = "Dieterich (1979); Ruina (1983)"
+    elusive = True
+    parameters = (
+        Parameter("rise", "N m", "rise of the level after a long rest", 0.0, 0.0),
+        Parameter("time", "s", "time over which it rises", 1.0, 0.1, 1e3, log=True),
+        Parameter("distance", "rad", "slide that renews the contact", 0.05, 1e-3, 10.0, log=True),
+    )
+    states = ("age",)
+
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        size = 0.5 * max(scale.friction, 0.02 * scale.torque)
+        return tuple({"rise": size, "time": 0.7, "distance": max(part * scale.travel, 2e-3)} for part in (0.01, 0.05))
+
+    def constants(self, constants: Parameters, s: Signals, x: States, p: Parameters) -> Parameters:
+        return {**constants, "C0": constants["C0"] + p["rise"] * x["age"]}
+
+    def derivatives(self, s: Signals, x: States, p: Parameters) -> dict[str, Expression]:
+        a = x["age"]
+        return {"age": (1.0 - a) / p["time"] - ca.fabs(s.velocity) * a / p["distance"]}

@@ -1,0 +1,40 @@
+"""Waves in a residual: where a periodic law and one that rings may start."""
+
+import numpy as np
+import pytest
+
+from stribeck.model.waves import Trace, ringing, strongest_waves
+
+STEP = 0.02
+
+
+def traced(residual: np.ndarray, runs: int) -> Trace:
+    t = np.tile(STEP * np.arange(len(residual) // runs), runs)
+    zero = np.zeros_like(t)
+    return Trace(t, zero, zero, zero, residual)
+
+
+def test_strongest_wave() -> None:
+    t = np.tile(STEP * np.arange(500), 2)
+    trace = traced(2.0 * np.sin(7.0 * t) + 0.5 * np.cos(19.0 * t), 2)
+    first, second = strongest_waves(t, np.ones_like(t), trace, (1.0, 40.0), count=2)
+    assert (first.rate, second.rate) == pytest.approx((7.0, 19.0), abs=0.1)
+    for wave, size in ((first, 2.0), (second, 0.5)):  # between two rates of the grid
+        assert np.hypot(wave.sine, wave.cosine) == pytest.approx(size, rel=0.1)
+
+
+def test_ringing_is_found_whatever_its_phases() -> None:
+    """Shocks at any time, each of which rings down anew: no wave goes through, the spectrum shows it."""
+    rng = np.random.default_rng(2)
+    rows, runs = 800, 3
+    t = STEP * np.arange(rows)
+    parts = []
+    for _ in range(runs):
+        since = [np.maximum(t - at, 0.0) for at in rng.uniform(0.0, 14.0, 8)]
+        parts.append(sum(rng.normal() * np.exp(-1.5 * s) * np.sin(2 * np.pi * 3.3 * s) for s in since))
+    residual = np.concatenate(parts) + 0.05 * rng.standard_normal(runs * rows)
+    found = ringing(traced(residual, runs), (0.8, 20.0))
+    assert found[0] == pytest.approx(3.3, rel=0.1)
+    assert len(found) == 2
+    assert ringing(traced(residual, runs), (5.0, 20.0), count=1)[0] > 5.0
+    assert ringing(traced(np.zeros(60), 3), (0.8, 20.0)) == []
