@@ -26,4 +26,5 @@ class TimeShift(SensingEffect):
     delays = "position"
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
-        return ({"time": 0.005},)
+        # moved motion changes friction by leaps, at every reversal: a fit gets stuck on its way from far
+        return tuple({"time": time} for time in (0.005, 0.012, 0.025, -0.005, -0.015))
