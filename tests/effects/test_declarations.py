@@ -99,6 +99,8 @@ def test_starts_are_plausible(effect: Effect, scale: Scale) -> None:
         ("torque_dead_zone", {"width": 0.2}),
         ("encoder_eccentricity", {"sine": 0.12, "cosine": -0.12, "harmonic": 1.0}),  # it would be inertia that is meant
         ("negative_damping", {"amount": 47.0, "velocity": 0.002}),  # the same at rest
+        ("cogging", {"sine": 0.02, "cosine": 0.0, "harmonic": 15.0}),  # two thirds of a period: any curve over position
+        ("torque_ripple", {"sine": 0.1, "cosine": 0.0, "harmonic": 15.0}),
     ],
 )
 def test_corners_are_not(name: str, values: dict[str, float]) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from typing import final
 
 import casadi as ca
@@ -30,11 +32,16 @@ class Cogging(ActuatorEffect):
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         size = 0.05 * scale.torque
-        return tuple({"sine": size, "cosine": size, "harmonic": n} for n in (4.0, 6.0, 8.0, 12.0, 24.0))
+        seen = 7.0 / scale.travel  # a period of them
+        return tuple({"sine": size, "cosine": size, "harmonic": max(n, seen)} for n in (4.0, 6.0, 8.0, 12.0, 24.0))
 
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
         waves = strongest_waves(trace.position, np.ones_like(trace.position), trace, (1.0, 60.0))
         return tuple({"sine": -w.sine, "cosine": -w.cosine, "harmonic": w.rate} for w in waves)
+
+    def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
+        # less than a period is any curve over position: a spring that stiffens, a stop that is soft
+        return values["harmonic"] * scale.travel > 2.0 * math.pi
 
     def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         phase = p["harmonic"] * s.position

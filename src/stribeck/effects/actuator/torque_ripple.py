@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from typing import final
 
 import casadi as ca
@@ -28,11 +30,16 @@ class TorqueRipple(ActuatorEffect):
     )
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
-        return tuple({"sine": 0.05, "cosine": 0.05, "harmonic": n} for n in (4.0, 6.0, 8.0, 12.0))
+        seen = 7.0 / scale.travel  # a period of them
+        return tuple({"sine": 0.05, "cosine": 0.05, "harmonic": max(n, seen)} for n in (4.0, 6.0, 8.0, 12.0))
 
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
         waves = strongest_waves(trace.position, trace.command, trace, (1.0, 60.0))
         return tuple({"sine": _inside(-w.sine), "cosine": _inside(-w.cosine), "harmonic": w.rate} for w in waves)
+
+    def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
+        # less than a period is any gain that changes with position
+        return values["harmonic"] * scale.travel > 2.0 * math.pi
 
     def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         return torque * self.command_scale(s.position, p)
