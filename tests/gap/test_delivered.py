@@ -85,3 +85,14 @@ def test_no_share_of_no_gap() -> None:
     prepared = prepare(NOMINAL, recorded(channels=("tau_meas",)))
     (row,) = delivered(prepared, base_of(prepared), np.full(1, 10.0))
     assert row.share is None
+
+
+@pytest.mark.parametrize(("commanded", "measured"), [(0.0, 1.0), (1.0, 0.0)])
+def test_a_joint_without_torque_tells_nothing(commanded: float, measured: float) -> None:
+    """A passive joint, or a sensor that reads zero: no delay of no width is made up."""
+    run = wavy()
+    assert run.tau_meas is not None
+    run = replace(run, tau=commanded * run.tau, tau_meas=measured * run.tau_meas)
+    found = relation([condition(TRUE, run, 15.0)], [condition(TRUE, as_commanded(run), 15.0)], 0)
+    assert all(np.isnan(estimate.value) and np.isnan(estimate.low) for estimate in found[:3])
+    assert np.isfinite(found[3])

@@ -11,7 +11,7 @@ STEP = 0.02
 def traced(residual: np.ndarray, runs: int) -> Trace:
     t = np.tile(STEP * np.arange(len(residual) // runs), runs)
     zero = np.zeros_like(t)
-    return Trace(t, zero, zero, zero, residual)
+    return Trace(t, zero, zero, zero, residual, tuple(range(len(t) // runs, len(t), len(t) // runs)))
 
 
 def test_strongest_wave() -> None:

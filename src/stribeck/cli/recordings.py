@@ -155,7 +155,8 @@ def _measured(runs: Sequence[Run]) -> list[Run]:
     for run in runs:
         if run.tau_meas is None:
             raise InputError(f"{run.name}: --torque measured needs tau1_meas, ..", "no such column", "leave it out")
-    return [replace(as_commanded(run), tau_meas=None) for run in runs]
+    said = "its measured torque stands in for the command"
+    return [replace(as_commanded(run), tau_meas=None, warnings=(*run.warnings, said)) for run in runs]
 
 
 def _example() -> tuple[Path, list[Path]]:

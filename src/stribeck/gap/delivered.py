@@ -26,6 +26,7 @@ from stribeck.run import Run
 
 Floats = NDArray[np.float64]
 
+LEAST = 1e-6  # of the larger torque's span: a smaller one is none, and tells nothing
 EARLIEST, LATEST, TRIES = -0.05, 0.15, 81  # s; how many delays are tried before the best is refined
 
 
@@ -46,6 +47,7 @@ def delivered(prepared: Prepared, base: Model, floor: Floats, seed: int = 0) -> 
     related = [relation(runs, measured, j) for j in range(prepared.arm.n)]
     # records may hold what was measured just before the new command: up to a sample is the logging's
     late = np.array([delay.value for _, _, delay, _ in related])
+    late = np.nan_to_num(late)
     early = np.where(np.abs(late) <= max(run.run.sample_time for run in runs), late, 0.0)
     fit, held = (tuple(_measured(prepared, run, early) for run in part) for part in (prepared.fit, prepared.held))
     behind = retune(replace(prepared, fit=fit, held=held), floor, base.placed)
@@ -56,7 +58,7 @@ def delivered(prepared: Prepared, base: Model, floor: Floats, seed: int = 0) -> 
         gain, offset, delay, left = related[j]
         offset = replace(offset, unit="N" if prepared.arm.joints[j].kind == "prismatic" else "N m")
         here = slice(j, j + 1)
-        gap = base.rms()[j] > AT_FLOOR * floor[j]
+        gap = base.rms()[j] > AT_FLOOR * floor[j] and np.isfinite(gain.value)
         share = closes_estimate(base.held[:, here], behind.held[:, here], floor[here], block, draws) if gap else None
         found.append(Delivered(name, gain, offset, delay, left, share))
     return tuple(found)
@@ -83,6 +85,10 @@ def relation(
     Least squares on filtered torques; intervals by the sandwich over blocks of rows.
     """
     target = np.concatenate([run.filtered(run.command[:, j]) for run in measured])
+    asked = np.concatenate([run.filtered(run.command[:, j]) for run in commanded])
+    if min(np.ptp(target), np.ptp(asked)) <= LEAST * max(np.ptp(target), np.ptp(asked)):
+        unknown = Estimate(np.nan, np.nan, np.nan)
+        return unknown, unknown, replace(unknown, unit="s"), float(np.sqrt(np.mean(target**2)))
     curves = [make_interp_spline(run.time, run.command[:, j], k=3) for run in commanded]
 
     def design(delay: float, order: int = 0) -> Floats:
@@ -121,7 +127,7 @@ def _half_width(jacobian: Floats, rest: Floats, block: NDArray[np.int_]) -> Floa
     bread = np.linalg.pinv(jacobian.T @ jacobian)
     spare = max(count - free, 1)
     covariance = bread @ scores.T @ scores @ bread * (count / spare)
-    return np.asarray(student.ppf(0.975, spare) * np.sqrt(np.diag(covariance)))
+    return np.asarray(student.ppf(0.975, spare) * np.sqrt(np.maximum(np.diag(covariance), 0.0)))
 
 
 def _has_it(run: Run) -> bool:
@@ -129,4 +135,5 @@ def _has_it(run: Run) -> bool:
 
 
 def _measured(prepared: Prepared, run: Conditioned, early: Floats) -> Conditioned:
-    return condition(prepared.arm, as_commanded(run.run, early), prepared.cutoff, run.noise, thin=True)
+    measured = as_commanded(run.run, early)
+    return replace(condition(prepared.arm, measured, prepared.cutoff, run.noise, thin=True), clock=run.clock)

@@ -24,7 +24,7 @@ def motion_gap(arm: Arm, runs: Sequence[Conditioned], cutoff: float, horizon: fl
     squares, count, failed = np.zeros(arm.n), 0, 0
     for thinned in runs:
         run = condition(arm, thinned.run, cutoff, thinned.noise)
-        run = replace(run, time=run.time + (thinned.time[0] - run.time[0]))
+        run = replace(run, clock=thinned.clock)
         prediction = predict_conditioned(engine, engine.p, run, horizon)
         good = ~np.isin(prediction.window, prediction.failed)
         failed += len(prediction.failed)

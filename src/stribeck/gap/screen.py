@@ -128,8 +128,9 @@ def _trace(prepared: Prepared, base: Model, joint: int) -> Trace:
         parts = [getattr(run, name)[run.analysis_index] for run in prepared.fit]
         return np.concatenate([part if part.ndim == 1 else part[:, joint] for part in parts])
 
-    signals = {name: column(name) for name in ("time", "position", "velocity", "command")}
-    return Trace(**signals, residual=base.fit.residual[:, joint])
+    time, position, velocity, command = map(column, ("told_time", "position", "velocity", "command"))
+    starts = tuple(_edges(prepared)[1:-1].tolist())
+    return Trace(time, position, velocity, command, base.fit.residual[:, joint], starts)
 
 
 def _edges(prepared: Prepared) -> np.ndarray:

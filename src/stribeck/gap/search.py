@@ -158,9 +158,8 @@ def _outdone(setting: _Setting, steps: Sequence[Step]) -> tuple[str, int] | None
     if not found:
         return None
     ranking = rank(prepared, [final, *(model for _, model in found)], floor, setting.seed)
-    best = ranking.best
-    place = found[best - 1][0]
-    return (place.effect.name, place.joint) if ranking.probability[best] > SURELY else None
+    place = found[int(np.argmax(ranking.probability[1:]))][0]
+    return (place.effect.name, place.joint) if ranking.probability[0] < 1.0 - SURELY else None
 
 
 def _finite(model: Model) -> bool:

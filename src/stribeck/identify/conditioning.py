@@ -34,7 +34,8 @@ class Conditioned:
     """One run on its uniform grid of N samples, with its M analysis samples.
 
     ``position``, ``velocity``, ``acceleration``, ``command``, ``stuck`` are (N, n);
-    ``velocity_sd`` and ``noise`` (n,); ``analysis_time`` (M,); ``taps`` the low-pass (odd length).
+    ``velocity_sd`` and ``noise`` (n,); ``analysis_time`` (M,); ``taps`` the low-pass (odd length). ``clock`` is the
+    time of the first sample by the clock of what acts from outside, s (set in ``gap.clocks``); None: the record's own.
     """
 
     name: str
@@ -49,6 +50,12 @@ class Conditioned:
     taps: np.ndarray
     decimation: int
     run: Run
+    clock: float | None = None
+
+    @property
+    def told_time(self) -> np.ndarray:
+        """Time (N,) that a law in time is told, s: the record's own, unless the run was given another ``clock``."""
+        return self.time if self.clock is None else self.time - self.time[0] + self.clock
 
     @property
     def sample_time(self) -> float:
@@ -138,7 +145,8 @@ def condition(
 
 def shaken(arm: Arm, run: Conditioned, cutoff: float, draw: np.ndarray) -> Conditioned:
     """Return a thinned run with its own noise times a draw (N, n) added once more to its recorded positions."""
-    return condition(arm, replace(run.run, q=run.run.q + run.noise * draw), cutoff, run.noise, thin=True)
+    moved = replace(run.run, q=run.run.q + run.noise * draw)
+    return replace(condition(arm, moved, cutoff, run.noise, thin=True), clock=run.clock)
 
 
 def _motion_cutoff(run: Run, noise: np.ndarray, cutoff: float) -> float:

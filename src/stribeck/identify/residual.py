@@ -126,7 +126,7 @@ class Residual:
                 _shift(signals, run.time, -delays[k], place.joint, ("command",))
             elif place.effect.delays == "position":
                 _shift(signals, run.time, delays[k], place.joint, motion)
-        return np.concatenate([run.time[:, None], *(signals[name] for name in DRIVE[1:])], axis=1).T
+        return np.concatenate([run.told_time[:, None], *(signals[name] for name in DRIVE[1:])], axis=1).T
 
     def _states(
         self, runs: Sequence[Conditioned], drives: Sequence[np.ndarray], p: np.ndarray, delays: np.ndarray

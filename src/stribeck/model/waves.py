@@ -18,7 +18,7 @@ WINDOW, PADDED = 4.0, 4096  # s of one periodogram, and its length with zeros
 class Trace:
     """What one joint did in the fitted runs, one after the other, at the analysis samples; each (M,), SI.
 
-    ``residual`` is that of the model so far, in N m of command; ``time`` starts anew with each run.
+    ``residual`` is that of the model so far, in N m of command; ``starts`` the first rows of the second run and on.
     """
 
     time: np.ndarray
@@ -26,6 +26,7 @@ class Trace:
     velocity: np.ndarray
     command: np.ndarray
     residual: np.ndarray
+    starts: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -75,16 +76,17 @@ def ringing(trace: Trace, frequencies: tuple[float, float], count: int = 2) -> l
     What rings on its own spring does so from every shock anew. Periodograms of a few seconds, averaged over all runs
     (Welch 1967).
     """
-    step = float(np.median(np.diff(trace.time)))
-    parts = np.split(trace.residual, np.flatnonzero(np.diff(trace.time) < 0.0) + 1)
-    power = np.zeros(PADDED // 2 + 1)
-    for part in (part for part in parts if len(part) > 8):
+    hertz, power = np.zeros(PADDED // 2 + 1), np.zeros(PADDED // 2 + 1)
+    for time, part in zip(*(np.split(signal, trace.starts) for signal in (trace.time, trace.residual)), strict=True):
+        if len(part) < 8 or time[-1] <= time[0]:
+            continue
+        step = float(time[-1] - time[0]) / (len(time) - 1)
         rows = min(len(part), max(int(WINDOW / step), 8), PADDED)
-        _, density = welch(part, 1.0 / step, nperseg=rows, nfft=PADDED)
-        power += len(part) * density
+        own, density = welch(part, 1.0 / step, nperseg=rows, nfft=PADDED)
+        hertz = hertz if hertz.any() else own
+        power += len(part) * np.interp(hertz, own, density, right=0.0)
     inside = (power[1:-1] >= power[:-2]) & (power[1:-1] >= power[2:]) & (power[1:-1] > 0.0)
     peaks = np.flatnonzero(inside) + 1
-    hertz = np.fft.rfftfreq(PADDED, step)
     peaks = peaks[(hertz[peaks] >= frequencies[0]) & (hertz[peaks] <= frequencies[1])]
     return [float(hertz[i]) for i in peaks[np.argsort(-power[peaks])][:count]]
 

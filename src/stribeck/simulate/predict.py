@@ -81,7 +81,7 @@ def predict_conditioned(engine: Engine, p: Floats, data: Conditioned, horizon: f
     first, samples = _windows(data, horizon)
     residual = Residual(engine.path, [data], columns=())
     states = _start_states(engine, p, data, residual, first)
-    found = engine.windows(p, states, data.time, data.run.tau, first, samples)
+    found = engine.windows(p, states, data.told_time, data.run.tau, first, samples)
     # from encoders, acceleration above the analysis cutoff is noise: the departure from the command is low-passed
     departure = convolve1d(residual.stages(data, p)["residual"], data.taps, axis=0, mode="nearest")
     window = np.repeat(np.arange(len(first)), samples)
