@@ -11,11 +11,14 @@ from joblib import Parallel
 from stribeck.effects.registry import effect_named, registry
 from stribeck.gap import screen as screening
 from stribeck.gap import search as search_module
+from stribeck.gap.beside import idle as idle_of
+from stribeck.gap.beside import outdone as outdone_by
+from stribeck.gap.beside import weighed
 from stribeck.gap.model import Model, fit_model, retune, weights_of
 from stribeck.gap.prepare import Prepared, prepare
 from stribeck.gap.rank import rank
 from stribeck.gap.screen import Trial, _loudest, best_laws, candidates, screen
-from stribeck.gap.search import _fit_trial, _idle, _outdone, _Setting, _states, _survivors, _weighed
+from stribeck.gap.search import _fit_trial, _Setting, _states, _survivors
 from stribeck.gap.step import Step
 from stribeck.identify.map_fit import Weights
 from stribeck.model.effect import Effect
@@ -106,10 +109,9 @@ def test_what_was_taken_first_may_be_outdone_later(hidden: str, first: str, inst
     for before, *rivals in ((base, one, other), (one, both)):
         ranking = replace(rank(prepared, [before, *rivals], FLOOR, 0), best=1)
         steps.append(Step(before, tuple(rivals), ranking, (1,), (), FLOOR))
-    setting = _Setting(prepared, FLOOR, 0, Parallel(n_jobs=1), (), frozenset(), lambda text: None)
-    outdone = _outdone(setting, steps)
-    assert outdone == (None if instead is None else (first, 0))
-    assert _outdone(setting, steps[:1]) is None
+    pool = Parallel(n_jobs=1)
+    assert outdone_by(prepared, steps, pool, 0) == (None if instead is None else (first, 0))
+    assert outdone_by(prepared, steps[:1], pool, 0) is None
 
 
 @pytest.mark.parametrize(("stiffness", "inertia"), [(150.0, 0.4), (300.0, 0.5), (400.0, 1.0)])
@@ -235,8 +237,8 @@ def test_worth_beside_the_others(late: tuple[Prepared, Model, Weights]) -> None:
             for before, after in pairwise(models)
         ]
         with Parallel(n_jobs=1) as pool:
-            setting = _Setting(prepared, FLOOR, 0, pool, (), frozenset(), lambda text: None)
-            found = {step.best.placed[-1].effect.name: step.worth for step in _weighed(setting, steps) if step.best}
+            worth = weighed(prepared, steps, pool, 0)
+            found = {step.best.placed[-1].effect.name: step.worth for step in worth if step.best}
         late_one, needless = found["delay"], found["cogging"]
         assert late_one is not None
         assert needless is not None
@@ -276,10 +278,10 @@ def test_the_search_ends_at_what_is_hardly_there(
 
 def test_an_effect_is_idle_that_is_worth_nothing_once_another_is_there() -> None:
     worthy, idle = taken("delay", 0.9, 12.0), taken("payload", 0.01, 0.5)
-    assert _idle([worthy, worthy]) is None
-    assert _idle([idle, worthy]) == ("payload", 0)
-    assert _idle([worthy, idle]) is None  # the last has just been judged by the same figures
-    assert _idle([replace(idle, worth=None), worthy]) is None  # a fit that failed says nothing
+    assert idle_of([worthy, worthy]) is None
+    assert idle_of([idle, worthy]) == ("payload", 0)
+    assert idle_of([worthy, idle]) is None  # the last has just been judged by the same figures
+    assert idle_of([replace(idle, worth=None), worthy]) is None  # a fit that failed says nothing
 
 
 def test_a_start_that_led_nowhere_is_not_the_next_one(

@@ -7,6 +7,7 @@ from dataclasses import replace
 from stribeck.gap.files import diagnosis_json
 from stribeck.gap.result import Delivered, Estimate, Stage, Tuned
 from stribeck.report import sentences, tables, words
+from stribeck.report.delivered import delivered_table
 from stribeck.report.figures.candidates import candidates_figure, ranking
 
 
@@ -25,7 +26,7 @@ def test_tuned_values_are_marked_by_what_to_mind(diagnosis):
 
 
 def test_measured_torque_is_told_beside_the_commanded_one(diagnosis):
-    assert tables.delivered_table(diagnosis()) is None
+    assert delivered_table(diagnosis()) is None
     assert "delivered" not in diagnosis_json(diagnosis())
     gain, offset, delay = (
         Estimate(0.83, 0.82, 0.84),
@@ -37,7 +38,7 @@ def test_measured_torque_is_told_beside_the_commanded_one(diagnosis):
         Delivered("B", gain, offset, delay, 0.05),
     )
     made = replace(diagnosis("unexplained"), delivered=rows)
-    table = tables.delivered_table(made)
+    table = delivered_table(made)
     assert table.columns[5] == "delay, ms"
     assert table.rows[0].cells[:8] == (
         "A",

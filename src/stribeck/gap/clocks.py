@@ -45,17 +45,18 @@ def in_step(prepared: Prepared, base: Model) -> Prepared:
     longest = max(len(part) * step for part, step in zip(parts, steps, strict=True))
     grid = np.linspace(RANGE[0], fastest, int((fastest - RANGE[0]) * longest / FINENESS) + 2)
     found = [_wave(runs, [part[:, j] for part in parts], grid) for j in range(rows.shape[1])]
-    share, frequency, waves = max(found, key=lambda wave: float(wave[0].max()))
+    share, waves = max(found, key=lambda wave: float(wave[0].max()))
     best = int(np.argmax(share))
+    frequency = float(grid[best])
     sizes = np.abs(waves[:, best])
     loudest = int(np.argmax(sizes))
     if not share[best] >= SHARE or abs(waves[:, best].sum()) ** 2 > IN_STEP * sizes.sum() ** 2:
         return prepared
-    if _repeats(runs, grid, float(frequency[best])):
+    if _repeats(runs, grid, frequency):
         return prepared
-    late = np.angle(waves[:, best] * np.conj(waves[loudest, best])) / (2.0 * np.pi * frequency[best])
+    late = np.angle(waves[:, best] * np.conj(waves[loudest, best])) / (2.0 * np.pi * frequency)
     late[sizes < FAINT * sizes[loudest]] = 0.0
-    clocks = late - late[0] + runs[0].time[0] % (1.0 / frequency[best])
+    clocks = late - late[0] + runs[0].time[0] % (1.0 / frequency)
     moved = [replace(run, clock=float(clock)) for run, clock in zip(runs, clocks, strict=True)]
     return replace(prepared, fit=tuple(moved[: len(prepared.fit)]), held=tuple(moved[len(prepared.fit) :]))
 
@@ -63,7 +64,7 @@ def in_step(prepared: Prepared, base: Model) -> Prepared:
 def _repeats(runs: Sequence[Conditioned], grid: Floats, frequency: float) -> bool:
     """Return whether some joint's velocity has a line, in all runs together, at a frequency or at a part of it."""
     for j in range(runs[0].velocity.shape[1]):
-        share, _, _ = _wave(runs, [run.velocity[run.analysis_index, j] for run in runs], grid)
+        share, _ = _wave(runs, [run.velocity[run.analysis_index, j] for run in runs], grid)
         for part in (1, 2, 3):
             near = np.abs(grid - frequency / part) <= (grid[1] - grid[0]) / FINENESS
             if near.any() and share[near].max() > PERIODIC:
@@ -71,10 +72,8 @@ def _repeats(runs: Sequence[Conditioned], grid: Floats, frequency: float) -> boo
     return False
 
 
-def _wave(
-    runs: Sequence[Conditioned], parts: Sequence[Floats], grid: Floats
-) -> tuple[Floats, Floats, NDArray[np.complex128]]:
-    """Return the share of all squares (F,) that a wave of each frequency takes, them, and its sums (R, F).
+def _wave(runs: Sequence[Conditioned], parts: Sequence[Floats], grid: Floats) -> tuple[Floats, NDArray[np.complex128]]:
+    """Return the share of all squares (F,) that a wave of each frequency takes, and its sums (R, F).
 
     The phases are those at the first sample of each run.
     """
@@ -88,4 +87,4 @@ def _wave(
     rows = np.array([len(part) for part in parts], dtype=float)
     whole = sum(float(np.sum((part - part.mean()) ** 2)) for part in parts)
     share = np.sum(2.0 * np.abs(waves) ** 2 / rows[:, None], axis=0) / max(whole, 1e-300)
-    return share, grid, waves
+    return share, waves

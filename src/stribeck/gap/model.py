@@ -29,6 +29,11 @@ class Model:
         return np.asarray(np.sqrt(np.mean(self.held**2, axis=0)))
 
 
+def finite(model: Model) -> bool:
+    """Return whether a model's held-out residual is a number everywhere."""
+    return bool(np.all(np.isfinite(model.held)))
+
+
 def start_values(path: SignalPath, known: Fit | None, trial: dict[str, float] | None) -> np.ndarray:
     """Return starting values (p,): fitted ones where a known fit has them, the trial for the last effect."""
     values = values_of(path.entries)

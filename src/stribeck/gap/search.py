@@ -10,13 +10,14 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from stribeck.effects.registry import registry
-from stribeck.gap.gates import LARGE_GAIN, LEAST_GAIN, earns_its_place, needed
-from stribeck.gap.model import Model, fit_model, weights_of
+from stribeck.gap.beside import SURELY, idle, outdone, weighed
+from stribeck.gap.gates import LARGE_GAIN, LEAST_GAIN, earns_its_place
+from stribeck.gap.model import Model, finite, fit_model, weights_of
 from stribeck.gap.prepare import Prepared
 from stribeck.gap.presence import evidence, presence
 from stribeck.gap.rank import rank
 from stribeck.gap.screen import Trial, best_laws, candidates, screen
-from stribeck.gap.step import Step
+from stribeck.gap.step import Step, last_model
 from stribeck.gap.white import noise_of_best
 from stribeck.identify.map_fit import Weights
 from stribeck.identify.residual import Residual
@@ -28,9 +29,6 @@ MOST_SURVIVORS = 8
 HOPEFUL = 0.3  # of the best promise: candidates with less are not fitted
 MOST_EFFECTS = 3
 HARDLY = 0.15  # presence below which the search ends, unless the effect takes much: what hides it may come next
-SWAPS = 2  # rivals that are tried in an effect's place, once all are found
-SURELY = 0.95  # probability by which they must be the better ones
-WEIGHING = 40  # evaluations of the last model without one of its effects
 RELIEVED = 0.85  # of a joint's residual: an effect that leaves less is fitted once more, with weights of its own
 AGAIN = 4  # times at most
 
@@ -62,16 +60,16 @@ def search(
     """
     with Parallel(n_jobs=jobs) as pool:
         setting = _Setting(prepared, floor, seed, pool, tuple(leave_out), frozenset(), progress)
-        steps = _weighed(setting, _forward(setting, base))
-        idle = _idle(steps)
-        needless = idle or _outdone(setting, steps)
+        steps = weighed(prepared, _forward(setting, base), pool, seed)
+        unneeded = idle(steps)
+        needless = unneeded or outdone(prepared, steps, pool, seed, leave_out)
         if needless is None:
             return steps
         progress(f"again without {needless[0]}")
         other = _forward(replace(setting, barred=frozenset({needless})), base)
-        ranking = rank(prepared, [_last(steps), _last(other)], steps[-1].floor, seed)
-        better = ranking.overall[1] > -LEAST_GAIN if idle else ranking.probability[1] > SURELY
-        return _weighed(setting, other) if better else steps
+        ranking = rank(prepared, [last_model(steps), last_model(other)], steps[-1].floor, seed)
+        better = ranking.overall[1] > -LEAST_GAIN if unneeded else ranking.probability[1] > SURELY
+        return weighed(prepared, other, pool, seed) if better else steps
 
 
 @dataclass(frozen=True)
@@ -103,67 +101,6 @@ def _forward(setting: _Setting, base: Model) -> tuple[Step, ...]:
 def _hardly(step: Step) -> bool:
     """Return whether what a step took is hardly there, and hides nothing else."""
     return bool(presence(evidence(step)) < HARDLY and step.ranking.overall[step.ranking.best] < LARGE_GAIN)
-
-
-def _last(steps: Sequence[Step]) -> Model:
-    """Return the model with everything that was taken."""
-    last = steps[-1]
-    return last.best if last.taken and last.best is not None else last.base
-
-
-def _weighed(setting: _Setting, steps: Sequence[Step]) -> tuple[Step, ...]:
-    """Return the steps with what each effect that was taken is worth beside all others."""
-    prepared, floor = setting.prepared, steps[-1].floor
-    final, own, count = _last(steps), len(steps[0].base.placed), sum(step.taken for step in steps)
-    without = [steps[0].base] * count
-    if count > 1:
-        weights = weights_of(final.fit.residual, prepared, floor)
-        rests = [(*final.placed[:i], *final.placed[i + 1 :]) for i in range(own, own + count)]
-        fits = (delayed(fit_model)(prepared, rest, weights, None, evaluations=WEIGHING) for rest in rests)
-        without = setting.pool(fits)
-    found = [rank(prepared, [model, final], floor, setting.seed) if _finite(model) else None for model in without]
-    return tuple(replace(step, worth=found[i]) if i < count else step for i, step in enumerate(steps))
-
-
-def _idle(steps: Sequence[Step]) -> tuple[str, int] | None:
-    """Return an effect that the later ones have made needless, or None."""
-    for step in [step for step in steps if step.taken][:-1]:
-        if step.worth is not None and step.best is not None and not needed(step.worth):
-            place = step.best.placed[-1]
-            return place.effect.name, place.joint
-    return None
-
-
-def _outdone(setting: _Setting, steps: Sequence[Step]) -> tuple[str, int] | None:
-    """Return an effect in whose place a rival of its step does better now that the others are there, or None.
-
-    A law with several parameters may be taken first because it follows two effects at once, neither of them its own.
-    """
-    taken = [step for step in steps if step.taken]
-    if len(taken) < 2:
-        return None
-    prepared, floor, final, own = setting.prepared, steps[-1].floor, _last(steps), len(steps[0].base.placed)
-    weights = weights_of(final.fit.residual, prepared, floor)
-    places, fits = [], []
-    for i, step in enumerate(taken, own):
-        rest = (*final.placed[:i], *final.placed[i + 1 :])
-        possible = {(effect.name, joint) for effect, joint in candidates(prepared.arm, rest, setting.leave_out)}
-        possible -= {(final.placed[i].effect.name, final.placed[i].joint)}
-        rivals = [step.rivals[k - 1].placed[-1] for k in step.ranking.order if step.ranking.overall[k] > LEAST_GAIN]
-        for rival in [r for r in rivals if (r.effect.name, r.joint) in possible][:SWAPS]:
-            places.append(final.placed[i])
-            placed = (*rest, Placed(rival.effect, rival.joint))
-            fits.append(delayed(fit_model)(prepared, placed, weights, final.fit, rival.values, evaluations=WEIGHING))
-    found = [(place, model) for place, model in zip(places, setting.pool(fits), strict=True) if _finite(model)]
-    if not found:
-        return None
-    ranking = rank(prepared, [final, *(model for _, model in found)], floor, setting.seed)
-    place = found[int(np.argmax(ranking.probability[1:]))][0]
-    return (place.effect.name, place.joint) if ranking.probability[0] < 1.0 - SURELY else None
-
-
-def _finite(model: Model) -> bool:
-    return bool(np.all(np.isfinite(model.held)))
 
 
 def _step(
@@ -229,7 +166,7 @@ def _fit_trial(prepared: Prepared, base: Model, weights: Weights, trial: Trial, 
     placed = (*base.placed, Placed(trial.effect, trial.joint))
     far = trial.effect.rescales and bool(base.fit.at_limit)
     model = fit_model(prepared, placed, weights, base.fit, trial.start, evaluations=60 if far else 20)
-    if not _finite(model):
+    if not finite(model):
         return None
     # a gap that is gone had made the whole joint count for little: what is left deserves its own weights, in turn
     for _ in range(AGAIN):
@@ -237,7 +174,7 @@ def _fit_trial(prepared: Prepared, base: Model, weights: Weights, trial: Trial, 
         if np.all(np.mean(own.sd**2, axis=0) > RELIEVED**2 * np.mean(weights.sd**2, axis=0)):
             break
         again = fit_model(prepared, model.placed, own, model.fit, evaluations=15)
-        if not _finite(again):
+        if not finite(again):
             break
         model, weights = again, own
     return model

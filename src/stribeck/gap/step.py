@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,3 +41,9 @@ class Step:
     def best(self) -> Model | None:
         """The best rival."""
         return self.rivals[self.ranking.best - 1] if self.ranking.best else None
+
+
+def last_model(steps: Sequence[Step]) -> Model:
+    """Return the model with everything that was taken."""
+    last = steps[-1]
+    return last.best if last.taken and last.best is not None else last.base

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from stribeck.gap.files import NEXT_REFERENCE, package_version
 from stribeck.gap.result import Diagnosis
 from stribeck.report import sentences, tables, words
+from stribeck.report.delivered import delivered_table
 from stribeck.report.figures.candidates import candidates_figure
 from stribeck.report.figures.measured import measured_figure
 from stribeck.report.figures.residual import residual_figure
@@ -101,7 +102,7 @@ def page_sections(diagnosis: Diagnosis, pictures: list[Picture]) -> list[Section
         tables.parameter_table(diagnosis),
         tables.laws(diagnosis),
         tables.next_experiment(diagnosis),
-        tables.delivered_table(diagnosis),
+        delivered_table(diagnosis),
         tables.tuned_table(diagnosis) if diagnosis.tuned else None,
         tables.search_path(diagnosis),
         tables.method(diagnosis, package_version()),

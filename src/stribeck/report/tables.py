@@ -122,37 +122,6 @@ def tuned_table(diagnosis: Diagnosis) -> Table:
     return Table("Re-tuned values", columns, tuple(rows), frozenset({1, 2, 3, 4}), note)
 
 
-def delivered_table(diagnosis: Diagnosis) -> Table | None:
-    """Return measured beside commanded torque; None where the recordings do not hold both."""
-    rows = tuple(
-        Row(
-            (
-                words.clean(row.joint),
-                *_estimate_cells(row.gain),
-                *_estimate_cells(row.offset),
-                *_estimate_cells(_in_ms(row.delay)),
-                number(row.left),
-                percent_interval(row.share) if row.share else "no gap",
-            )
-        )
-        for row in diagnosis.delivered
-    )
-    effort, unit = words.effort(diagnosis), unit_text(words.torque_unit(diagnosis))
-    between = "95 % interval"
-    columns = ("at", "gain", between, f"offset, {unit}", between, "delay, ms", between, f"left, {unit}", "of the gap")
-    note = (
-        f"Measured {effort} as gain times the commanded one, late by the delay, plus the offset, and what that leaves, "
-        "rms. A delay of up to one sample may be the logging's. Of the gap: what is gone of it on held-out runs with "
-        f"the measured {effort} in the command's place; it arises before the measurement."
-    )
-    title = f"Measured beside commanded {effort}"
-    return Table(title, columns, rows, frozenset(range(1, len(columns))), note) if rows else None
-
-
-def _in_ms(time: Estimate) -> Estimate:
-    return Estimate(1e3 * time.value, 1e3 * time.low, 1e3 * time.high, "ms")
-
-
 def search_path(diagnosis: Diagnosis) -> Bullets:
     """Return one sentence per step of the search."""
     steps = sorted({row.step for row in diagnosis.candidates})
