@@ -6,11 +6,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stribeck.effects.registry import effect_named
 from stribeck.gap.clocks import in_step
 from stribeck.gap.diagnose import diagnose
+from stribeck.gap.floor import noise_floor
 from stribeck.gap.model import Model, retune
 from stribeck.gap.prepare import Prepared, prepare
+from stribeck.identify.conditioning import Conditioned
 from stribeck.identify.conditioning import shaken as noisier
+from stribeck.model.layout import Placed, values_of
+from stribeck.model.path import SignalPath
 from stribeck.run import Run
 
 from .conftest import NOMINAL, recorded, sines
@@ -117,3 +122,18 @@ def test_noise_is_drawn_on_the_same_clock(apart: tuple[Prepared, Model]) -> None
     again = noisier(NOMINAL, run, apart[0].cutoff, np.zeros_like(run.run.q))
     assert again.told_time == pytest.approx(run.told_time)
     assert run.told_time[0] == pytest.approx(0.7)
+
+
+def test_noise_is_told_on_the_clock_of_its_run(apart: tuple[Prepared, Model]) -> None:
+    """Noise and filters are told by runs made anew: on another clock, a known disturbance would count as noise."""
+    plain = apart[0].fit[0]
+    late, turn = 0.1, 2 * np.pi * HERTZ * 0.1
+
+    def floor(run: Conditioned, sine: float, cosine: float) -> np.ndarray:
+        known = {"sine": sine, "cosine": cosine, "frequency": HERTZ}
+        path = SignalPath(NOMINAL, (Placed(effect_named("input_disturbance"), 0, known),))
+        return noise_floor(NOMINAL, path, values_of(path.entries), [run], apart[0].cutoff, 0)
+
+    by_clock = floor(replace(plain, clock=float(plain.time[0]) + late), 3.0, 0.0)
+    by_phase = floor(plain, 3.0 * np.cos(turn), 3.0 * np.sin(turn))
+    assert by_clock == pytest.approx(by_phase, rel=1e-3, abs=1e-6)
