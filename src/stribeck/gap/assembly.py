@@ -22,8 +22,9 @@ from stribeck.gap.nominal import nominal_intervals
 from stribeck.gap.observed import Observation
 from stribeck.gap.places import places
 from stribeck.gap.prepare import Prepared
+from stribeck.gap.random_torque import random_torque
 from stribeck.gap.result import Cause, Diagnosis, Estimate, Stage, Tuned
-from stribeck.gap.step import Step
+from stribeck.gap.step import Step, last_model
 from stribeck.gap.verdict import (
     AT_FLOOR,
     NAMED_OVER,
@@ -32,6 +33,7 @@ from stribeck.gap.verdict import (
     causes_of,
     closes_estimate,
     no_gap_probability,
+    shaken,
     suspected,
     with_observed,
 )
@@ -54,10 +56,14 @@ class Assembly:
         steps: Sequence[Step],
         seed: int,
     ) -> None:
-        self.prepared, self.given, self.noise, self.floor, self.seed = prepared, given, noise, floor, seed
+        self.prepared, self.given, self.seed = prepared, given, seed
         self.seen = seen
         self.steps = tuple(steps)
         self.base = steps[0].base
+        # what knows nothing of the motion is noise as well: no model can close it
+        self.random = random_torque(prepared, last_model(steps), floor, seed)
+        more = np.array([sum(r.rms**2 for r in self.random if r.joint == name) for name in prepared.arm.names])
+        self.noise, self.floor = np.sqrt(noise**2 + more), np.sqrt(floor**2 + more)
         taken = [step.best for step in steps if step.taken and step.best is not None]
         again = [step.base for step in self.steps[1:]]  # what was taken, fitted once more with weights of its own
         self.models: list[Model] = [self.base, *again, *taken[len(again) :]]
@@ -106,6 +112,7 @@ class Assembly:
             next_experiment=experiment.plain() if experiment else None,
             next_reference=experiment.reference if experiment else None,
             delivered=delivered(prepared, self.base, self.floor, self.seed),
+            random=self.random,
             settings={"seed": self.seed, "cutoff_hz": prepared.cutoff, "horizon_s": HORIZON},
         )
 
@@ -137,7 +144,8 @@ class Assembly:
         nothing = Cause("none", NONE_HELD * none)
         rest = left_over - nothing.probability
         if none > NONE_OVER:
-            return "no_gap", [*causes, nothing, Cause("unknown", rest)]
+            outside = shaken(nothing, self.steps[0], [row.joint for row in self.random])
+            return "no_gap", [*causes, *outside, Cause("unknown", rest)]
         if causes:
             return "unexplained", [*causes, nothing, Cause("unknown", rest)]
         return "unexplained", [nothing, *suspected(self.steps[-1], rest, self.prepared.arm.names)]

@@ -12,7 +12,18 @@ from typing import Any
 import numpy as np
 
 from stribeck.arm import save_arm
-from stribeck.gap.result import Candidate, Cause, Delivered, Diagnosis, Estimate, Place, Region, Stage, Tuned
+from stribeck.gap.result import (
+    Candidate,
+    Cause,
+    Delivered,
+    Diagnosis,
+    Estimate,
+    Place,
+    RandomTorque,
+    Region,
+    Stage,
+    Tuned,
+)
 from stribeck.run import save_run
 
 SCHEMA = "stribeck.diagnosis/1"
@@ -44,6 +55,7 @@ def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "regions": [_region(region) for region in diagnosis.regions],
         "candidates": [_candidate(row) for row in diagnosis.candidates],
         **({"delivered": {row.joint: _delivered(row) for row in diagnosis.delivered}} if diagnosis.delivered else {}),
+        **({"random_torque": {row.joint: _random(row) for row in diagnosis.random}} if diagnosis.random else {}),
         "notes": list(diagnosis.notes),
         "settings": _plain(diagnosis.settings),
     }
@@ -146,6 +158,13 @@ def _delivered(row: Delivered) -> dict[str, Any]:
         "delay": _parameter(row.delay),
         "left": {"value": _number(row.left), "unit": row.offset.unit},
         "share": _estimate(row.share),
+    }
+
+
+def _random(row: RandomTorque) -> dict[str, Any]:
+    return {
+        "rms": {"value": _number(row.rms), "unit": row.unit},
+        "bandwidth": {"value": _number(row.bandwidth), "unit": "Hz"},
     }
 
 

@@ -131,6 +131,16 @@ class Delivered:
 
 
 @dataclass(frozen=True)
+class RandomTorque:
+    """Torque at a joint that knows nothing of the motion and counts as noise: ``rms`` in ``unit``, ``bandwidth`` Hz."""
+
+    joint: str
+    rms: float
+    bandwidth: float
+    unit: str = "N m"
+
+
+@dataclass(frozen=True)
 class Trace:
     """Held-out signals of one run for the figures; arrays (M, n) over ``time`` (M,), N m, rad, rad/s.
 
@@ -178,4 +188,5 @@ class Diagnosis:
     next_experiment: Mapping[str, object] | None = None
     next_reference: Run | None = None
     delivered: tuple[Delivered, ...] = ()
+    random: tuple[RandomTorque, ...] = ()
     settings: Mapping[str, float | str] = field(default_factory=dict)

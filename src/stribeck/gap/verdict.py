@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from stribeck.effects.registry import registry
 from stribeck.gap.blocks import block_sums
 from stribeck.gap.presence import evidence, presence
 from stribeck.gap.result import Cause, Estimate
@@ -16,6 +17,7 @@ AT_FLOOR = 1.4  # residual over noise floor up to which nothing is left to expla
 SILENT_TO = 1.6  # residual over noise floor up to which there is no gap: the floor is known to a factor of 1.5
 UNKNOWN_HELD = 0.65  # of the chance of "unknown": four of ten unexplained gaps were an effect of the library after all
 MOST_SUSPECTS = 2
+FROM_OUTSIDE = 0.3  # of the chance of "none", where what is left is random torque: its cause may count as an effect
 # of the chance of "none": with 0.75 here it was 0.63 where 162 of 213 sealed cases hid nothing; a third of all did
 NONE_HELD = 0.9
 # probability of presence from which an effect is named: of those just above, two in three are there
@@ -77,6 +79,17 @@ def suspected(step: Step, unknown: float, names: Sequence[str]) -> list[Cause]:
     spare = (1.0 - UNKNOWN_HELD) * unknown / len(near)
     causes = [Cause(p.effect.name, spare, (names[p.joint],), (p.effect.name,), presence=spare) for p in near]
     return [*causes, Cause("unknown", UNKNOWN_HELD * unknown)]
+
+
+def shaken(nothing: Cause, step: Step, joints: Sequence[str]) -> list[Cause]:
+    """Return ``none`` and what random torque at some joints may come from, which takes its share of it."""
+    tried = {key[0] for key in step.screened_out} | {model.placed[-1].effect.name for model in step.rivals}
+    names = [effect.name for effect in registry().values() if effect.patternless and effect.name in tried]
+    if not joints or not names:
+        return [nothing]
+    part = FROM_OUTSIDE * nothing.probability / len(names)
+    causes = [Cause(name, part, tuple(joints), (name,), presence=part) for name in names]
+    return [*causes, replace(nothing, probability=(1.0 - FROM_OUTSIDE) * nothing.probability)]
 
 
 def with_observed(

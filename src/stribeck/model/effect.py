@@ -50,6 +50,8 @@ class Effect(ABC):
     surer to be named."""
     rescales: ClassVar[bool] = False
     """True where wrong values of mass or torque mimic it: a candidate wherever re-tuning strains those values."""
+    patternless: ClassVar[bool] = False
+    """True where the phenomenon may also come without the law's pattern: random torque is then put down to it, too."""
     direct: ClassVar[bool] = False
     """True where the records themselves show the effect (``observed``), which leaves no trace in the torque."""
     whole_arm: ClassVar[bool] = False

@@ -83,15 +83,30 @@ def claim(diagnosis: Diagnosis, cause: Cause) -> str:
 def how_far(diagnosis: Diagnosis) -> str:
     """Return how much of the gap closes on held-out runs, with the torque rms per joint."""
     rms = _rms(diagnosis)
+    random = _random(diagnosis)
     if diagnosis.verdict == "no_gap":
-        return f"Re-tuning alone reaches the noise. {rms}"
+        return f"Re-tuning alone reaches the noise. {rms}{random}"
     if not diagnosis.named:
-        return f"No effect was added, so the gap stays as re-tuning leaves it. {rms}"
+        return f"No effect was added, so the gap stays as re-tuning leaves it. {rms}{random}"
     if diagnosis.closed is None:
-        return rms
+        return f"{rms}{random}"
     what = "it closes" if len(diagnosis.named) == 1 else "together they close"
     part = f"{percent_interval(diagnosis.closed)} of the {words.effort(diagnosis)} gap"
-    return f"Added to the model, {what} {part} above the noise floor, on runs that were not fitted. {rms}"
+    return f"Added to the model, {what} {part} above the noise floor, on runs that were not fitted. {rms}{random}"
+
+
+def _random(diagnosis: Diagnosis) -> str:
+    """Return what of the noise floor is random torque, where some is; a sentence, or nothing."""
+    said = [
+        f"{number(row.rms)} {unit_text(row.unit)} at {words.joints([row.joint])} ({number(row.bandwidth)} Hz wide)"
+        for row in diagnosis.random
+    ]
+    if not said:
+        return ""
+    return (
+        f" Of the floor, {words.listing(said)} is random {words.effort(diagnosis)} that knows nothing of the motion: "
+        "no model of the arm can follow it."
+    )
 
 
 def answers(diagnosis: Diagnosis) -> tuple[tuple[str, str], ...]:

@@ -18,7 +18,7 @@ class InputDisturbance(ExternalEffect):
     """One sine in time: a machine that shakes the arm.
 
     It knows nothing of when a recording began: a diagnosis gives each run a clock of its own, and the phase here is
-    that of the first one. A disturbance without a period has no law; it is left to `unknown`.
+    that of the first one. A disturbance without a period has no law: it counts to the noise floor (`random torque`).
     """
 
     name = "input_disturbance"
@@ -27,6 +27,7 @@ class InputDisturbance(ExternalEffect):
     symptom = "a line in the residual's spectrum that depends on time alone, not on pose, motion or torque"
     shows = "frequency"
     source = "Bodson & Douglas (1997)"
+    patternless = True
     parameters = (
         Parameter("sine", "N m", "amplitude of the sine"),
         Parameter("cosine", "N m", "amplitude of the cosine"),
