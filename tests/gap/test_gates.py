@@ -15,7 +15,7 @@ SCALES = [Scale(torque=1.0, friction=0.5, speed=1.0, travel=1.0, inertia=0.1, sa
 DELAY = Placed(effect_named("delay"), 0, {"time": 0.01})
 
 
-def taken(placed: Placed = DELAY, before: Any = (), **changed: Any) -> bool:
+def taken(placed: Placed = DELAY, before: Any = (), random: Any = (), **changed: Any) -> bool:
     """Return whether an effect with good figures, some of them changed, would be taken."""
     figures: dict[str, Any] = {
         "overall": 0.5, "gain": 0.4, "t": 6.0, "sure": 1.0, "lost": -0.5, "prior_gain": 0.0, "after": (1.0, 1.0)
@@ -30,7 +30,7 @@ def taken(placed: Placed = DELAY, before: Any = (), **changed: Any) -> bool:
         power=np.array([[4.0, 1.0], figures["after"]]),
     )
     rival: Any = SimpleNamespace(placed=(*before, placed))
-    return earns_its_place(ranking, 1, rival, SCALES, before)
+    return earns_its_place(ranking, 1, rival, SCALES, before, random)
 
 
 def test_good_figures_are_taken() -> None:
@@ -55,6 +55,15 @@ def test_one_poor_figure_keeps_it_out(bad: dict[str, Any]) -> None:
 def test_held_out_runs_that_hardly_excite_it_need_not_confirm() -> None:
     assert taken(gain=-0.1, lost=0.5 * MOST_LOST)
     assert not taken(gain=-0.1, lost=0.5 * MOST_LOST, overall=0.1)
+
+
+def test_a_little_of_random_torque_is_the_loop_that_answers() -> None:
+    little = {"overall": 0.2, "gain": 0.2, "t": 12.0}
+    assert taken(**little)
+    assert taken(random=(1,), **little)
+    assert not taken(random=(0,), **little)
+    assert taken(Placed(effect_named("quadratic_damping"), 0, {"gain": 0.1}), random=(0,), **little)  # no filter
+    assert taken(random=(0,))
 
 
 def test_further_effect_at_a_joint_must_show_more() -> None:

@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stribeck.gap.presence import CENTRE, CERTAIN, Evidence, evidence, presence
+from stribeck.gap.presence import CENTRE, CERTAIN, FAINT, Evidence, evidence, presence
 
 FLOOR = np.array([0.1, 0.4])
 STRONG = Evidence(
-    t=3.0, gain=4.0, size=4.0, elusive=0.0, elusive_gain=0.0
+    t=3.0, gain=4.0, size=4.0, removed=4.0, elusive=0.0, elusive_gain=0.0
 )  # fmt: skip
 
 
@@ -38,7 +38,7 @@ def step(before: Any, after: Any, *, overall: float, t: float, worth: Any = None
     return SimpleNamespace(ranking=ranking(before, after, overall=overall, t=t), worth=worth, best=after)
 
 
-@given(st.sampled_from(["t", "gain"]), st.floats(0.01, 0.5))
+@given(st.sampled_from(["t", "gain", "removed"]), st.floats(0.01, 0.5))
 def test_more_evidence_is_never_less_sure(figure: str, more: float) -> None:
     better = replace(CENTRE, **{figure: getattr(CENTRE, figure) + more})
     assert presence(CENTRE) < presence(better) < CERTAIN
@@ -65,6 +65,7 @@ def test_an_effect_counts_by_its_worth_beside_the_others() -> None:
     assert (evidence(alone).t, evidence(beside).t) == (pytest.approx(np.log(3.0)), pytest.approx(np.log(9.0)))
     assert (evidence(alone).gain, evidence(beside).gain) == (pytest.approx(-np.log(0.64)), pytest.approx(-np.log(0.1)))
     assert evidence(beside).size == pytest.approx(np.log(64.0))
+    assert evidence(beside).removed == pytest.approx(np.log(63.0 + FAINT))
     assert presence(evidence(alone)) < presence(evidence(beside))
 
 

@@ -1,6 +1,7 @@
 """The arithmetic of the verdict: the closed part by the contract's formula, and probabilities that behave."""
 
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from stribeck.gap.step import Step
 from stribeck.gap.verdict import (
     NAMED_OVER,
     UNKNOWN_HELD,
+    causes_of,
     closes_estimate,
     closure,
     suspected,
@@ -84,3 +86,41 @@ def step(*effects: str) -> Step:
     models = tuple(SimpleNamespace(placed=(Placed(effect_named(name), k % 2),)) for k, name in enumerate(effects))
     ranking = SimpleNamespace(order=tuple(range(1, len(models) + 1)))
     return Step(None, models, ranking, (), (), FLOOR)  # type: ignore[arg-type]
+
+
+def late(
+    *times: float, effects: tuple[str, ...] = ("delay", "delay"), candidates: tuple[str, ...] = ("time_shift",)
+) -> Any:
+    """The steps of a search that took a delay at each of the joints, one after the other."""
+    placed = [Placed(effect_named(e), j, {"time": t}) for j, (e, t) in enumerate(zip(effects, times, strict=True))]
+    ranking = SimpleNamespace(
+        best=1, overall=[0.0, 0.9], t=[0.0, 9.0], power=np.array([[9.0, 9.0], [1.0, 1.0]]), twins=lambda: [1]
+    )
+    out: list[Any] = []
+    for k in range(len(placed)):
+        base, best = (SimpleNamespace(placed=tuple(placed[: k + i])) for i in (0, 1))
+        tried = tuple((name, 0) for name in candidates)
+        out.append(
+            SimpleNamespace(
+                taken=True, base=base, best=best, rivals=(best,), ranking=ranking, worth=None, screened_out=tried
+            )
+        )
+    return out
+
+
+@pytest.mark.parametrize(
+    ("steps", "same"),
+    [
+        (late(0.010, 0.011), True),
+        (late(0.010, 0.020), False),  # not by the same
+        (late(0.010, effects=("delay",)), False),  # not all joints
+        (late(-0.010, -0.010, effects=("time_shift", "time_shift"), candidates=("delay",)), False),  # no law is early
+        (late(0.010, 0.010, effects=("time_shift", "time_shift"), candidates=("delay",)), True),
+        (late(0.010, 0.010, candidates=()), False),  # left out
+    ],
+)
+def test_late_by_the_same_everywhere(steps: Any, same: bool) -> None:
+    """Which of the two records is late cannot be told where all joints share it."""
+    (cause,), _ = causes_of(steps, ("A", "B"))
+    other = {"delay": "time_shift", "time_shift": "delay"}[cause.effect]
+    assert (other in cause.equivalent) is same

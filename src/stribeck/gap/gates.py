@@ -17,6 +17,7 @@ from stribeck.model.values import Scale
 LEAST_T = 2.8  # block-robust t value of the gain
 LEAST_GAIN = 0.05  # of the squared residual; held-out runs must show half of it
 LEAST_FURTHER = 0.15  # the same for a further effect at a joint: less may be what the first one's law does not fit
+LEAST_OF_RANDOM = 0.25  # the same of random torque, for a filter: less is how the loop answers to what shakes the arm
 LARGE_GAIN, SURE = 0.25, 0.99  # a large gain needs no t value where any choice of blocks has it: few may excite it
 PLAIN_T, PLAIN_GAIN = 4.0, 0.2  # from which held-out runs that hardly excite an effect need not confirm it
 MOST_LOST = 0.1  # of what fitted runs gain, that held-out ones may lose to it
@@ -27,7 +28,12 @@ KEPT_T = 2.0  # block-robust t value below which an effect is dropped again
 
 
 def earns_its_place(
-    ranking: Ranking, k: int, rival: Model, scales: Sequence[Scale], taken: Sequence[Placed] = ()
+    ranking: Ranking,
+    k: int,
+    rival: Model,
+    scales: Sequence[Scale],
+    taken: Sequence[Placed] = (),
+    random: Sequence[int] = (),
 ) -> bool:
     """Return whether the k-th model may be taken: it surely closes some of the gap; or the prior asks for it.
 
@@ -37,6 +43,8 @@ def earns_its_place(
         Typical magnitudes of each joint.
     taken : sequence of Placed
         Effects that earlier steps of the search have taken.
+    random : sequence of int
+        Joints at which what the base model leaves is random.
     """
     new = rival.placed[-1]
     if strained(new) or not new.effect.plausible(new.values, scales[new.joint]):
@@ -47,6 +55,8 @@ def earns_its_place(
     closing = int(np.argmax(removed))  # the coupling may close a gap at another joint than its own
     here = any(place.joint in (new.joint, closing) for place in taken)
     least = LEAST_FURTHER if here else LEAST_GAIN
+    if new.effect.filters and closing in random:
+        least = LEAST_OF_RANDOM
     # held-out runs that hardly excite the effect cannot confirm it; they must not speak against it
     spared = ranking.lost[k] < MOST_LOST and (large or (t > PLAIN_T and gain > PLAIN_GAIN))
     shown = gain > least and removed.max() > LEAST_POWER and (t > LEAST_T or large)

@@ -4,6 +4,9 @@ What shakes an arm without a period, and the noise of its drive, is coloured: it
 and white noise make. No model of the arm can follow it. It shows as a residual that is as strong wherever the joint
 moves, normally distributed, and not foretold by the motion of other runs; a law of the arm that is missing leaves one
 that is none of these.
+
+The arm answers to what shakes it, and its loop to the arm: a filter that is laid over random torque closes a little
+of it, surely and on all runs, for what it is fed with holds the answer. Such a little counts for nothing (``gates``).
 """
 
 from __future__ import annotations
@@ -16,7 +19,7 @@ from numpy.typing import NDArray
 from stribeck.gap.model import Model
 from stribeck.gap.prepare import Prepared
 from stribeck.gap.result import RandomTorque
-from stribeck.gap.spread import spread
+from stribeck.gap.spread import noise_power, spread
 from stribeck.gap.where import analysis_signals, region_masks
 from stribeck.identify.conditioning import Conditioned
 
@@ -35,7 +38,20 @@ LAGS = (-3, 0, 3)  # rows
 
 
 def random_torque(prepared: Prepared, model: Model, floor: Floats, seed: int = 0) -> tuple[RandomTorque, ...]:
-    """Return the joints at which what a model leaves beyond the noise floor (n,), N m rms, is random.
+    """Return what a model leaves beyond the noise floor (n,), N m rms, at joints where that is random."""
+    residual = np.concatenate([model.fit.residual, model.held])
+    beyond = np.mean(residual**2, axis=0) / floor**2
+    found = []
+    for j, bandwidth in random_joints(prepared, model, floor, seed).items():
+        if beyond[j] > ABOVE**2:
+            unit = "N" if prepared.arm.joints[j].kind == "prismatic" else "N m"
+            rms = float(np.sqrt(beyond[j] - 1.0) * floor[j])
+            found.append(RandomTorque(prepared.arm.names[j], rms, bandwidth, unit))
+    return tuple(found)
+
+
+def random_joints(prepared: Prepared, model: Model, floor: Floats, seed: int = 0) -> dict[int, float]:
+    """Return the joints at which what a model leaves is random, whatever its size, and its bandwidth, Hz.
 
     Notes
     -----
@@ -44,18 +60,15 @@ def random_torque(prepared: Prepared, model: Model, floor: Floats, seed: int = 0
     """
     runs = (*prepared.fit, *prepared.held)
     residual = np.concatenate([model.fit.residual, model.held])
-    sd = spread(residual, prepared.noise.power(floor)) if prepared.noise is not None else np.ones_like(residual)
-    beyond = np.mean(residual**2, axis=0) / floor**2
-    found = []
-    for j in np.flatnonzero(beyond > ABOVE**2):
-        even, bandwidth = residual[:, j] / sd[:, j], _bandwidth(residual[:, j] / sd[:, j], runs)
+    even = residual / spread(residual, noise_power(prepared.noise, floor, len(residual)))
+    found = {}
+    for j in range(residual.shape[1]):
+        bandwidth = _bandwidth(even[:, j], runs)
         if np.pi * bandwidth * len(residual) * _step(runs) < LEAST_INDEPENDENT:
             continue
-        if _steady(even, runs, int(j), np.random.default_rng([seed, int(j)])) and not _follows(even, runs):
-            rms = float(np.sqrt(beyond[j] - 1.0) * floor[j])
-            unit = "N" if prepared.arm.joints[j].kind == "prismatic" else "N m"
-            found.append(RandomTorque(prepared.arm.names[j], rms, bandwidth, unit))
-    return tuple(found)
+        if _steady(even[:, j], runs, j, np.random.default_rng([seed, j])) and not _follows(even[:, j], runs):
+            found[j] = bandwidth
+    return found
 
 
 def _steady(residual: Floats, runs: Sequence[Conditioned], joint: int, rng: np.random.Generator) -> bool:

@@ -15,6 +15,7 @@ from stribeck.gap.gates import LARGE_GAIN, LEAST_GAIN, earns_its_place
 from stribeck.gap.model import Model, finite, fit_model, weights_of
 from stribeck.gap.prepare import Prepared
 from stribeck.gap.presence import evidence, presence
+from stribeck.gap.random_torque import random_joints
 from stribeck.gap.rank import rank
 from stribeck.gap.screen import Trial, best_laws, candidates, screen
 from stribeck.gap.step import Step, last_model
@@ -128,7 +129,10 @@ def _step(
     rivals = _best_of_each(fitted)
     floor = noise_of_best(setting.floor, [base, *rivals], prepared)
     ranking = rank(prepared, [base, *rivals], floor, setting.seed)
-    passing = tuple(k for k in ranking.order if earns_its_place(ranking, k, rivals[k - 1], prepared.scales, taken))
+    random = tuple(random_joints(prepared, base, floor, setting.seed))
+    passing = tuple(
+        k for k in ranking.order if earns_its_place(ranking, k, rivals[k - 1], prepared.scales, taken, random)
+    )
     if passing:
         ranking = replace(ranking, best=passing[0])
     kept = {(model.placed[-1].effect.name, model.placed[-1].joint) for model in rivals}

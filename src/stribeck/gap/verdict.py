@@ -11,12 +11,13 @@ from stribeck.effects.registry import registry
 from stribeck.gap.blocks import block_sums
 from stribeck.gap.presence import evidence, presence
 from stribeck.gap.result import Cause, Estimate
-from stribeck.gap.step import Step
+from stribeck.gap.step import Step, last_model
 
 AT_FLOOR = 1.4  # residual over noise floor up to which nothing is left to explain
 SILENT_TO = 1.6  # residual over noise floor up to which there is no gap: the floor is known to a factor of 1.5
 UNKNOWN_HELD = 0.65  # of the chance of "unknown": four of ten unexplained gaps were an effect of the library after all
 MOST_SUSPECTS = 2
+IN_TIME = 0.25  # of their mean, by which the delays of all joints may differ and still be one
 FROM_OUTSIDE = 0.3  # of the chance of "none", where what is left is random torque: its cause may count as an effect
 # of the chance of "none": with 0.75 here it was 0.63 where 162 of 213 sealed cases hid nothing; a third of all did
 NONE_HELD = 0.9
@@ -48,15 +49,34 @@ def causes_of(steps: Sequence[Step], names: Sequence[str]) -> tuple[list[Cause],
         gathered.setdefault(place.effect.name, []).append(
             (place.joint, presence(evidence(step)), share, tuple(dict.fromkeys([place.effect.name, *twins])))
         )
+    late = _late_as_one(steps, len(names)) if taken else ()
     whole = sum(share for rows in gathered.values() for _, _, share, _ in rows) or 1.0
     causes = []
     for effect, rows in gathered.items():
         surest = max(row[1] for row in rows)
         share = sum(row[2] for row in rows) / whole
         equivalent = tuple(dict.fromkeys(name for row in rows for name in row[3]))
+        if effect in late:
+            equivalent = tuple(dict.fromkeys((*equivalent, *late)))
         causes.append(Cause(effect, surest * share, tuple(names[row[0]] for row in rows), equivalent, presence=surest))
     left_over = 1.0 - sum(cause.probability for cause in causes)
     return causes, max(left_over, 0.0)
+
+
+def _late_as_one(steps: Sequence[Step], joints: int) -> tuple[str, ...]:
+    """Return the laws of a delay where all joints are late by the same: which record it is in cannot be told then."""
+    placed = [place for place in last_model(steps).placed[len(steps[0].base.placed) :] if place.effect.delays]
+    times = [place.values["time"] for place in placed]
+    if {place.joint for place in placed} != set(range(joints)) or min(times) <= 0.0:
+        return ()
+    if max(times) - min(times) > IN_TIME * float(np.mean(times)):
+        return ()
+    return tuple(effect.name for effect in registry().values() if effect.delays and effect.name in _tried(steps[0]))
+
+
+def _tried(step: Step) -> set[str]:
+    """Return the names of all candidates of a step."""
+    return {key[0] for key in step.screened_out} | {model.placed[-1].effect.name for model in step.rivals}
 
 
 def suspected(step: Step, unknown: float, names: Sequence[str]) -> list[Cause]:
@@ -83,8 +103,7 @@ def suspected(step: Step, unknown: float, names: Sequence[str]) -> list[Cause]:
 
 def shaken(nothing: Cause, step: Step, joints: Sequence[str]) -> list[Cause]:
     """Return ``none`` and what random torque at some joints may come from, which takes its share of it."""
-    tried = {key[0] for key in step.screened_out} | {model.placed[-1].effect.name for model in step.rivals}
-    names = [effect.name for effect in registry().values() if effect.patternless and effect.name in tried]
+    names = [effect.name for effect in registry().values() if effect.patternless and effect.name in _tried(step)]
     if not joints or not names:
         return [nothing]
     part = FROM_OUTSIDE * nothing.probability / len(names)

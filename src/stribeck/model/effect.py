@@ -50,6 +50,9 @@ class Effect(ABC):
     surer to be named."""
     rescales: ClassVar[bool] = False
     """True where wrong values of mass or torque mimic it: a candidate wherever re-tuning strains those values."""
+    filters: ClassVar[bool] = False
+    """True where the law is a linear filter of torque or motion (a lag, a delay, a resonance): random torque in a loop,
+    which answers to it, looks a little as if there were one."""
     patternless: ClassVar[bool] = False
     """True where the phenomenon may also come without the law's pattern: random torque is then put down to it, too."""
     direct: ClassVar[bool] = False

@@ -27,6 +27,7 @@ class BaseFlexibility(TransmissionEffect):
     symptom = "a slow, lightly damped resonance at the first joint, which the joints after it feel as well"
     shows = "frequency"
     source = "Lew & Moon (2001), manipulators on a compliant base"
+    filters = True
     nonlinear = True
     whole_arm = True
     parameters = (

@@ -20,6 +20,7 @@ class JointFlexibility(TransmissionEffect):
     symptom = "a lightly damped resonance in the residual, and inertia that seems to grow with frequency"
     shows = "frequency"
     source = "Spong (1987)"
+    filters = True
     nonlinear = True
     parameters = (
         Parameter("stiffness", "N m/rad", "torsional stiffness", math.inf, 1e-2, 1e8, log=True),
