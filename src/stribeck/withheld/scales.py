@@ -115,15 +115,9 @@ def _contact(st: Stage) -> Params:
 
 
 def _disturbance(st: Stage) -> Params:
-    noisy, bandwidth, frequency = st.one_of(0.0, 1.0), st.between(1.0, 8.0), st.between(1.5, 8.0)
-    phase = st.phase()
-
-    def params(s: float) -> dict[str, float]:
-        size = s * st.torque
-        shared = {"bandwidth": bandwidth, "frequency": frequency, "phase": phase}
-        return {"noise": noisy * size, "amplitude": (1.0 - noisy) * size * math.sqrt(2.0), **shared}
-
-    return params
+    """Draw a wave: coloured noise is no effect of an arm, and is hidden in cases without one (``hide``)."""
+    shared = {"noise": 0.0, "bandwidth": 10.0, "frequency": st.between(1.5, 8.0), "phase": st.phase()}
+    return lambda s: {"amplitude": s * st.torque * math.sqrt(2.0), **shared}
 
 
 def _supply(st: Stage) -> Params:
