@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from stribeck.errors import InputError
 from stribeck.gap.prepare import HELD_SHARE, moved_inertia, part, prepare, split
 
 from .conftest import TRUE, sines
@@ -92,3 +93,10 @@ def test_two_runs_that_both_stand_alone_are_split_all_the_same() -> None:
     fit, held = split(runs, [])
     assert [run.name for run in fit] == ["a"]
     assert [run.name for run in held] == ["b"]
+
+
+def test_a_run_shorter_than_the_filter_is_refused() -> None:
+    """Nothing of it would be analysed; better to say so than to fail on it later."""
+    runs = [sines(4.0, name=f"{i}") for i in range(3)]
+    with pytest.raises(InputError, match=r"short: too short to be analysed: found 12 samples"):
+        prepare(TRUE, [*runs, replace(part(runs[0], 0, 12), name="short")])

@@ -108,10 +108,10 @@ class Assembly:
             traces=traces_of(prepared, self.given, self.base, final),
             models=arms,
             notes=prepared.notes,
-            warnings=tuple(self.warnings + self._limits()),
+            warnings=tuple(self.warnings + self._shaken() + self._limits()),
             next_experiment=experiment.plain() if experiment else None,
             next_reference=experiment.reference if experiment else None,
-            delivered=delivered(prepared, self.base, self.floor, self.seed),
+            delivered=delivered(prepared, self.base, self.steps[-1].floor, self.seed),
             random=self.random,
             settings={"seed": self.seed, "cutoff_hz": prepared.cutoff, "horizon_s": HORIZON},
         )
@@ -144,7 +144,8 @@ class Assembly:
         nothing = Cause("none", NONE_HELD * none)
         rest = left_over - nothing.probability
         if none > NONE_OVER:
-            outside = shaken(nothing, self.steps[0], [row.joint for row in self.random])
+            listed = {cause.effect for cause in causes}
+            outside = shaken(nothing, self.steps[0], [row.joint for row in self.random], listed)
             return "no_gap", [*causes, *outside, Cause("unknown", rest)]
         if causes:
             return "unexplained", [*causes, nothing, Cause("unknown", rest)]
@@ -235,6 +236,15 @@ class Assembly:
             for i, entry in enumerate(fit.entries)
             if entry.owner in ("inertial", "friction")
         )
+
+    def _shaken(self) -> list[str]:
+        """Return a warning for each joint where random torque is more than what sensors and filters explain."""
+        names, plain = self.prepared.arm.names, self.steps[-1].floor
+        return [
+            f"{row.joint}: {row.rms:.3g} {row.unit} rms of random torque, more than other noise; no model follows it"
+            for row in self.random
+            if row.rms > plain[names.index(row.joint)]
+        ]
 
     def _limits(self) -> list[str]:
         return [

@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 
 from stribeck.arm import Arm
+from stribeck.errors import InputError
 from stribeck.gap.spread import Noise
 from stribeck.grid import uniform
 from stribeck.identify.conditioning import Conditioned, condition, cutoff_frequency
@@ -65,6 +66,9 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = ()) -> Prep
     notes.append(f"analysed up to {cutoff:.3g} Hz")
     fitted = tuple(condition(arm, run, cutoff, thin=True) for run in fit)
     judged = tuple(condition(arm, run, cutoff, thin=True) for run in held)
+    for run in (*fitted, *judged):
+        if not len(run.analysis_index):
+            raise InputError(f"{run.name}: too short to be analysed", f"{len(run.time)} samples", "leave it out")
     warnings = tuple(f"{run.name}: {text}" for run in every for text in run.warnings)
     return Prepared(arm, fitted, judged, typical(arm, fitted, inertia), cutoff, tuple(notes), warnings)
 

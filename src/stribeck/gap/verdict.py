@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -101,9 +101,16 @@ def suspected(step: Step, unknown: float, names: Sequence[str]) -> list[Cause]:
     return [*causes, Cause("unknown", UNKNOWN_HELD * unknown)]
 
 
-def shaken(nothing: Cause, step: Step, joints: Sequence[str]) -> list[Cause]:
-    """Return ``none`` and what random torque at some joints may come from, which takes its share of it."""
-    names = [effect.name for effect in registry().values() if effect.patternless and effect.name in _tried(step)]
+def shaken(nothing: Cause, step: Step, joints: Sequence[str], listed: Collection[str]) -> list[Cause]:
+    """Return ``none`` and what random torque at some joints may come from, which takes its share of it.
+
+    Parameters
+    ----------
+    listed : collection of str
+        Effects that are causes already.
+    """
+    possible = _tried(step) - set(listed)
+    names = [effect.name for effect in registry().values() if effect.patternless and effect.name in possible]
     if not joints or not names:
         return [nothing]
     part = FROM_OUTSIDE * nothing.probability / len(names)

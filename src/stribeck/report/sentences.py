@@ -18,6 +18,7 @@ def where(diagnosis: Diagnosis) -> str:
         return (
             "Nowhere beyond the noise: once the nominal values are re-tuned within their tolerances, "
             "what is left on the held-out runs cannot be told from noise."
+            f"{_before_measurement(diagnosis)}"
         )
     places = sorted(diagnosis.where, key=lambda place: -place.share.value)
     if not places:
@@ -32,10 +33,11 @@ def where(diagnosis: Diagnosis) -> str:
 def _before_measurement(diagnosis: Diagnosis) -> str:
     """Return what of the gap the measured torque already shows, where it shows some; a sentence, or nothing."""
     seen = [row for row in diagnosis.delivered if row.share and row.share.low > 0.0 and row.share.value > TOLD_FROM]
-    said = [f"{percent_interval(row.share)} of that at {words.joints([row.joint])}" for row in seen if row.share]
+    said = [f"{percent_interval(row.share)} at {words.joints([row.joint])}" for row in seen if row.share]
     if not said:
         return ""
-    return f" By the measured {words.effort(diagnosis)}, the actuator accounts for {words.listing(said)}."
+    effort = words.effort(diagnosis)
+    return f" By the measured {effort}, the actuator accounts for {words.listing(said)} of what re-tuning leaves."
 
 
 def finding(diagnosis: Diagnosis) -> str:
@@ -104,8 +106,8 @@ def _random(diagnosis: Diagnosis) -> str:
     if not said:
         return ""
     return (
-        f" Of the floor, {words.listing(said)} is random {words.effort(diagnosis)} that knows nothing of the motion: "
-        "no model of the arm can follow it."
+        f" Part of the floor is random {words.effort(diagnosis)}, which knows nothing of the motion: "
+        f"{words.listing(said)}. No model of the arm can follow it."
     )
 
 
