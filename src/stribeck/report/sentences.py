@@ -100,7 +100,7 @@ def how_far(diagnosis: Diagnosis) -> str:
 def _random(diagnosis: Diagnosis) -> str:
     """Return what of the noise floor is random torque, where some is; a sentence, or nothing."""
     said = [
-        f"{number(row.rms)} {unit_text(row.unit)} at {words.joints([row.joint])} (mostly below {number(row.bandwidth)} Hz)"
+        f"{number(row.rms)} {unit_text(row.unit)} at {words.joints([row.joint])} (below {number(row.bandwidth)} Hz)"
         for row in diagnosis.random
     ]
     if not said:
