@@ -22,7 +22,7 @@ from stribeck.gap.nominal import nominal_intervals
 from stribeck.gap.observed import Observation
 from stribeck.gap.places import places
 from stribeck.gap.prepare import Prepared
-from stribeck.gap.random_torque import random_torque
+from stribeck.gap.random_torque import added_power, loud, random_torque
 from stribeck.gap.result import Cause, Diagnosis, Estimate, Stage, Tuned
 from stribeck.gap.step import Step, last_model
 from stribeck.gap.verdict import (
@@ -62,7 +62,7 @@ class Assembly:
         self.base = steps[0].base
         # what knows nothing of the motion is noise as well: no model can close it
         self.random = random_torque(prepared, last_model(steps), floor, seed)
-        more = np.array([sum(r.rms**2 for r in self.random if r.joint == name) for name in prepared.arm.names])
+        more = added_power(self.random, prepared.arm.names)
         self.noise, self.floor = np.sqrt(noise**2 + more), np.sqrt(floor**2 + more)
         taken = [step.best for step in steps if step.taken and step.best is not None]
         again = [step.base for step in self.steps[1:]]  # what was taken, fitted once more with weights of its own
@@ -108,7 +108,7 @@ class Assembly:
             traces=traces_of(prepared, self.given, self.base, final),
             models=arms,
             notes=prepared.notes,
-            warnings=tuple(self.warnings + self._shaken() + self._limits()),
+            warnings=tuple(self.warnings + loud(self.random, arm.names, self.steps[-1].floor) + self._limits()),
             next_experiment=experiment.plain() if experiment else None,
             next_reference=experiment.reference if experiment else None,
             delivered=delivered(prepared, self.base, self.steps[-1].floor, self.seed),
@@ -236,15 +236,6 @@ class Assembly:
             for i, entry in enumerate(fit.entries)
             if entry.owner in ("inertial", "friction")
         )
-
-    def _shaken(self) -> list[str]:
-        """Return a warning for each joint where random torque is more than what sensors and filters explain."""
-        names, plain = self.prepared.arm.names, self.steps[-1].floor
-        return [
-            f"{row.joint}: {row.rms:.3g} {row.unit} rms of random torque, more than other noise; no model follows it"
-            for row in self.random
-            if row.rms > plain[names.index(row.joint)]
-        ]
 
     def _limits(self) -> list[str]:
         return [

@@ -63,6 +63,20 @@ def random_torque(prepared: Prepared, model: Model, floor: Floats, seed: int = 0
     return tuple(found)
 
 
+def added_power(random: Sequence[RandomTorque], names: Sequence[str]) -> Floats:
+    """Return the power (n,), N^2 m^2, by which random torque raises the noise of the joints of these names."""
+    return np.array([sum(row.rms**2 for row in random if row.joint == name) for name in names], dtype=float)
+
+
+def loud(random: Sequence[RandomTorque], names: Sequence[str], floor: Floats) -> list[str]:
+    """Return a warning for each joint where random torque is more than the other noise (n,), N m rms."""
+    return [
+        f"{row.joint}: {row.rms:.3g} {row.unit} rms of random torque, more than other noise; no model follows it"
+        for row in random
+        if row.rms > floor[names.index(row.joint)]
+    ]
+
+
 def random_joints(prepared: Prepared, model: Model, floor: Floats, seed: int = 0) -> dict[int, Randomness]:
     """Return the joints at which what a model leaves is random, whatever its size.
 
