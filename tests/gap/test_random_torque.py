@@ -90,6 +90,8 @@ def test_what_other_runs_foretell_is_not(law: float, random: bool) -> None:
     assert bool(found) is random
     if found:
         assert found[0].rms == pytest.approx(np.sqrt(1.0 - law), rel=0.3)
+        whole = float(np.mean(residual[len(base.fit.residual) :] ** 2))
+        assert found[0].rms ** 2 < (0.8 if law else 1.01) * whole  # the law's part is left out
 
 
 def test_noise_of_one_run_is_not_the_arm_s() -> None:
