@@ -1,7 +1,9 @@
 """Random torque: what knows nothing of the motion is noise, and nothing that a law leaves passes for it."""
 
+import importlib
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -123,3 +125,16 @@ def test_loud_random_torque_is_warned_of_and_written() -> None:
     assert "random torque" in sentences.how_far(found)
     assert "random_torque" not in diagnosis_json(replace(found, random=()))
     assert "random" not in sentences.how_far(replace(found, random=()))
+
+
+def test_the_search_tells_its_gates_where_what_is_left_is_random(monkeypatch: pytest.MonkeyPatch) -> None:
+    search = importlib.import_module("stribeck.gap.search")
+    told = []
+
+    def gate(*args: Any) -> bool:
+        told.append(tuple(args[5]))
+        return False
+
+    monkeypatch.setattr(search, "earns_its_place", gate)
+    diagnose(NOMINAL, recorded(("input_disturbance", LOUD)), jobs=1)
+    assert set(told) == {(0,)}
