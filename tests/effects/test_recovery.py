@@ -58,7 +58,11 @@ CASES = {
     "dwell_time/break_away": Case("A", {"rise": 4.0, "time": 0.5, "distance": 0.02}, {"rise": (4.0, 1.5)}, 0.7),
     "dwell_time/ageing": Case("A", {"rise": 4.0, "time": 0.5, "distance": 0.02}, {"rise": (4.0, 2.0)}, 0.7),
     # warmed by power in the plant, by speed in the library
-    "history": Case("A", {"change": -0.5, "time": 8.0, "power": 3.0}, {}, 0.3),
+    "history/warm_up": Case("A", {"change": -0.5, "time": 8.0, "power": 3.0}, {}, 0.3),
+    # worn by work in the plant, by distance in the library
+    "history/running_in": Case(
+        "A", {"change": 0.5, "work": 20.0}, {"change": (0.5, 0.1), "distance": (2.5, 0.5)}, 0.3, 2
+    ),
     "load_dependent_friction": Case("A", {"ratio": 0.2}, {"ratio": (0.2, 0.015)}, 0.3),
     # N m in the plant, relative to the sliding level (here C0) in the library
     "position_dependent_friction": Case(

@@ -27,6 +27,7 @@ from stribeck.effects.friction.dwell_time_ageing import DwellTimeAgeing
 from stribeck.effects.friction.frictional_lag import FrictionalLag
 from stribeck.effects.friction.frictional_lag_delay import FrictionalLagDelay
 from stribeck.effects.friction.history import History
+from stribeck.effects.friction.history_running_in import HistoryRunningIn
 from stribeck.effects.friction.load_dependent_friction import LoadDependentFriction
 from stribeck.effects.friction.negative_damping import NegativeDamping
 from stribeck.effects.friction.position_dependent_friction import PositionDependentFriction
@@ -57,6 +58,7 @@ _OWN: tuple[type[Effect], ...] = (
     DwellTime,
     DwellTimeAgeing,
     History,
+    HistoryRunningIn,
     LoadDependentFriction,
     PositionDependentFriction,
     QuadraticDamping,

@@ -136,4 +136,4 @@ def _has_it(run: Run) -> bool:
 
 def _measured(prepared: Prepared, run: Conditioned, early: Floats) -> Conditioned:
     measured = as_commanded(run.run, early)
-    return replace(condition(prepared.arm, measured, prepared.cutoff, run.noise, thin=True), clock=run.clock)
+    return condition(prepared.arm, measured, prepared.cutoff, run.noise, thin=True).as_recorded(run)

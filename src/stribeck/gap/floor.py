@@ -7,7 +7,6 @@ when the motion's filter is made softer shows how much, and an effect of the arm
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -49,10 +48,7 @@ def noise_floor(
         noisy = [shaken(arm, run, cutoff, rng.standard_normal(run.run.q.shape)) for run in runs]
         moved, _ = Residual(path, noisy, ())(p)
         total += (moved - clean) ** 2
-    soft = [
-        replace(condition(arm, run.run, cutoff, run.noise, thin=True, sharpness=SOFTER), clock=run.clock)
-        for run in runs
-    ]
+    soft = [condition(arm, run.run, cutoff, run.noise, thin=True, sharpness=SOFTER).as_recorded(run) for run in runs]
     blurred, _ = Residual(path, soft, ())(p)
     return np.asarray(np.sqrt(total / DRAWS + (FELT * (blurred - clean) / BLUR) ** 2))
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -23,8 +22,7 @@ def motion_gap(arm: Arm, runs: Sequence[Conditioned], cutoff: float, horizon: fl
     engine = Engine(path)
     squares, count, failed = np.zeros(arm.n), 0, 0
     for thinned in runs:
-        run = condition(arm, thinned.run, cutoff, thinned.noise)
-        run = replace(run, clock=thinned.clock)
+        run = condition(arm, thinned.run, cutoff, thinned.noise).as_recorded(thinned)
         prediction = predict_conditioned(engine, engine.p, run, horizon)
         good = ~np.isin(prediction.window, prediction.failed)
         failed += len(prediction.failed)

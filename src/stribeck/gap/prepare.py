@@ -10,6 +10,7 @@ import numpy as np
 
 from stribeck.arm import Arm
 from stribeck.errors import InputError
+from stribeck.gap.sequence import in_sequence
 from stribeck.gap.spread import Noise
 from stribeck.grid import uniform
 from stribeck.identify.conditioning import Conditioned, condition, cutoff_frequency
@@ -64,9 +65,9 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = ()) -> Prep
     inertia = moved_inertia(arm, every)
     cutoff = cutoff_frequency(arm, every, inertia)
     notes.append(f"analysed up to {cutoff:.3g} Hz")
-    fitted = tuple(condition(arm, run, cutoff, thin=True) for run in fit)
-    judged = tuple(condition(arm, run, cutoff, thin=True) for run in held)
-    for run in (*fitted, *judged):
+    conditioned = in_sequence([condition(arm, run, cutoff, thin=True) for run in every])
+    fitted, judged = conditioned[: len(fit)], conditioned[len(fit) :]
+    for run in conditioned:
         if not len(run.analysis_index):
             raise InputError(f"{run.name}: too short to be analysed", f"{len(run.time)} samples", "leave it out")
     warnings = tuple(f"{run.name}: {text}" for run in every for text in run.warnings)

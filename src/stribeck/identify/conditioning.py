@@ -36,6 +36,7 @@ class Conditioned:
     ``position``, ``velocity``, ``acceleration``, ``command``, ``stuck`` are (N, n);
     ``velocity_sd`` and ``noise`` (n,); ``analysis_time`` (M,); ``taps`` the low-pass (odd length). ``clock`` is the
     time of the first sample by the clock of what acts from outside, s (set in ``gap.clocks``); None: the record's own.
+    ``before`` (n,) is the distance that each joint had gone in earlier recordings, rad; None: this is the first.
     """
 
     name: str
@@ -51,11 +52,21 @@ class Conditioned:
     decimation: int
     run: Run
     clock: float | None = None
+    before: np.ndarray | None = None
 
     @property
     def told_time(self) -> np.ndarray:
         """Time (N,) that a law in time is told, s: the record's own, unless the run was given another ``clock``."""
         return self.time if self.clock is None else self.time - self.time[0] + self.clock
+
+    @property
+    def travelled(self) -> np.ndarray:
+        """Distance (n,) that each joint had gone before the first sample, rad."""
+        return np.zeros(self.position.shape[1]) if self.before is None else self.before
+
+    def as_recorded(self, run: Conditioned) -> Conditioned:
+        """Return a run in the place among all recordings that another conditioning of it was given."""
+        return replace(self, clock=run.clock, before=run.before)
 
     @property
     def sample_time(self) -> float:
@@ -146,7 +157,7 @@ def condition(
 def shaken(arm: Arm, run: Conditioned, cutoff: float, draw: np.ndarray) -> Conditioned:
     """Return a thinned run with its own noise times a draw (N, n) added once more to its recorded positions."""
     moved = replace(run.run, q=run.run.q + run.noise * draw)
-    return replace(condition(arm, moved, cutoff, run.noise, thin=True), clock=run.clock)
+    return condition(arm, moved, cutoff, run.noise, thin=True).as_recorded(run)
 
 
 def _motion_cutoff(run: Run, noise: np.ndarray, cutoff: float) -> float:

@@ -116,11 +116,12 @@ class Residual:
         return states[: self._machine(run).cut.nx].T
 
     def _drive(self, run: Conditioned, delays: np.ndarray) -> np.ndarray:
-        """Return the drive (1 + 9 n, N), the command delayed and a late record moved back."""
+        """Return the drive (1 + 10 n, N), the command delayed and a late record moved back."""
         motion = ("position", "velocity", "acceleration")
         signals = {name: getattr(run, name) for name in (*motion, "command")}
         signals |= {name: np.zeros_like(run.command) for name in RATES}
         signals["velocity_sd"] = np.broadcast_to(run.velocity_sd, run.position.shape)
+        signals["travelled"] = np.broadcast_to(run.travelled, run.position.shape)
         for k, place in enumerate(self.path.placed):
             if place.effect.delays == "command":
                 _shift(signals, run.time, -delays[k], place.joint, ("command",))

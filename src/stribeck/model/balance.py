@@ -77,7 +77,7 @@ class Balance:
         for j in range(self.n):
             y, dy, ddy = self._recorded(d, j)
             q, dq, ddq = self._true(j, y, dy, ddy)
-            signals.append(Signals(d.time, q, dq, ddq, q, dq))
+            signals.append(Signals(d.time, q, dq, ddq, q, dq, travelled=d.travelled[j]))
         return signals
 
     def _true(self, joint: int, y: Expression, dy: Expression, ddy: Expression) -> tuple[Expression, ...]:

@@ -8,7 +8,7 @@ from typing import Any
 import casadi as ca
 
 RATES = ("position_rate", "velocity_rate", "acceleration_rate", "command_rate")
-DRIVE = ("time", "position", "velocity", "acceleration", "command", *RATES, "velocity_sd")
+DRIVE = ("time", "position", "velocity", "acceleration", "command", *RATES, "velocity_sd", "travelled")
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,7 @@ class Drive:
     ``command`` is the command averaged over the sample before and after, as zero-order hold implies. The rates are
     time derivatives of signals that an effect delays, zero for others: those of the curves that are read off, from
     sample to sample, so that they differ a little from ``velocity`` and ``acceleration``. ``velocity_sd`` is the
-    uncertainty of the velocity.
+    uncertainty of the velocity, ``travelled`` the distance that a joint had gone in earlier recordings.
     """
 
     time: Any
@@ -31,6 +31,7 @@ class Drive:
     acceleration_rate: Any
     command_rate: Any
     velocity_sd: Any
+    travelled: Any
 
     @staticmethod
     def symbols(n: int, suffix: str = "") -> Drive:
@@ -39,7 +40,7 @@ class Drive:
 
     @property
     def stacked(self) -> Any:
-        """All signals, one column (1 + 9 n, 1)."""
+        """All signals, one column (1 + 10 n, 1)."""
         return ca.vertcat(*[getattr(self, name) for name in DRIVE])
 
     def at(self, **changes: Any) -> Drive:

@@ -106,7 +106,8 @@ class Signals:
     """What a law may depend on at one joint and one instant (CasADi scalars, SI).
 
     ``position``, ``velocity``, ``acceleration`` are true ones on the motor side; ``link_position`` and
-    ``link_velocity`` those of the link; ``torque`` is the actuator's, ``load`` the torque handed to the link.
+    ``link_velocity`` those of the link; ``torque`` is the actuator's, ``load`` the torque handed to the link, and
+    ``travelled`` the distance gone in earlier recordings: none in a simulation.
     """
 
     time: Expression
@@ -117,6 +118,7 @@ class Signals:
     link_velocity: Expression
     torque: Expression = 0.0
     load: Expression = 0.0
+    travelled: Expression = 0.0
 
     def at(self, **changes: Expression) -> Signals:
         """Return a copy with some signals replaced."""

@@ -7,7 +7,8 @@ What the names leave open:
 - ``load_dependent_friction``: ratio of friction to the torque that the rotor passes on to the link (the command less
   friction and less the rotor's own inertia);
 - ``asymmetric_friction``: forward minus backward constants, the mean stays;
-- ``history``: relative change of the level when as much friction power as `power` has flowed for long;
+- ``history``: relative change of the level when as much friction power as `power` has flowed for long; or, where
+  `work` is given, when the contact is new: what is left of it falls to 1/e with that much work of friction, J;
 - ``time_shift``: positive where the recorded position is late, q[i] being the position at t[i] - time;
 - ``torque_dead_zone``: the torque that gets lost, on either side;
 - ``torque_ripple``: relative, at the rotor's angle; ``cogging`` the same in N m;
@@ -95,8 +96,8 @@ KNOWN: dict[str, Rule] = {
         {"rise": "dwell_rise", "time": "dwell_time", "distance": "dwell_distance"},
     ),
     "history": Rule(
-        {"change": 0.0}, {"time": 20.0, "power": 5.0},
-        {"change": "warm_change", "time": "warm_time", "power": "warm_power"},
+        {"change": 0.0}, {"time": 20.0, "power": 5.0, "work": 0.0},
+        {"change": "warm_change", "time": "warm_time", "power": "warm_power", "work": "wear_work"},
     ),
     "position_dependent_friction": Rule({"amplitude": 0.0}, {"harmonic": 1.0, "phase": 0.0}, _periodic("wave")),
     "load_dependent_friction": Rule({"ratio": 0.0}, {}, {"ratio": "load_ratio"}),

@@ -85,7 +85,7 @@ class Drive:
     start : (n, 2) array
         Angle and rate at the start, rad, rad/s.
     warmth : (n,) array
-        State of the warm-up at the start.
+        State of the warm-up, or of the wear, at the start.
     substeps : int
         Internal steps a sample; 0 takes as many as `STEP` asks for.
     """
@@ -114,7 +114,7 @@ class Trace:
     friction, torque, load : (N, n) array
         Friction (opposing), torque of the rotor and torque passed on to the link in the step before, N m.
     warmth : (n,) array
-        State of the warm-up at the end.
+        State of the warm-up, or of the wear, at the end.
     """
 
     q: Array

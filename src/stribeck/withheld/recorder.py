@@ -81,7 +81,7 @@ def record(
     effects : iterable of Injection
         Hidden effects (name, joint, parameters).
     motions : sequence of Motion
-        What the controller is asked to do, in this order; a warm-up carries over from run to run.
+        What the controller is asked to do, in this order; warm-up and wear carry over from run to run.
     rate : float
         Samples a second, Hz; the command is held in between.
     resolution, encoder_bits : float or None, int or None
@@ -142,7 +142,7 @@ class Laboratory:
     step: float
 
     def run(self, motion: Motion, warmth: Array, i: int) -> tuple[Run, Array]:
-        """Return the record of `motion` as run number `i`, and the state of the warm-up (n,) after it."""
+        """Return the record of `motion` as run number `i`, and the state of warm-up or wear (n,) after it."""
         period, n = 1.0 / self.rate, self.plant.n
         first = math.ceil(SETTLE * self.rate)
         count = round(motion.duration * self.rate) + 1
@@ -198,8 +198,10 @@ class Laboratory:
 
 
 def _warm_time(plant: Plant) -> Array:
-    """Time constant of the warm-up of each joint, s; infinitely short where there is none."""
-    return np.array([max(plant.get(k, "warm_time"), 1e-9) for k in range(plant.n)])
+    """Time constant of the warm-up of each joint, s; infinitely short where there is none, long where it is wear."""
+    return np.array(
+        [math.inf if plant.get(k, "wear_work") else max(plant.get(k, "warm_time"), 1e-9) for k in range(plant.n)]
+    )
 
 
 def _with_encoder(arm: Arm, resolution: float) -> Arm:

@@ -71,7 +71,9 @@ def _dwell(st: Stage) -> Params:
 
 
 def _history(st: Stage) -> Params:
-    time, sign = st.between(8.0, 30.0), st.one_of(-1.0, -1.0, 1.0)
+    time, sign, wears = st.between(8.0, 30.0), st.one_of(-1.0, -1.0, 1.0), st.one_of(False, False, True)
+    if wears:
+        return lambda s: {"change": s, "work": time * st.power}
     return lambda s: {"change": sign * s, "time": time, "power": st.power}
 
 

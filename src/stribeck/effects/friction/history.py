@@ -15,9 +15,10 @@ LEAST = 0.05  # of the level: whatever the warmth, some friction is left
 
 @final
 class History(FrictionEffect):
-    """Warm-up and running in: all friction scaled by a state that the joint's own motion charges and time drains."""
+    """Warm-up: all friction scaled by a state that the joint's own motion charges and time drains."""
 
     name = "history"
+    law = "warm_up"
     channel = "friction"
     equation = r"\tau_f \to \tau_f (1 + a h), \quad T \dot h = |v| - h, \quad h(0) = h_0"
     symptom = "a residual against the motion that drifts over a recording and starts anew with the next"

@@ -35,7 +35,8 @@ static double wet(const Level *l, double u, double *slope) {
 static Level level_now(const Joint *j, const Friction *f, int forward, double angle, double factor, double old_speed) {
     double C0 = forward ? j->f_C0 : j->b_C0, C1 = forward ? j->f_C1 : j->b_C1;
     double C2 = forward ? j->f_C2 : j->b_C2, alpha = forward ? j->f_alpha : j->b_alpha;
-    double warm = factor * fmax(0.05, 1.0 + j->warm_change * f->warmth);
+    double memory = j->wear_work > 0.0 ? exp(-f->warmth) : f->warmth; /* what is left of newness, or warmth */
+    double warm = factor * fmax(0.05, 1.0 + j->warm_change * memory);
     Level l = {warm * C0, warm * C1 + j->dwell_rise * f->dwell, alpha, warm * C2,
                j->stribeck_torque, j->stribeck_velocity, j->quadratic};
     if (j->wave_amplitude != 0.0) l.constant += j->wave_amplitude * sin(j->wave_harmonic * angle + j->wave_phase);

@@ -94,7 +94,7 @@ static int substep(Plant *p, Record *r, int i, int s) {
     return status;
 }
 
-/* Record an arm; `start` (n, 2) holds angle and rate, `carried` (n) the warmth, read and written. */
+/* Record an arm; `start` (n, 2) holds angle and rate, `carried` (n) the warmth or the wear, read and written. */
 int plant_record(const World *world, const Joint *joint, int n, int samples, int substeps, int fine, double period,
                  const double *reference, const double *forward, const double *noise, const double *push,
                  const double *factor, const double *start, double *carried, double *q, double *tau, double *dq,

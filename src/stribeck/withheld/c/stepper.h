@@ -143,7 +143,8 @@ static void remember(const Joint *j, Friction *f, double h, double w) {
         double grow = h / j->dwell_time;
         f->dwell = (f->dwell + grow) / (1.0 + grow + h * fabs(w) / j->dwell_distance);
     }
-    if (j->warm_change != 0.0) f->warmth += h / j->warm_time * (f->torque * w / j->warm_power - f->warmth);
+    if (j->wear_work > 0.0) f->warmth += h * f->torque * w / j->wear_work;
+    else if (j->warm_change != 0.0) f->warmth += h / j->warm_time * (f->torque * w / j->warm_power - f->warmth);
 }
 
 /* Torques on joint k in the middle of the step: on its link (added to `force`), or on its rotor. */

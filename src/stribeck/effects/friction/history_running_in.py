@@ -1,0 +1,55 @@
+"""Friction of new surfaces, which wears in over the distance gone."""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+from typing import final
+
+import casadi as ca
+
+from stribeck.model.effect import FrictionEffect
+from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
+
+LEAST = 0.05  # of the level: however new or worn, some friction is left
+
+
+@final
+class HistoryRunningIn(FrictionEffect):
+    """Running in: all friction starts at another level and nears its own with the distance, from one run to the next.
+
+    The distance is counted from the first of the recordings; a simulation starts with none.
+    """
+
+    name = "history"
+    law = "running_in"
+    channel = "friction"
+    equation = r"\tau_f \to \tau_f (1 + a w), \quad \dot w = -|v| w / L, \quad w = 1 \text{ in the first recording}"
+    symptom = "a residual against the motion that dies out with the distance gone, from one recording to the next"
+    shows = "time"
+    source = "Blau (1981); Khonsari, Ghatrehsamani & Akbarzadeh (2021)"
+    elusive = True
+    parameters = (
+        Parameter("change", "1", "relative change of friction at the start of the first recording", 0.0, -0.9, 10.0),
+        Parameter("distance", "rad", "distance over which it falls to 1/e", 50.0, 0.1, 1e5, log=True),
+    )
+    states = ("newness",)
+    state_units = MappingProxyType({"newness": "1"})
+
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        return tuple({"change": 0.3, "distance": time * scale.speed} for time in (10.0, 60.0))
+
+    def level(self, level: Expression, direction: float, s: Signals, x: States, p: Parameters) -> Expression:
+        return level * _factor(x, p)
+
+    def viscous(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
+        return torque * _factor(x, p)
+
+    def derivatives(self, s: Signals, x: States, p: Parameters) -> dict[str, Expression]:
+        return {"newness": -ca.fabs(s.velocity) * x["newness"] / p["distance"]}
+
+    def initial(self, s: Signals, p: Parameters) -> dict[str, Expression]:
+        return {"newness": ca.exp(-s.travelled / p["distance"])}
+
+
+def _factor(x: States, p: Parameters) -> Expression:
+    return ca.fmax(1.0 + p["change"] * x["newness"], LEAST)
