@@ -87,6 +87,14 @@ def test_a_run_that_goes_where_no_other_goes_is_fitted() -> None:
     assert [run.name for run in held] == ["2", "4"]
 
 
+def test_runs_that_stand_alone_side_by_side_are_both_fitted() -> None:
+    """The last of five would be kept back; it and the one before reach beyond all others."""
+    runs = [sines(3.0, name=f"{i}") for i in range(5)]
+    runs[3], runs[4] = replace(runs[3], tau=9.0 * runs[3].tau), replace(runs[4], q=4.0 * runs[4].q)
+    _, held = split(runs, [])
+    assert [run.name for run in held] == ["1", "2"]
+
+
 def test_two_runs_that_both_stand_alone_are_split_all_the_same() -> None:
     runs = [sines(3.0, name="a"), sines(3.0, seed=1, name="b")]
     runs[0], runs[1] = replace(runs[0], tau=9.0 * runs[0].tau), replace(runs[1], q=2.0 * runs[1].q)

@@ -20,7 +20,7 @@ def gone(*runs, late: float = 0.0) -> dict[str, float]:  # type: ignore[no-untyp
     """Return what each run is told, by its name, the run number k moved by k times ``late``, s."""
     moved = [replace(run, t=run.t + k * late) for k, run in enumerate(runs)]
     prepared = prepare(NOMINAL, moved)
-    return {run.name: float(run.travelled[0]) for run in (*prepared.fit, *prepared.held)}
+    return {run.name: float(np.ravel(run.past.travelled)[0]) for run in (*prepared.fit, *prepared.held)}
 
 
 def test_names_tell_the_order_where_clocks_start_anew() -> None:
@@ -39,7 +39,9 @@ def test_one_clock_tells_better() -> None:
 def test_parts_of_one_run_follow_each_other() -> None:
     prepared = prepare(NOMINAL, [sines(10.0, name="only")])
     (fit,), (held,) = prepared.fit, prepared.held
-    assert held.travelled == pytest.approx(np.sum(np.abs(fit.velocity), axis=0) * fit.sample_time)
+    assert held.past.recordings == 0
+    assert held.past.recorded == pytest.approx(7.0, abs=0.01)
+    assert held.past.travelled == pytest.approx(np.sum(np.abs(fit.velocity), axis=0) * fit.sample_time)
 
 
 def test_running_in_goes_on_where_the_last_run_left_it() -> None:

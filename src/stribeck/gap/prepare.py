@@ -83,7 +83,7 @@ def _even(run: Run, notes: list[str]) -> Run:
 def split(runs: Sequence[Run], notes: list[str]) -> tuple[list[Run], list[Run]]:
     """Return (fit, held out): every third run from the second on is kept back, or the last part of a single run.
 
-    A run that goes where no other goes (a larger torque, speed or range) is fitted, and the next one kept back instead:
+    A run that goes where no other goes (a larger torque, speed or range) is fitted, and one near it kept back instead:
     what only one recording shows cannot be learnt from the others.
     """
     if len(runs) == 1:
@@ -94,8 +94,8 @@ def split(runs: Sequence[Run], notes: list[str]) -> tuple[list[Run], list[Run]]:
     alone = _alone(runs)
     held: list[int] = []
     for i in range(1, len(runs), 3):
-        near = [k for k in (i, i + 1, i - 1) if k < len(runs) and k not in held]
-        held.append(next((k for k in near if not alone[k]), i))
+        near = sorted((k for k in range(len(runs)) if k not in held), key=lambda k: (abs(k - i), -k))
+        held.append(next((k for k in near if not alone[k]), near[0]))
     return [run for i, run in enumerate(runs) if i not in held], [runs[i] for i in held]
 
 

@@ -30,13 +30,26 @@ STILL = 1e-3  # of the rms speed: slower is at rest
 
 
 @dataclass(frozen=True)
+class Past:
+    """What was recorded before a run's first sample.
+
+    ``recordings`` were made, of ``recorded`` s together, and each joint had gone ``travelled`` (n,) in them, rad. In a
+    part of a recording, the parts before it count to the last two, not to the first.
+    """
+
+    recordings: int = 0
+    recorded: float = 0.0
+    travelled: np.ndarray | float = 0.0
+
+
+@dataclass(frozen=True)
 class Conditioned:
     """One run on its uniform grid of N samples, with its M analysis samples.
 
     ``position``, ``velocity``, ``acceleration``, ``command``, ``stuck`` are (N, n);
     ``velocity_sd`` and ``noise`` (n,); ``analysis_time`` (M,); ``taps`` the low-pass (odd length). ``clock`` is the
     time of the first sample by the clock of what acts from outside, s (set in ``gap.clocks``); None: the record's own.
-    ``before`` (n,) is the distance that each joint had gone in earlier recordings, rad; None: this is the first.
+    ``past`` is what was recorded before it (set in ``gap.sequence``).
     """
 
     name: str
@@ -52,21 +65,16 @@ class Conditioned:
     decimation: int
     run: Run
     clock: float | None = None
-    before: np.ndarray | None = None
+    past: Past = Past()
 
     @property
     def told_time(self) -> np.ndarray:
         """Time (N,) that a law in time is told, s: the record's own, unless the run was given another ``clock``."""
         return self.time if self.clock is None else self.time - self.time[0] + self.clock
 
-    @property
-    def travelled(self) -> np.ndarray:
-        """Distance (n,) that each joint had gone before the first sample, rad."""
-        return np.zeros(self.position.shape[1]) if self.before is None else self.before
-
     def as_recorded(self, run: Conditioned) -> Conditioned:
         """Return a run in the place among all recordings that another conditioning of it was given."""
-        return replace(self, clock=run.clock, before=run.before)
+        return replace(self, clock=run.clock, past=run.past)
 
     @property
     def sample_time(self) -> float:

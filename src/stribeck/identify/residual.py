@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 from stribeck.identify.conditioning import Conditioned, emphasised
 from stribeck.identify.tape import Tape
 from stribeck.model.cut import Cut
-from stribeck.model.drive import DRIVE, RATES
+from stribeck.model.drive import DRIVE, PAST, RATES
 from stribeck.model.path import SignalPath
 
 SAMPLES = 40_000  # evaluated at a time: bounds the memory of the Jacobian
@@ -116,12 +116,12 @@ class Residual:
         return states[: self._machine(run).cut.nx].T
 
     def _drive(self, run: Conditioned, delays: np.ndarray) -> np.ndarray:
-        """Return the drive (1 + 10 n, N), the command delayed and a late record moved back."""
+        """Return the drive (1 + 12 n, N), the command delayed and a late record moved back."""
         motion = ("position", "velocity", "acceleration")
         signals = {name: getattr(run, name) for name in (*motion, "command")}
         signals |= {name: np.zeros_like(run.command) for name in RATES}
         signals["velocity_sd"] = np.broadcast_to(run.velocity_sd, run.position.shape)
-        signals["travelled"] = np.broadcast_to(run.travelled, run.position.shape)
+        signals |= {name: np.broadcast_to(getattr(run.past, name), run.position.shape) for name in PAST}
         for k, place in enumerate(self.path.placed):
             if place.effect.delays == "command":
                 _shift(signals, run.time, -delays[k], place.joint, ("command",))

@@ -9,7 +9,7 @@ from typing import Any
 
 import casadi as ca
 
-from stribeck.model.drive import Drive
+from stribeck.model.drive import PAST, Drive
 from stribeck.model.effect import ActuatorEffect, SensingEffect
 from stribeck.model.links import Links, Motors
 from stribeck.model.path import SignalPath
@@ -77,7 +77,8 @@ class Balance:
         for j in range(self.n):
             y, dy, ddy = self._recorded(d, j)
             q, dq, ddq = self._true(j, y, dy, ddy)
-            signals.append(Signals(d.time, q, dq, ddq, q, dq, travelled=d.travelled[j]))
+            past = {name: getattr(d, name)[j] for name in PAST}
+            signals.append(Signals(d.time, q, dq, ddq, q, dq, **past))
         return signals
 
     def _true(self, joint: int, y: Expression, dy: Expression, ddy: Expression) -> tuple[Expression, ...]:

@@ -7,8 +7,9 @@ from typing import Any
 
 import casadi as ca
 
+PAST = ("recordings", "recorded", "travelled")
 RATES = ("position_rate", "velocity_rate", "acceleration_rate", "command_rate")
-DRIVE = ("time", "position", "velocity", "acceleration", "command", *RATES, "velocity_sd", "travelled")
+DRIVE = ("time", "position", "velocity", "acceleration", "command", *RATES, "velocity_sd", *PAST)
 
 
 @dataclass(frozen=True)
@@ -18,7 +19,8 @@ class Drive:
     ``command`` is the command averaged over the sample before and after, as zero-order hold implies. The rates are
     time derivatives of signals that an effect delays, zero for others: those of the curves that are read off, from
     sample to sample, so that they differ a little from ``velocity`` and ``acceleration``. ``velocity_sd`` is the
-    uncertainty of the velocity, ``travelled`` the distance that a joint had gone in earlier recordings.
+    uncertainty of the velocity. What was before the recording: how many others, how long they were and how far the
+    joint had gone in them.
     """
 
     time: Any
@@ -31,6 +33,8 @@ class Drive:
     acceleration_rate: Any
     command_rate: Any
     velocity_sd: Any
+    recordings: Any
+    recorded: Any
     travelled: Any
 
     @staticmethod
@@ -40,7 +44,7 @@ class Drive:
 
     @property
     def stacked(self) -> Any:
-        """All signals, one column (1 + 10 n, 1)."""
+        """All signals, one column (1 + 12 n, 1)."""
         return ca.vertcat(*[getattr(self, name) for name in DRIVE])
 
     def at(self, **changes: Any) -> Drive:

@@ -106,8 +106,10 @@ class Signals:
     """What a law may depend on at one joint and one instant (CasADi scalars, SI).
 
     ``position``, ``velocity``, ``acceleration`` are true ones on the motor side; ``link_position`` and
-    ``link_velocity`` those of the link; ``torque`` is the actuator's, ``load`` the torque handed to the link, and
-    ``travelled`` the distance gone in earlier recordings: none in a simulation.
+    ``link_velocity`` those of the link; ``torque`` is the actuator's, ``load`` the
+    torque handed to the link. As for the past: ``recordings`` were made, of ``recorded`` s together, in which the joint
+    had gone ``travelled``. In a part of a recording, the parts before it count to the last two, not to the first; a
+    simulation has no past.
     """
 
     time: Expression
@@ -118,6 +120,8 @@ class Signals:
     link_velocity: Expression
     torque: Expression = 0.0
     load: Expression = 0.0
+    recordings: Expression = 0.0
+    recorded: Expression = 0.0
     travelled: Expression = 0.0
 
     def at(self, **changes: Expression) -> Signals:
