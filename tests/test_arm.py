@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stribeck.arm import Arm, EffectEntry, Friction, Joint, Tolerance, arm_to_toml, load_arm, save_arm
+from stribeck.arm.file import TOLERATED
 from stribeck.errors import InputError, StribeckError
 
 TEXT = """\
@@ -100,6 +101,18 @@ def test_contract_example_is_read(tmp_path: Path) -> None:
         ("torque_limit", "torque_limt", "joints[0].torque_limt", "did you mean 'torque_limit'"),
         ('name = "two links"', 'name = "two links"\ngravty = 1', "gravty", "did you mean 'gravity'"),
         ("[tolerance]", "[tolerance]\nxyzzy = 1", "tolerance.xyzzy", "remove it"),
+        (
+            '[[joints]]\nname = "B"',
+            '[joints.tolerance]\nc0 = 1.0\n[[joints]]\nname = "B"',
+            "joints[0].tolerance.c0",
+            "C0, C1",
+        ),
+        (
+            '[[joints]]\nname = "B"',
+            '[joints.tolerance]\nC0 = -1.0\n[[joints]]\nname = "B"',
+            "joints[0].tolerance.C0",
+            "-1",
+        ),
         ("damping = 5", "damping = inf", "effects[0].parameters.A.damping", "Infinity"),
         ('joints = ["A"]', 'joints = ["C"]', "effects[0].joints[0]", "'C'"),
         ('joints = ["A", "B"]', 'joints = ["A", "A"]', "effects[1].joints", "A, A"),
@@ -223,6 +236,7 @@ def arms(draw: st.DrawFn) -> Arm:
             backward=draw(st.sampled_from([friction, draw(frictions)])),
             torque_limit=draw(st.none() | positive),
             encoder_resolution=draw(st.none() | not_negative),
+            tolerance=draw(st.dictionaries(st.sampled_from(TOLERATED), not_negative, max_size=3)),
         )
         for name in names
     ]

@@ -1,6 +1,7 @@
 """What was recorded first: every run is told how far its joints had gone before."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -56,3 +57,24 @@ def test_running_in_goes_on_where_the_last_run_left_it() -> None:
     assert left[0][0] == 1.0
     assert left[1][0] == pytest.approx(left[0][-1], rel=0.02)
     assert left[1][-1] == pytest.approx(left[0][-1] ** 2, rel=0.02)
+
+
+def test_a_part_of_the_warmth_is_kept_for_the_next_run() -> None:
+    effect = effect_named("history", "warm_up")
+    values = {"change": 0.1, "time": 3.0, "start": 0.4, "kept": 0.6}
+    path = SignalPath(NOMINAL, [Placed(effect, 0, values)])
+    prepared = prepare(NOMINAL, [sines(4.0, name=f"run_{k}") for k in range(4)])
+    p, runs = values_of(path.entries), sorted((*prepared.fit, *prepared.held), key=lambda run: run.name)
+    warmth = [Residual(path, [run], ()).states(run, p)[:, -1] for run in runs]
+    assert warmth[0][0] == pytest.approx(0.4)
+    for before, after in pairwise(warmth):
+        assert after[0] == pytest.approx(0.6 * before[-1], rel=0.05)
+
+
+def test_a_part_of_a_run_goes_on_as_warm_as_the_part_before_it_was() -> None:
+    effect = effect_named("history", "warm_up")
+    path = SignalPath(NOMINAL, [Placed(effect, 0, {"change": 0.1, "time": 3.0, "start": 0.4, "kept": 0.0})])
+    prepared, p = prepare(NOMINAL, [sines(10.0, name="only")]), values_of(path.entries)
+    (fit,), (held,) = prepared.fit, prepared.held
+    before, after = (Residual(path, [run], ()).states(run, p)[:, -1] for run in (fit, held))
+    assert after[0] == pytest.approx(before[-1], rel=0.05)

@@ -15,6 +15,8 @@ from stribeck.errors import InputError
 from stribeck.outputs import whole_file
 from stribeck.textfile import check_schema, load_toml, structure
 
+TOLERATED = ("mass", "com_x", "com_y", "inertia", "rotor_inertia", "C0", "C1", "C2", "alpha")
+
 
 @cache
 def _adapter() -> TypeAdapter[Arm]:
@@ -104,6 +106,9 @@ def _check_joint(joint: Joint, where: str, n: int) -> None:
             f"{n} joints",
             "use revolute joints, or one axis",
         )
+    for key in joint.tolerance:
+        if key not in TOLERATED:
+            raise InputError(f"{where}.tolerance.{key} is not a known key", "", f"use one of: {', '.join(TOLERATED)}")
     if joint.kind == "revolute" and joint.inertia == joint.rotor_inertia == 0.0 and joint.com == (0.0, 0.0):
         raise InputError(f"{where} has no inertia about its axis", "", "give inertia, rotor_inertia or com")
 

@@ -13,6 +13,8 @@ SCHEMA = "stribeck.arm/1"
 _REVOLUTE = {
     "length": "m",
     "mass": "kg",
+    "com_x": "m",
+    "com_y": "m",
     "com": "m, in the link frame",
     "inertia": "kg m^2, about the centre of mass",
     "rotor_inertia": "kg m^2, reflected to the joint",
@@ -62,6 +64,9 @@ def _joint(joint: Joint) -> Iterator[str]:
     yield from _friction("[joints.friction]", joint.friction, units)
     if joint.backward != joint.friction:
         yield from _friction("[joints.friction.backward]", joint.backward, units)
+    if joint.tolerance:
+        yield "[joints.tolerance]  # one standard deviation, absolute"
+        yield from (_entry(key, value, units[key]) for key, value in joint.tolerance.items())
 
 
 def _friction(header: str, friction: Friction, units: Mapping[str, str]) -> Iterator[str]:

@@ -58,6 +58,8 @@ class Joint:
         N m.
     encoder_resolution : float or None
         rad.
+    tolerance : mapping
+        Standard deviation of single values, in their own units, instead of the arm's relative one.
     """
 
     __pydantic_config__ = _STRICT
@@ -73,6 +75,7 @@ class Joint:
     backward: Friction
     torque_limit: Positive | None = None
     encoder_resolution: NotNegative | None = None
+    tolerance: Mapping[str, NotNegative] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

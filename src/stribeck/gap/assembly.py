@@ -25,6 +25,7 @@ from stribeck.gap.prepare import Prepared
 from stribeck.gap.random_torque import added_power, loud, random_torque
 from stribeck.gap.result import Cause, Diagnosis, Estimate, Stage, Tuned
 from stribeck.gap.step import Step, last_model
+from stribeck.gap.unsaid import told_of
 from stribeck.gap.verdict import (
     AT_FLOOR,
     NAMED_OVER,
@@ -89,6 +90,7 @@ class Assembly:
             "corrected": arm_of(arm, final.fit, (*final.placed, *self.seen.placed)),
         }
         experiment = self._experiment(causes, unexplained=verdict == "unexplained")
+        tuned = self._tuned()
         regions_ = regions(prepared, self.base.held, final.held, self.noise, self.seed)
         return Diagnosis(
             arm=arm.name,
@@ -104,11 +106,16 @@ class Assembly:
             regions=regions_,
             causes=tuple(causes),
             candidates=candidates_of(self.steps, arm.names),
-            tuned=self._tuned(),
+            tuned=tuned,
             traces=traces_of(prepared, self.given, self.base, final),
             models=arms,
             notes=prepared.notes,
-            warnings=tuple(self.warnings + loud(self.random, arm.names, self.steps[-1].floor) + self._limits()),
+            warnings=(
+                *self.warnings,
+                *loud(self.random, arm.names, self.steps[-1].floor),
+                *told_of(tuned),
+                *self._limits(),
+            ),
             next_experiment=experiment.plain() if experiment else None,
             next_reference=experiment.reference if experiment else None,
             delivered=delivered(prepared, self.base, self.steps[-1].floor, self.seed),

@@ -12,6 +12,7 @@ from stribeck.arm import Arm
 from stribeck.errors import InputError
 from stribeck.gap.sequence import in_sequence
 from stribeck.gap.spread import Noise
+from stribeck.gap.unsaid import with_unsaid
 from stribeck.grid import uniform
 from stribeck.identify.conditioning import Conditioned, condition, cutoff_frequency
 from stribeck.identify.stretches import part, shortened
@@ -71,7 +72,8 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = ()) -> Prep
         if not len(run.analysis_index):
             raise InputError(f"{run.name}: too short to be analysed", f"{len(run.time)} samples", "leave it out")
     warnings = tuple(f"{run.name}: {text}" for run in every for text in run.warnings)
-    return Prepared(arm, fitted, judged, typical(arm, fitted, inertia), cutoff, tuple(notes), warnings)
+    scales = typical(arm, fitted, inertia)
+    return Prepared(with_unsaid(arm, scales), fitted, judged, scales, cutoff, tuple(notes), warnings)
 
 
 def _even(run: Run, notes: list[str]) -> Run:

@@ -73,7 +73,7 @@ def _inertial(arm: Arm, j: int, name: str) -> list[Entry]:
     for key, unit in INERTIAL.items():
         value = nominal[key]
         lower = -math.inf if key.startswith("com") else _POSITIVE.get(key, 0.0)
-        sd = arm.tolerance.inertial * abs(value)
+        sd = joint.tolerance.get(key, arm.tolerance.inertial * abs(value))
         entries.append(Entry(f"{name}.{key}", j, key, unit, value, sd, lower, math.inf, False, "inertial"))
     return entries
 
@@ -87,7 +87,7 @@ def _friction(arm: Arm, j: int, name: str) -> list[Entry]:
     for side, constants in sides.items():
         for key, unit in FRICTION.items():
             value = float(getattr(constants, key))
-            sd = arm.tolerance.friction * abs(value)
+            sd = joint.tolerance.get(key, arm.tolerance.friction * abs(value))
             if key == "alpha" and constants.C1 == 0.0:
                 sd = 0.0  # without a bend the decay constant means nothing
             lower = _POSITIVE.get(key, 0.0)
