@@ -9,6 +9,7 @@ import numpy as np
 
 from stribeck.effects.registry import registry
 from stribeck.gap.blocks import block_sums
+from stribeck.gap.kin import FILLING, filling_in
 from stribeck.gap.presence import evidence, presence
 from stribeck.gap.result import Cause, Estimate
 from stribeck.gap.step import Step, last_model
@@ -39,7 +40,7 @@ def causes_of(steps: Sequence[Step], names: Sequence[str]) -> tuple[list[Cause],
     """Return the causes that the taken steps name, without parameters, and the probability of ``unknown``."""
     taken = [step for step in steps if step.taken]
     gathered: dict[str, list[tuple[int, float, float, tuple[str, ...]]]] = {}
-    for step in taken:
+    for step, fills in zip(taken, filling_in(taken), strict=True):
         r, best = step.ranking, step.best
         assert best is not None
         place = best.placed[len(step.base.placed)]
@@ -47,7 +48,12 @@ def causes_of(steps: Sequence[Step], names: Sequence[str]) -> tuple[list[Cause],
         shown = r.overall[r.best] if step.worth is None else step.worth.overall[1]
         share = -float(np.log(np.clip(1.0 - shown, 1e-6, 0.99)))  # each has some: the gates saw a gain
         gathered.setdefault(place.effect.name, []).append(
-            (place.joint, presence(evidence(step)), share, tuple(dict.fromkeys([place.effect.name, *twins])))
+            (
+                place.joint,
+                presence(evidence(step)) * (FILLING if fills else 1.0),
+                share,
+                tuple(dict.fromkeys([place.effect.name, *twins])),
+            )
         )
     late = _late_as_one(steps, len(names)) if taken else ()
     whole = sum(share for rows in gathered.values() for _, _, share, _ in rows) or 1.0

@@ -55,6 +55,8 @@ class Effect(ABC):
     which answers to it, looks a little as if there were one."""
     patternless: ClassVar[bool] = False
     """True where the phenomenon may also come without the law's pattern: random torque is then put down to it, too."""
+    kin: ClassVar[tuple[str, ...]] = ()
+    """Phenomena, words shared by laws: a law may fill in what another one leaves of a phenomenon that both are of."""
     direct: ClassVar[bool] = False
     """True where the records themselves show the effect (``observed``), which leaves no trace in the torque."""
     whole_arm: ClassVar[bool] = False

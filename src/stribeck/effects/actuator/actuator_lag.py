@@ -19,6 +19,7 @@ class ActuatorLag(ActuatorEffect):
     symptom = "a residual in proportion to the rate of the command"
     shows = "command rate"
     source = "paper, section 5 (actuator dynamics); Ellis (2012), Control System Design Guide (current loops)"
+    kin = ("late",)
     filters = True
     parameters = (Parameter("time_constant", "s", "time constant", 0.0, 1e-5, 0.5),)
     states = ("torque",)

@@ -24,6 +24,7 @@ class Cogging(ActuatorEffect):
     symptom = "a residual that repeats with position, of the same sign in both directions and at rest"
     shows = "position"
     source = "Jahns & Soong (1996); Hanselman (2006)"
+    kin = ("wave", "curve")
     parameters = (
         Parameter("sine", "N m", "amplitude of the sine"),
         Parameter("cosine", "N m", "amplitude of the cosine"),

@@ -18,6 +18,7 @@ class Delay(ActuatorEffect):
     symptom = "a residual in proportion to the rate of the command, with a phase that grows with frequency"
     shows = "command rate"
     source = "paper, section 5 (communication delay)"
+    kin = ("late",)
     filters = True
     parameters = (Parameter("time", "s", "delay", 0.0, 0.0, 0.2),)
     delays = "command"

@@ -23,6 +23,7 @@ class TorqueRipple(ActuatorEffect):
     symptom = "a residual that repeats with position in proportion to the torque"
     shows = "position"
     source = "Jahns & Soong (1996)"
+    kin = ("wave",)
     parameters = (
         Parameter("sine", "1", "relative amplitude of the sine", 0.0, -0.7, 0.7),
         Parameter("cosine", "1", "relative amplitude of the cosine", 0.0, -0.7, 0.7),

@@ -18,6 +18,7 @@ class CableSpring(ExternalEffect):
     symptom = "a static torque that grows with the joint's own position, whatever the pose of the others"
     shows = "position"
     source = "Hooke's law"
+    kin = ("curve",)
     parameters = (
         Parameter("stiffness", "N m/rad", "stiffness", 0.0, 0.0),
         Parameter("rest", "rad", "position without torque", 0.0, -3.2, 3.2),

@@ -24,6 +24,7 @@ class Contact(ExternalEffect):
     symptom = "a residual beyond one position, nothing before it, that pushes back and grows with the depth"
     shows = "position"
     source = "Hunt & Crossley (1975)"
+    kin = ("curve",)
     parameters = (
         Parameter("stiffness", "N m/rad^1.5", "stiffness, negative for a wall on the negative side"),
         Parameter("position", "rad", "where the wall begins", 0.0, -20.0, 20.0),

@@ -21,6 +21,7 @@ class DwellTime(FrictionEffect):
     symptom = "a break-away torque that grows with the rest before it and is gone after a short slide"
     shows = "start"
     source = "Rabinowicz (1958); Dieterich (1979); Armstrong-Helouvry, Dupont & Canudas de Wit (1994)"
+    kin = ("rest",)
     elusive = True
     parameters = (
         Parameter("rise", "N m", "rise of the break-away torque after a long rest", 0.0, 0.0),

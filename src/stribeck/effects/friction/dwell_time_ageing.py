@@ -24,6 +24,7 @@ class DwellTimeAgeing(FrictionEffect):
     symptom = "a friction level that is higher after a rest, whatever the speed, and falls with the distance slid"
     shows = "start"
     source = "Dieterich (1979); Ruina (1983)"
+    kin = ("rest",)
     elusive = True
     parameters = (
         Parameter("rise", "N m", "rise of the level after a long rest", 0.0, 0.0),

@@ -25,6 +25,7 @@ class FrictionalLag(FrictionEffect):
     symptom = "a residual at low speed that differs between speeding up and slowing down: a loop over velocity"
     shows = "velocity"
     source = "Hess & Soom (1990); Armstrong-Helouvry, Dupont & Canudas de Wit (1994)"
+    kin = ("speed", "rest")
     elusive = True
     parameters = (Parameter("time", "s", "lag of the friction level behind the speed", 0.0, 1e-4, 1.0),)
     states = ("speed",)

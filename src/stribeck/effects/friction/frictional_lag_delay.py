@@ -28,6 +28,7 @@ class FrictionalLagDelay(FrictionEffect):
     symptom = "a residual that differs between speeding up and slowing down, at low and at high speed"
     shows = "velocity"
     source = "Hess & Soom (1990)"
+    kin = ("speed", "rest")
     elusive = True
     parameters = (Parameter("time", "s", "delay of friction behind the speed", 0.0, 1e-4, 1.0),)
     states = NAMES

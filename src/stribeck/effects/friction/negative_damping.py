@@ -24,6 +24,7 @@ class NegativeDamping(FrictionEffect):
     symptom = "a residual against the motion at low speed only, and stick-slip or hunting that the model lacks"
     shows = "velocity"
     source = "Tustin (1947); paper, eq. (1); Bo & Pavelescu (1982)"
+    kin = ("speed",)
     parameters = (
         Parameter("amount", "N m", "break-away above Coulomb friction", 0.0, 0.0),
         Parameter("velocity", "rad/s", "velocity over which it falls", 0.1, 1e-3, 1e3, log=True),

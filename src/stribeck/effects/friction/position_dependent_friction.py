@@ -20,6 +20,7 @@ class PositionDependentFriction(FrictionEffect):
     symptom = "a residual against the direction of motion that repeats with position"
     shows = "position"
     source = "Armstrong-Helouvry (1991); Popovic & Goldenberg (1998)"
+    kin = ("wave",)
     parameters = (
         Parameter("sine", "1", "relative amplitude of the sine", 0.0, -2.0, 2.0),
         Parameter("cosine", "1", "relative amplitude of the cosine", 0.0, -2.0, 2.0),

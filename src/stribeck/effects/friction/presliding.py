@@ -26,6 +26,7 @@ class Presliding(FrictionEffect):
     symptom = "a residual at velocity reversals that grows with the distance moved since, not with time"
     shows = "travel"
     source = "Dahl (1968); LuGre: Canudas de Wit, Olsson, Astrom & Lischinsky (1995)"
+    kin = ("rest",)
     parameters = (
         Parameter("stiffness", "N m/rad", "bristle stiffness", math.inf, 1e-2, 1e9, log=True),
         Parameter("damping", "N m s/rad", "bristle damping", 0.0, 0.0),

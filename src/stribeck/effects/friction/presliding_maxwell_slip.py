@@ -48,6 +48,7 @@ class PreslidingMaxwellSlip(FrictionEffect):
     symptom = "a residual at velocity reversals that grows with the distance moved since, in loops that close"
     shows = "travel"
     source = "Iwan (1966); generalized Maxwell-slip: Al-Bender, Lampaert & Swevers (2005)"
+    kin = ("rest",)
     parameters = (
         Parameter("stiffness", "N m/rad", "stiffness of the unloaded contact", math.inf, 1e-2, 1e9, log=True),
         Parameter("damping", "N m s/rad", "damping of the contact before it slides", 0.0, 0.0),

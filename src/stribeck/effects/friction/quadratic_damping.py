@@ -20,6 +20,7 @@ class QuadraticDamping(FrictionEffect):
     symptom = "a residual against the motion that grows faster than the velocity, nothing at low speed"
     shows = "velocity"
     source = "Fossen (1994), drag in fluids"
+    kin = ("speed",)
     parameters = (Parameter("coefficient", "N m s^2/rad^2", "torque per squared velocity", 0.0, 0.0),)
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:

@@ -22,6 +22,7 @@ class EncoderEccentricity(SensingEffect):
     symptom = "inertia, velocity and gravity that seem to vary with position"
     shows = "position"
     source = "Ellis (2012), Control System Design Guide, ch. 14 (encoder errors)"
+    kin = ("wave",)
     parameters = (
         Parameter("sine", "rad", "amplitude of the sine", 0.0, -0.3, 0.3),
         Parameter("cosine", "rad", "amplitude of the cosine", 0.0, -0.3, 0.3),

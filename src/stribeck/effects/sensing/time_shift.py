@@ -22,6 +22,7 @@ class TimeShift(SensingEffect):
     symptom = "a residual in proportion to the rate of the command, of either sign, in the coupling to other joints too"
     shows = "command rate"
     source = "Rehder, Siegwart & Furgale (2016), temporal calibration of sensors"
+    kin = ("late",)
     filters = True
     parameters = (Parameter("time", "s", "lateness of the position record", 0.0, -0.2, 0.2),)
     delays = "position"

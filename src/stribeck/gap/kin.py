@@ -1,0 +1,32 @@
+"""Effects that may only fill in what a stronger one's law leaves of its own phenomenon.
+
+Nature keeps to no library: a friction that is higher at one spot is not quite a wave over position, and a ripple takes
+what the wave leaves. Two kinds of lateness, or two waves, hardly ever meet in one joint; one that is no pure pole does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from stribeck.gap.step import Step
+
+FILLING = 0.5  # of the presence: of seven that came after their kin on cases of two plants, none was there
+
+
+def filling_in(steps: Sequence[Step]) -> list[bool]:
+    """Return, for steps that each took an effect, whether it is kin to another one that takes more at its joint."""
+    places = [step.best.placed[-1] for step in steps if step.best is not None]
+    sizes = [_removed(step) for step in steps]
+    return [
+        any(
+            mine.joint == other.joint and size < larger and set(mine.effect.kin) & set(other.effect.kin)
+            for other, larger in zip(places, sizes, strict=True)
+        )
+        for mine, size in zip(places, sizes, strict=True)
+    ]
+
+
+def _removed(step: Step) -> float:
+    """Return what an effect takes of the squared residual, over the noise floor's, at the joint where that is most."""
+    shown, k = (step.ranking, step.ranking.best) if step.worth is None else (step.worth, 1)
+    return float((shown.power[0] - shown.power[k]).max())

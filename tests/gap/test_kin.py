@@ -1,0 +1,68 @@
+"""What only fills in for a stronger effect of its own phenomenon is not named; what is of another kind, is."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stribeck.effects.registry import effect_named, laws
+from stribeck.gap.kin import filling_in
+from stribeck.gap.verdict import NAMED_OVER, causes_of
+from stribeck.model.layout import Placed
+
+
+def taken(*found: tuple[str, int, float]) -> list[Any]:
+    """The steps of a search: each an effect, its joint, and what it takes of the squared residual, in floors."""
+    placed = [Placed(effect_named(name), joint, {"time": 0.01}) for name, joint, _ in found]
+    steps: list[Any] = []
+    for k, (_, _, removed) in enumerate(found):
+        base, best = (SimpleNamespace(placed=tuple(placed[: k + i])) for i in (0, 1))
+        ranking = SimpleNamespace(
+            best=1,
+            overall=[0.0, 0.95],
+            t=[0.0, 12.0],
+            power=np.array([[removed + 1.0] * 2, [1.0] * 2]),
+            twins=lambda: [1],
+        )
+        steps.append(
+            SimpleNamespace(
+                taken=True, base=base, best=best, rivals=(best,), ranking=ranking, worth=None, screened_out=()
+            )
+        )
+    return steps
+
+
+@pytest.mark.parametrize(
+    ("found", "fills"),
+    [
+        ([("actuator_lag", 0, 9.0), ("delay", 0, 4.0)], [False, True]),
+        ([("delay", 0, 4.0), ("actuator_lag", 0, 9.0)], [True, False]),
+        ([("actuator_lag", 0, 9.0), ("delay", 1, 4.0)], [False, False]),
+        (
+            [("position_dependent_friction", 1, 9.0), ("torque_ripple", 1, 5.0), ("cogging", 1, 2.0)],
+            [False, True, True],
+        ),
+        ([("contact", 0, 9.0), ("torque_ripple", 0, 5.0)], [False, False]),
+        ([("presliding", 0, 9.0), ("payload", 0, 5.0)], [False, False]),
+    ],
+)
+def test_the_weaker_of_two_of_a_kind_at_a_joint_fills_in(
+    found: list[tuple[str, int, float]], fills: list[bool]
+) -> None:
+    assert filling_in(taken(*found)) == fills
+
+
+def test_it_keeps_half_of_its_presence_and_no_name() -> None:
+    alone, _ = causes_of(taken(("delay", 0, 4.0)), ("A", "B"))
+    causes, left = causes_of(taken(("actuator_lag", 0, 9.0), ("delay", 0, 4.0)), ("A", "B"))
+    presences = {cause.effect: cause.presence or 0.0 for cause in causes}
+    assert presences["actuator_lag"] > NAMED_OVER > presences["delay"]
+    assert presences["delay"] == pytest.approx(0.5 * (alone[0].presence or 0.0), rel=0.01)
+    assert left + sum(cause.probability for cause in causes) == pytest.approx(1.0)
+
+
+def test_nothing_is_alone_of_its_kind() -> None:
+    words = [word for effect in laws().values() for word in effect.kin]
+    names = {word: {effect.name for effect in laws().values() if word in effect.kin} for word in words}
+    assert all(len(families) > 1 for families in names.values())
