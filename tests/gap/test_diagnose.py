@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -87,8 +88,8 @@ def test_what_is_said_of_a_named_effect_is_what_is_written(monkeypatch: pytest.M
     """An effect that was taken but is not believed is not in the corrected arm; so it must not bend what is told."""
     other = ("torque_offset", {"offset": 1.0})
 
-    def doubted(steps: Sequence[Step], names: Sequence[str]) -> tuple[list[Cause], float]:
-        causes, left_over = causes_of(steps, names)
+    def doubted(steps: Sequence[Step], *others: Any) -> tuple[list[Cause], float]:
+        causes, left_over = causes_of(steps, *others)
         return [replace(c, presence=0.3) if c.effect == other[0] else c for c in causes], left_over
 
     monkeypatch.setattr(assembly, "causes_of", doubted)

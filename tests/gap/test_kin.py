@@ -10,11 +10,14 @@ from stribeck.effects.registry import effect_named, laws
 from stribeck.gap.kin import filling_in
 from stribeck.gap.verdict import NAMED_OVER, causes_of
 from stribeck.model.layout import Placed
+from stribeck.model.values import Scale
+
+SCALES = (Scale(1.0, 1.0, 1.0, 1.0, 1.0, 1e-3, middle=0.2),) * 2
 
 
-def taken(*found: tuple[str, int, float]) -> list[Any]:
+def taken(*found: tuple[str, int, float], late: float = 0.01) -> list[Any]:
     """The steps of a search: each an effect, its joint, and what it takes of the squared residual, in floors."""
-    placed = [Placed(effect_named(name), joint, {"time": 0.01}) for name, joint, _ in found]
+    placed = [Placed(effect_named(name), joint, {"time": late, "time_constant": late}) for name, joint, _ in found]
     steps: list[Any] = []
     for k, (_, _, removed) in enumerate(found):
         base, best = (SimpleNamespace(placed=tuple(placed[: k + i])) for i in (0, 1))
@@ -54,12 +57,25 @@ def test_the_weaker_of_two_of_a_kind_at_a_joint_fills_in(
 
 
 def test_it_keeps_half_of_its_presence_and_no_name() -> None:
-    alone, _ = causes_of(taken(("delay", 0, 4.0)), ("A", "B"))
-    causes, left = causes_of(taken(("actuator_lag", 0, 9.0), ("delay", 0, 4.0)), ("A", "B"))
+    alone, _ = causes_of(taken(("delay", 0, 4.0)), ("A", "B"), SCALES)
+    causes, left = causes_of(taken(("actuator_lag", 0, 9.0), ("delay", 0, 4.0)), ("A", "B"), SCALES)
     presences = {cause.effect: cause.presence or 0.0 for cause in causes}
     assert presences["actuator_lag"] > NAMED_OVER > presences["delay"]
     assert presences["delay"] == pytest.approx(0.5 * (alone[0].presence or 0.0), rel=0.01)
     assert left + sum(cause.probability for cause in causes) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("effect", ["delay", "actuator_lag", "time_shift"])
+def test_what_every_drive_has_some_of_is_not_named(effect: str) -> None:
+    (small,), _ = causes_of(taken((effect, 0, 9.0), late=0.0005), ("A", "B"), SCALES)
+    (large,), _ = causes_of(taken((effect, 0, 9.0), late=0.005), ("A", "B"), SCALES)
+    assert (small.presence or 0.0) < 0.2 < NAMED_OVER < (large.presence or 0.0)
+
+
+def test_a_joint_with_no_more_than_every_drive_has_is_not_listed() -> None:
+    steps = [*taken(("delay", 0, 9.0)), *taken(("delay", 1, 9.0), late=0.0005)]
+    (cause,), _ = causes_of(steps, ("A", "B"), SCALES)
+    assert cause.joints == ("A",)
 
 
 def test_nothing_is_alone_of_its_kind() -> None:

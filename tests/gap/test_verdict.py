@@ -1,5 +1,6 @@
 """The arithmetic of the verdict: the closed part by the contract's formula, and probabilities that behave."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -21,8 +22,10 @@ from stribeck.gap.verdict import (
     suspected,
 )
 from stribeck.model.layout import Placed
+from stribeck.model.values import Scale
 
 FLOOR = np.array([0.1, 0.4])
+SCALES = (Scale(1.0, 1.0, 1.0, 1.0, 1.0, 1e-3),) * 2
 
 
 def rows(*rms: float) -> np.ndarray:
@@ -121,6 +124,22 @@ def late(
 )
 def test_late_by_the_same_everywhere(steps: Any, same: bool) -> None:
     """Which of the two records is late cannot be told where all joints share it."""
-    (cause,), _ = causes_of(steps, ("A", "B"))
+    (cause,), _ = causes_of(steps, ("A", "B"), SCALES)
     other = {"delay": "time_shift", "time_shift": "delay"}[cause.effect]
     assert (other in cause.equivalent) is same
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "position", "leaned_on"), [(9.0, 0.1, True), (9.0, 0.3, False), (-9.0, 0.3, True), (-9.0, 0.1, False)]
+)
+def test_a_stop_that_is_leaned_on_most_of_the_time_may_be_a_cable(
+    stiffness: float, position: float, leaned_on: bool
+) -> None:
+    """The joint spends half of its time on either side of 0.2 rad."""
+    scale = replace(SCALES[0], middle=0.2)
+    values = {"stiffness": stiffness, "position": position, "damping": 0.1}
+    assert effect_named("contact").also(values, scale) == (("cable_spring",) if leaned_on else ())
+    steps = late(0.01, effects=("contact",), candidates=("cable_spring",))
+    object.__setattr__(steps[0].best.placed[0], "values", values)
+    (cause,), _ = causes_of(steps, ("A", "B"), (scale, scale))
+    assert cause.equivalent == (("contact", "cable_spring") if leaned_on else ("contact",))

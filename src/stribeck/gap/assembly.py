@@ -75,7 +75,7 @@ class Assembly:
     def diagnosis(self) -> Diagnosis:
         """Return the diagnosis."""
         arm, prepared = self.prepared.arm, self.prepared
-        causes, left_over = causes_of(self.steps, arm.names)
+        causes, left_over = causes_of(self.steps, arm.names, prepared.scales)
         in_torque = tuple(cause.effect for cause in causes if (cause.presence or 0.0) > NAMED_OVER)
         chain = self._chain(in_torque)
         causes = [self._with_details(cause, chain if cause.effect in in_torque else self.models) for cause in causes]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,12 +14,15 @@ from stribeck.gap.kin import FILLING, filling_in
 from stribeck.gap.presence import evidence, presence
 from stribeck.gap.result import Cause, Estimate
 from stribeck.gap.step import Step, last_model
+from stribeck.model.layout import Placed
+from stribeck.model.values import Scale
 
 AT_FLOOR = 1.4  # residual over noise floor up to which nothing is left to explain
 SILENT_TO = 1.6  # residual over noise floor up to which there is no gap: the floor is known to a factor of 1.5
 UNKNOWN_HELD = 0.65  # of the chance of "unknown": four of ten unexplained gaps were an effect of the library after all
 MOST_SUSPECTS = 2
 IN_TIME = 0.25  # of their mean, by which the delays of all joints may differ and still be one
+ORDINARY = 0.1  # of the presence of what every arm has some of: it is there, and no cause to be named
 FROM_OUTSIDE = 0.3  # of the chance of "none", where what is left is random torque: its cause may count as an effect
 # of the chance of "none": with 0.75 here it was 0.63 where 162 of 213 sealed cases hid nothing; a third of all did
 NONE_HELD = 0.9
@@ -36,37 +40,51 @@ def closure(before: np.ndarray, after: np.ndarray, floor: np.ndarray) -> float:
     return 1.0 - max(float(np.sum(last - 1.0)), 0.0) / max(float(np.sum(first - 1.0)), 1e-9)
 
 
-def causes_of(steps: Sequence[Step], names: Sequence[str]) -> tuple[list[Cause], float]:
+def causes_of(steps: Sequence[Step], names: Sequence[str], scales: Sequence[Scale]) -> tuple[list[Cause], float]:
     """Return the causes that the taken steps name, without parameters, and the probability of ``unknown``."""
     taken = [step for step in steps if step.taken]
-    gathered: dict[str, list[tuple[int, float, float, tuple[str, ...]]]] = {}
+    gathered: dict[str, list[_Found]] = {}
     for step, fills in zip(taken, filling_in(taken), strict=True):
-        r, best = step.ranking, step.best
-        assert best is not None
-        place = best.placed[len(step.base.placed)]
-        twins = [step.rivals[i - 1].placed[-1].effect.name for i in r.twins()]
-        shown = r.overall[r.best] if step.worth is None else step.worth.overall[1]
-        share = -float(np.log(np.clip(1.0 - shown, 1e-6, 0.99)))  # each has some: the gates saw a gain
-        gathered.setdefault(place.effect.name, []).append(
-            (
-                place.joint,
-                presence(evidence(step)) * (FILLING if fills else 1.0),
-                share,
-                tuple(dict.fromkeys([place.effect.name, *twins])),
-            )
-        )
+        found = _found(step, fills, scales)
+        gathered.setdefault(found.place.effect.name, []).append(found)
     late = _late_as_one(steps, len(names)) if taken else ()
-    whole = sum(share for rows in gathered.values() for _, _, share, _ in rows) or 1.0
+    whole = sum(one.share for all_of_it in gathered.values() for one in all_of_it) or 1.0
     causes = []
-    for effect, rows in gathered.items():
-        surest = max(row[1] for row in rows)
-        share = sum(row[2] for row in rows) / whole
-        equivalent = tuple(dict.fromkeys(name for row in rows for name in row[3]))
+    for effect, all_of_it in gathered.items():
+        telling = [one for one in all_of_it if not one.ordinary] or all_of_it
+        surest = max(one.presence for one in telling)
+        part = sum(one.share for one in all_of_it) / whole
+        equivalent = tuple(dict.fromkeys(name for one in telling for name in one.equivalent))
         if effect in late:
             equivalent = tuple(dict.fromkeys((*equivalent, *late)))
-        causes.append(Cause(effect, surest * share, tuple(names[row[0]] for row in rows), equivalent, presence=surest))
+        joints = tuple(names[one.place.joint] for one in telling)
+        causes.append(Cause(effect, surest * part, joints, equivalent, presence=surest))
     left_over = 1.0 - sum(cause.probability for cause in causes)
     return causes, max(left_over, 0.0)
+
+
+class _Found(NamedTuple):
+    """What one step took: how surely it is there, its part of what is closed, and its equivalents."""
+
+    place: Placed
+    ordinary: bool
+    presence: float
+    share: float
+    equivalent: tuple[str, ...]
+
+
+def _found(step: Step, fills: bool, scales: Sequence[Scale]) -> _Found:
+    r, best = step.ranking, step.best
+    assert best is not None
+    place = best.placed[len(step.base.placed)]
+    twins = [step.rivals[i - 1].placed[-1].effect.name for i in r.twins()]
+    shown = r.overall[r.best] if step.worth is None else step.worth.overall[1]
+    share = -float(np.log(np.clip(1.0 - shown, 1e-6, 0.99)))  # each has some: the gates saw a gain
+    ordinary = place.effect.ordinary(place.values)
+    kept = ORDINARY if ordinary else FILLING if fills else 1.0
+    also = [name for name in place.effect.also(place.values, scales[place.joint]) if name in _tried(step)]
+    equivalent = tuple(dict.fromkeys([place.effect.name, *twins, *also]))
+    return _Found(place, ordinary, presence(evidence(step)) * kept, share, equivalent)
 
 
 def _late_as_one(steps: Sequence[Step], joints: int) -> tuple[str, ...]:

@@ -87,6 +87,14 @@ class Effect(ABC):
         """Return whether fitted values can be meant: not a corner where the law stands for another one, or for none."""
         return True
 
+    def also(self, values: Mapping[str, float], scale: Scale) -> tuple[str, ...]:
+        """Return the names of other effects that such fitted values may as well mean."""
+        return ()
+
+    def ordinary(self, values: Mapping[str, float]) -> bool:
+        """Return whether fitted values are what every arm has some of: fitted along with the others, never named."""
+        return False
+
     def observed(self, record: Record) -> Observed | None:
         """Return what the records show of a ``direct`` effect; None where they show nothing of it."""
         return None

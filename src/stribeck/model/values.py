@@ -54,8 +54,8 @@ class Scale:
         Root mean square command and Coulomb friction, N m.
     speed : float
         Root mean square velocity, rad/s.
-    travel : float
-        Range of position, rad.
+    travel, middle : float
+        Range of position, and its median, rad.
     inertia : float
         Inertia that the joint moves, others held, kg m^2.
     sample_time : float
@@ -69,6 +69,7 @@ class Scale:
     inertia: float
     sample_time: float
     length: float = 1.0
+    middle: float = 0.0
 
 
 @dataclass(frozen=True)

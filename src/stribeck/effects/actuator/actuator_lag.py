@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import final
 
 from stribeck.model.effect import ActuatorEffect
 from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
+
+PROMPT = 1.6e-3  # s: current loops of 100 Hz and more are what drives have
 
 
 @final
@@ -27,6 +30,9 @@ class ActuatorLag(ActuatorEffect):
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         return ({"time_constant": 0.01},)
+
+    def ordinary(self, values: Mapping[str, float]) -> bool:
+        return values["time_constant"] < PROMPT
 
     def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         return x["torque"]

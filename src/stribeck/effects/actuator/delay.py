@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import final
 
 from stribeck.model.effect import ActuatorEffect
 from stribeck.model.values import Parameter, Scale
+
+PROMPT = 1.6e-3  # s: so much goes by in any digital drive
 
 
 @final
@@ -25,3 +28,6 @@ class Delay(ActuatorEffect):
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         return ({"time": 0.01},)
+
+    def ordinary(self, values: Mapping[str, float]) -> bool:
+        return values["time"] < PROMPT

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from typing import final
 
 import casadi as ca
@@ -43,6 +45,11 @@ class Contact(ExternalEffect):
         _, size, side, place = max(tried)
         least = 0.02 * scale.torque / scale.travel**1.5
         return ({"stiffness": side * max(size, least), "position": side * place, "damping": 0.2},)
+
+    def also(self, values: Mapping[str, float], scale: Scale) -> tuple[str, ...]:
+        # what is leaned on for most of the time is hardly a stop: a cable that hangs slack on one side, or stiffens
+        leaned = math.copysign(1.0, values["stiffness"]) * (scale.middle - values["position"]) > 0.0
+        return ("cable_spring",) if leaned else ()
 
     def torque(self, s: Signals, x: States, p: Parameters) -> Expression:
         side = ca.sign(p["stiffness"])

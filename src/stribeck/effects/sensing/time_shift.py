@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import final
 
 from stribeck.model.effect import SensingEffect
 from stribeck.model.values import Parameter, Scale
+
+EXACT = 0.6e-3  # s: no two channels are read at the same instant
 
 
 @final
@@ -30,3 +33,6 @@ class TimeShift(SensingEffect):
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         # moved motion changes friction by leaps, at every reversal: a fit gets stuck on its way from far
         return tuple({"time": time} for time in (0.005, 0.012, 0.025, -0.005, -0.015))
+
+    def ordinary(self, values: Mapping[str, float]) -> bool:
+        return abs(values["time"]) < EXACT
