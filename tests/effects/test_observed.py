@@ -50,6 +50,26 @@ def test_lag_of_the_velocity_is_seen(lag: float) -> None:
     assert value == pytest.approx(lag, rel=0.1)
 
 
+@pytest.mark.parametrize("samples", [5, 12, 30])
+def test_a_moving_average_is_a_filter(samples: int) -> None:
+    """It is late by half its width, and damps what is fast, which no late record does."""
+    plain = record()
+    taps = np.full(samples, 1.0 / samples)
+    mean = tuple(signal.lfilter(taps, [1.0], dq, zi=dq[0] * signal.lfilter_zi(taps, [1.0]))[0] for dq in plain.velocity)
+    seen = VelocityFilter().observed(Record(plain.position, mean, plain.sample_time, plain.resolution))
+    assert seen is not None
+    assert seen.values["time"][0] == pytest.approx(0.5 * (samples - 1) * STEP, rel=0.1)
+
+
+def test_two_poles_are_a_filter() -> None:
+    plain = record()
+    t = STEP * np.arange(4000)
+    twice = tuple(signal.lsim(([1.0], [1e-4, 0.02, 1.0]), dq, t)[1] for dq in plain.velocity)
+    seen = VelocityFilter().observed(Record(plain.position, twice, plain.sample_time, plain.resolution))
+    assert seen is not None
+    assert seen.values["time"][0] == pytest.approx(0.02, rel=0.1)
+
+
 def test_velocity_without_a_lag_shows_nothing() -> None:
     assert VelocityFilter().observed(record()) is None
 

@@ -69,7 +69,8 @@ CASES = {
         "A", {"amplitude": 2.0, "harmonic": 3.0, "phase": 0.7}, wave(2.0 / 4.6, 0.7, 3.0), 0.3
     ),
     "quadratic_damping": Case("B", {"coefficient": 0.4}, {"coefficient": (0.4, 0.02)}, 0.3),
-    "actuator_lag": Case("B", {"time": 0.02}, {"time_constant": (0.02, 0.001)}, 0.3),
+    "actuator_lag/one_pole": Case("B", {"time": 0.02}, {"time_constant": (0.02, 0.001)}, 0.3),
+    "actuator_lag/two_poles": Case("B", {"time": 0.012, "again": 0.012}, {"time_constant": (0.024, 0.0012)}, 0.3),
     "delay": Case("B", {"time": 0.02}, {"time": (0.02, 0.0006)}, 0.3),
     "torque_gain": Case("B", {"gain": 0.8}, {"gain": (0.8, 0.02)}, 0.4),
     "torque_offset": Case("B", {"offset": 1.0}, {"offset": (1.0, 0.05)}, 0.3),

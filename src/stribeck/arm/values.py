@@ -75,7 +75,7 @@ class Joint:
     backward: Friction
     torque_limit: Positive | None = None
     encoder_resolution: NotNegative | None = None
-    tolerance: Mapping[str, NotNegative] = field(default_factory=dict)
+    tolerance: Mapping[str, NotNegative] = field(default_factory=dict, hash=False)
 
 
 @dataclass(frozen=True)

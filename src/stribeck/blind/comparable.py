@@ -44,7 +44,7 @@ CONVERT: Mapping[str, Callable[[Values], Converted]] = {
     "load_dependent_friction": _named(ratio="ratio"),
     "position_dependent_friction": _named(harmonic="harmonic"),
     "quadratic_damping": _named(coefficient="coefficient"),
-    "actuator_lag": _named(time_constant="time"),
+    "actuator_lag": lambda p: {"time_constant": p["time"] + p.get("again", 0.0)},
     "delay": _named(time="time"),
     "torque_gain": _named(gain="gain"),
     "torque_offset": _named(offset="offset"),

@@ -11,6 +11,7 @@ from importlib.metadata import entry_points
 
 from stribeck.arm import Arm, EffectEntry
 from stribeck.effects.actuator.actuator_lag import ActuatorLag
+from stribeck.effects.actuator.actuator_lag_two_poles import ActuatorLagTwoPoles
 from stribeck.effects.actuator.cogging import Cogging
 from stribeck.effects.actuator.delay import Delay
 from stribeck.effects.actuator.torque_dead_zone import TorqueDeadZone
@@ -63,6 +64,7 @@ _OWN: tuple[type[Effect], ...] = (
     PositionDependentFriction,
     QuadraticDamping,
     ActuatorLag,
+    ActuatorLagTwoPoles,
     Delay,
     TorqueGain,
     TorqueOffset,

@@ -12,6 +12,9 @@ import numpy as np
 Expression = Any
 """A CasADi expression (``casadi.SX``, scalar unless said otherwise) or a float."""
 
+PROMPT = 1.6e-3
+"""Lateness that any drive has, s: current loops of 100 Hz and more, a sample of a digital loop."""
+
 Parameters = Mapping[str, Expression]
 States = Mapping[str, Expression]
 

@@ -9,6 +9,7 @@ What the names leave open:
 - ``asymmetric_friction``: forward minus backward constants, the mean stays;
 - ``history``: relative change of the level when as much friction power as `power` has flowed for long; or, where
   `work` is given, when the contact is new: what is left of it falls to 1/e with that much work of friction, J;
+- ``actuator_lag``: a pole, and where ``again`` is given another one behind it;
 - ``time_shift``: positive where the recorded position is late, q[i] being the position at t[i] - time;
 - ``torque_dead_zone``: the torque that gets lost, on either side;
 - ``torque_ripple``: relative, at the rotor's angle; ``cogging`` the same in N m;
@@ -102,7 +103,7 @@ KNOWN: dict[str, Rule] = {
     "position_dependent_friction": Rule({"amplitude": 0.0}, {"harmonic": 1.0, "phase": 0.0}, _periodic("wave")),
     "load_dependent_friction": Rule({"ratio": 0.0}, {}, {"ratio": "load_ratio"}),
     "quadratic_damping": Rule({"coefficient": 0.0}, {}, {"coefficient": "quadratic"}),
-    "actuator_lag": Rule({"time": 0.0}, {}, {"time": "lag"}),
+    "actuator_lag": Rule({"time": 0.0}, {"again": 0.0}, {"time": "lag", "again": "lag_again"}),
     "delay": Rule({"time": 0.0}, {}, {"time": "delay"}),
     "torque_gain": Rule({"gain": 1.0}, {}, _same("gain")),
     "torque_offset": Rule({"offset": 0.0}, {}, _same("offset")),

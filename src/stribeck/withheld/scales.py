@@ -77,6 +77,11 @@ def _history(st: Stage) -> Params:
     return lambda s: {"change": sign * s, "time": time, "power": st.power}
 
 
+def _lag(st: Stage) -> Params:
+    twice = st.one_of(False, False, True)
+    return lambda s: {"time": 0.5 * s, "again": 0.5 * s} if twice else {"time": s}
+
+
 def _gain(st: Stage) -> Params:
     sign = st.one_of(-1.0, 1.0)
     return lambda s: {"gain": 1.0 + sign * s}
@@ -158,7 +163,7 @@ SCALES: dict[str, Scale] = {
     "position_dependent_friction": Scale(_periodic(lambda st: st.joint.friction.C0, 1.0, 2.0, 3.0), (0.03, 0.85)),
     "load_dependent_friction": Scale(_simple("ratio"), (0.005, 0.5)),
     "quadratic_damping": Scale(_simple("coefficient", lambda st: st.torque / st.speed**2), (0.05, 6.0)),
-    "actuator_lag": Scale(_simple("time"), (5e-4, 0.04)),
+    "actuator_lag": Scale(_lag, (5e-4, 0.04)),
     "delay": Scale(_simple("time"), (5e-4, 0.03)),
     "torque_gain": Scale(_gain, (0.01, 0.5)),
     "torque_offset": Scale(_offset, (0.01, 0.8)),

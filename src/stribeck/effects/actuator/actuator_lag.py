@@ -7,9 +7,7 @@ from types import MappingProxyType
 from typing import final
 
 from stribeck.model.effect import ActuatorEffect
-from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
-
-PROMPT = 1.6e-3  # s: current loops of 100 Hz and more are what drives have
+from stribeck.model.values import PROMPT, Expression, Parameter, Parameters, Scale, Signals, States
 
 
 @final
@@ -17,6 +15,7 @@ class ActuatorLag(ActuatorEffect):
     """The bandwidth of a current loop or a drive, as one pole."""
 
     name = "actuator_lag"
+    law = "one_pole"
     channel = "actuator"
     equation = r"T \dot\tau = u - \tau"
     symptom = "a residual in proportion to the rate of the command"

@@ -41,8 +41,8 @@ class Cogging(ActuatorEffect):
         return tuple({"sine": -w.sine, "cosine": -w.cosine, "harmonic": w.rate} for w in waves)
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
-        # less than a period is any curve over position: a spring that stiffens, a stop that is soft
-        return values["harmonic"] * scale.travel > 2.0 * math.pi
+        # much less than a period is any curve over position: a spring that stiffens, a stop that is soft
+        return values["harmonic"] * scale.travel > 1.5 * math.pi
 
     def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         phase = p["harmonic"] * s.position

@@ -6,9 +6,7 @@ from collections.abc import Mapping
 from typing import final
 
 from stribeck.model.effect import ActuatorEffect
-from stribeck.model.values import Parameter, Scale
-
-PROMPT = 1.6e-3  # s: so much goes by in any digital drive
+from stribeck.model.values import PROMPT, Parameter, Scale
 
 
 @final

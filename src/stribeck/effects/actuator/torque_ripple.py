@@ -39,8 +39,8 @@ class TorqueRipple(ActuatorEffect):
         return tuple({"sine": _inside(-w.sine), "cosine": _inside(-w.cosine), "harmonic": w.rate} for w in waves)
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
-        # less than a period is any gain that changes with position
-        return values["harmonic"] * scale.travel > 2.0 * math.pi
+        # much less than a period is any gain that changes with position
+        return values["harmonic"] * scale.travel > 1.5 * math.pi
 
     def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         return torque * self.command_scale(s.position, p)

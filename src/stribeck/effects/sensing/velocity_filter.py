@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from typing import final
+from collections.abc import Callable
+from typing import TypeAlias, final
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import signal
 from scipy.optimize import minimize_scalar
 
 from stribeck.model.effect import SensingEffect
 from stribeck.model.values import Observed, Parameter, Record, Scale
+
+Floats: TypeAlias = NDArray[np.float64]
+Filter: TypeAlias = Callable[[Floats, float], Floats]
+"""Signal and lag at low frequency, samples, to the filtered signal."""
 
 TOP = 20.0  # Hz: what is compared lies below this, and below a fifth of the sample rate
 LONGEST = 0.5  # s
@@ -20,9 +26,10 @@ LATER = 0.6  # samples: a difference quotient alone is half a sample late
 
 @final
 class VelocityFilter(SensingEffect):
-    """A first-order lag of the recorded velocity, which shows against the recorded position's own slope.
+    """A lag of the recorded velocity, which shows against the recorded position's own slope.
 
-    Torque and position know nothing of it; a controller that uses the reported velocity does.
+    One pole, two equal ones, or a moving average: ``time`` is the lag at low frequency in any case. Torque and position
+    know nothing of it; a controller that uses the reported velocity does.
     """
 
     name = "velocity_filter"
@@ -31,7 +38,7 @@ class VelocityFilter(SensingEffect):
     symptom = "a recorded velocity that trails the slope of the recorded position, most where it changes fast"
     shows = "recorded velocity"
     source = "Ellis (2012), Control System Design Guide, ch. 14 (velocity from position)"
-    parameters = (Parameter("time", "s", "time constant of the filter", 0.0, 0.0, LONGEST),)
+    parameters = (Parameter("time", "s", "lag of the filter at low frequency", 0.0, 0.0, LONGEST),)
     direct = True
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
@@ -41,13 +48,13 @@ class VelocityFilter(SensingEffect):
         if not record.velocity:
             return None
         runs = [_Compared(*run) for run in zip(record.position, record.velocity, record.sample_time, strict=True)]
-        alone = sum(run.misfit(0.0) for run in runs)
-        time, left = _best(runs)
+        alone = sum(run.misfit(0.0, _late) for run in runs)
+        kind, (time, left) = min(((kind, _best(runs, kind)) for kind in KINDS), key=lambda found: found[1][1])
         if left > (1.0 - LEAST) * alone or time < LATER * min(record.sample_time):
             return None
-        if left > RATHER * _best(runs, late=True)[1]:
+        if left > RATHER * _best(runs, _late)[1]:
             return None
-        each = np.array([_best([run])[0] for run in runs])
+        each = np.array([_best([run], kind)[0] for run in runs])
         spread = 2.0 * float(np.std(each)) / np.sqrt(len(each)) + 0.02 * time
         return Observed({"time": (time, max(time - spread, 0.0), time + spread)}, 1.0 - left / alone)
 
@@ -64,30 +71,46 @@ class _Compared:
     def _smooth(self, values: np.ndarray) -> np.ndarray:
         return np.asarray(signal.sosfiltfilt(self.low_pass, values))
 
-    def misfit(self, time: float, *, late: bool = False) -> float:
-        """Return the squared difference that is left with the slope lagged, or late, by a time (s)."""
+    def misfit(self, time: float, kind: Filter) -> float:
+        """Return the squared difference that is left with the slope lagged by a time (s)."""
         edge = min(len(self.slope) // 4, round(0.2 / self.step))
-        moved = self._late(time) if late else self._lagged(time)
+        moved = kind(self.slope, time / self.step) if time > 0.0 else self.slope
         left = (self._smooth(moved) - self.seen)[edge : -edge or None]
         return float(left @ left)
 
-    def _lagged(self, time: float) -> np.ndarray:
-        if time <= 0.0:
-            return np.asarray(self.slope)
-        keep = np.exp(-self.step / time)
-        mean = 0.5 * (self.slope + np.concatenate([self.slope[:1], self.slope[:-1]]))  # between two samples
-        return np.asarray(signal.lfilter([1.0 - keep], [1.0, -keep], mean, zi=[mean[0] * keep])[0])
 
-    def _late(self, time: float) -> np.ndarray:
-        t = self.step * np.arange(len(self.slope))
-        return np.asarray(np.interp(t - time, t, self.slope))
+def _one_pole(values: Floats, samples: float) -> Floats:
+    keep = np.exp(-1.0 / samples)
+    mean = 0.5 * (values + np.concatenate([values[:1], values[:-1]]))  # between two samples
+    return np.asarray(signal.lfilter([1.0 - keep], [1.0, -keep], mean, zi=[mean[0] * keep])[0])
 
 
-def _best(runs: list[_Compared], *, late: bool = False) -> tuple[float, float]:
+def _two_poles(values: Floats, samples: float) -> Floats:
+    return _one_pole(_one_pole(values, 0.5 * samples), 0.5 * samples)
+
+
+def _average(values: Floats, samples: float) -> Floats:
+    """Return the mean over the last 2 ``samples``."""
+    steps = np.arange(len(values), dtype=float)
+    summed = np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]))])
+    before = np.maximum(steps - 2.0 * samples, 0.0)
+    moved = (summed - np.interp(before, steps, summed)) / np.maximum(steps - before, 1e-9)
+    return np.where(steps > 0.0, moved, values)
+
+
+def _late(values: Floats, samples: float) -> Floats:
+    steps = np.arange(len(values), dtype=float)
+    return np.interp(steps - samples, steps, values)
+
+
+KINDS: tuple[Filter, ...] = (_one_pole, _two_poles, _average)
+
+
+def _best(runs: list[_Compared], kind: Filter) -> tuple[float, float]:
     """Return the time (s) that leaves least, and what it leaves."""
 
     def left(time: float) -> float:
-        return float(sum(run.misfit(time, late=late) for run in runs))
+        return float(sum(run.misfit(time, kind) for run in runs))
 
     times = np.concatenate([[0.0], np.geomspace(0.25 * min(run.step for run in runs), LONGEST, 16)])
     k = int(np.argmin([left(time) for time in times]))

@@ -15,7 +15,7 @@
     X(dwell_rise) X(dwell_time) X(dwell_distance) X(warm_change) X(warm_time) X(warm_power) X(wear_work)         \
     X(wave_amplitude) X(wave_harmonic) X(wave_phase) X(load_ratio) X(quadratic)                                  \
     /* drive */                                                                                                  \
-    X(lag) X(delay) X(gain) X(offset) X(saturation) X(dead_zone)                                                 \
+    X(lag) X(lag_again) X(delay) X(gain) X(offset) X(saturation) X(dead_zone)                                                 \
     X(cogging_amplitude) X(cogging_harmonic) X(cogging_phase)                                                    \
     X(ripple_ratio) X(ripple_harmonic) X(ripple_phase)                                                           \
     /* transmission: stiffness 0 means rigid */                                                                  \

@@ -19,7 +19,7 @@ typedef struct {
     Tree tree;
     double x[MAX_BODIES], v[MAX_BODIES], v_old[MAX_BODIES];             /* bodies, relative to the parent */
     double theta[MAX_JOINTS], omega[MAX_JOINTS], omega_old[MAX_JOINTS]; /* rotors behind a transmission */
-    double amplifier[MAX_JOINTS], rotor_torque[MAX_JOINTS], speed_log[MAX_JOINTS];
+    double amplifier[MAX_JOINTS], second[MAX_JOINTS], rotor_torque[MAX_JOINTS], speed_log[MAX_JOINTS];
     Friction friction[MAX_JOINTS];
 } Plant;
 
@@ -154,6 +154,7 @@ static void push_joint(Plant *p, int k, double t, double h, double command, doub
     double angle = p->flexible[k] ? p->theta[k] + 0.5 * h * p->omega[k] : mid;
     double rate = p->flexible[k] ? 1.5 * p->omega[k] - 0.5 * p->omega_old[k] : glide;
     double u = lagged_mean(j->lag, drive(j, command), h, &p->amplifier[k]);
+    u = lagged_mean(j->lag_again, u, h, &p->second[k]);
     double torque = at_rotor(j, u, angle, rate, t + 0.5 * h) + push;
     p->rotor_torque[k] = torque;
     if (!p->flexible[k]) {
