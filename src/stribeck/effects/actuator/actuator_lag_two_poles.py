@@ -17,7 +17,7 @@ class ActuatorLagTwoPoles(ActuatorEffect):
     name = "actuator_lag"
     law = "two_poles"
     channel = "actuator"
-    equation = r"\tfrac{T}{2} \dot w = u - w, \quad \tfrac{T}{2} \dot\tau = w - \tau"
+    equation = r"\frac{T}{2} \dot w = u - w, \quad \frac{T}{2} \dot\tau = w - \tau"
     symptom = "a residual in proportion to the rate of the command, and to its second derivative where that is fast"
     shows = "command rate"
     source = "Ellis (2012), Control System Design Guide (current loops, command filters)"
