@@ -1,8 +1,12 @@
 """Waves in a residual: where a periodic law and one that rings may start."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from stribeck.effects.registry import effect_named
+from stribeck.model.values import Scale
 from stribeck.model.waves import Trace, ringing, strongest_waves
 
 STEP = 0.02
@@ -38,3 +42,20 @@ def test_ringing_is_found_whatever_its_phases() -> None:
     assert len(found) == 2
     assert ringing(traced(residual, runs), (5.0, 20.0), count=1)[0] > 5.0
     assert ringing(traced(np.zeros(60), 3), (0.8, 20.0)) == []
+
+
+def test_an_axis_in_metres_is_searched_by_its_travel() -> None:
+    """A screw of 20 mm lead over 0.4 m: no turn says how often what is periodic repeats."""
+    turning = Scale(1.0, 1.0, 1.0, 1.8, 1.0, 1e-3)
+    axis = replace(turning, travel=0.4, prismatic=True)
+    assert turning.rates(60.0) == (1.0, 60.0)
+    low, high = axis.rates(60.0)
+    assert low < 2.0 * np.pi / 0.4 < 2.0 * np.pi / 0.02 < high
+    x = 0.2 * np.sin(np.linspace(0.0, 40.0, 4000))
+    rate = 2.0 * np.pi / 0.02
+    trace = Trace(np.arange(4000.0), x, np.cos(np.linspace(0.0, 40.0, 4000)), np.ones(4000), 3.0 * np.sin(rate * x))
+    for name in ("cogging", "torque_ripple"):
+        assert min(abs(s["harmonic"] / rate - 1.0) for s in effect_named(name).starts_from(axis, trace)) < 0.01
+    rough = replace(trace, residual=trace.residual * np.sign(trace.velocity))
+    starts = effect_named("position_dependent_friction").starts_from(axis, rough)
+    assert min(abs(s["harmonic"] / rate - 1.0) for s in starts) < 0.01

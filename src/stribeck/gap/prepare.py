@@ -147,6 +147,7 @@ def typical(arm: Arm, runs: Sequence[Conditioned], inertia: np.ndarray) -> tuple
             inertia=float(inertia[j]),
             sample_time=runs[0].sample_time,
             length=arm.joints[j].length,
+            prismatic=arm.joints[j].kind == "prismatic",
             middle=float(np.median(np.concatenate([run.position[:, j] for run in runs]))),
         )
         for j in range(arm.n)

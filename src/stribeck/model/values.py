@@ -15,6 +15,9 @@ Expression = Any
 PROMPT = 1.6e-3
 """Lateness that any drive has, s: current loops of 100 Hz and more, a sample of a digital loop."""
 
+MOST_PERIODS = 60.0
+"""Periods over the travel that are looked for on an axis in m: a screw or a magnet track may have as many."""
+
 Parameters = Mapping[str, Expression]
 States = Mapping[str, Expression]
 
@@ -63,6 +66,8 @@ class Scale:
         Inertia that the joint moves, others held, kg m^2.
     sample_time : float
         s.
+    prismatic : bool
+        Whether the joint is an axis in m: no turn says then how often what is periodic repeats.
     """
 
     torque: float
@@ -73,6 +78,14 @@ class Scale:
     sample_time: float
     length: float = 1.0
     middle: float = 0.0
+    prismatic: bool = False
+
+    def rates(self, most: float) -> tuple[float, float]:
+        """Return the range of cycles per radian of phase, 1/rad, in which a periodic law may start.
+
+        From one to ``most`` a turn; on an axis in m from half a period over the travel to MOST_PERIODS of them.
+        """
+        return (math.pi / self.travel, 2.0 * math.pi * MOST_PERIODS / self.travel) if self.prismatic else (1.0, most)
 
 
 @dataclass(frozen=True)

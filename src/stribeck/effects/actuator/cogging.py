@@ -28,7 +28,7 @@ class Cogging(ActuatorEffect):
     parameters = (
         Parameter("sine", "N m", "amplitude of the sine"),
         Parameter("cosine", "N m", "amplitude of the cosine"),
-        Parameter("harmonic", "1/rad", "cycles per turn", 1.0, 1.0, 200.0),
+        Parameter("harmonic", "1/rad", "cycles per turn", 1.0, 1.0, 1e4),
     )
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
@@ -37,7 +37,7 @@ class Cogging(ActuatorEffect):
         return tuple({"sine": size, "cosine": size, "harmonic": max(n, seen)} for n in (4.0, 6.0, 8.0, 12.0, 24.0))
 
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
-        waves = strongest_waves(trace.position, np.ones_like(trace.position), trace, (1.0, 60.0))
+        waves = strongest_waves(trace.position, np.ones_like(trace.position), trace, scale.rates(60.0))
         return tuple({"sine": -w.sine, "cosine": -w.cosine, "harmonic": w.rate} for w in waves)
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:

@@ -27,7 +27,7 @@ class TorqueRipple(ActuatorEffect):
     parameters = (
         Parameter("sine", "1", "relative amplitude of the sine", 0.0, -0.7, 0.7),
         Parameter("cosine", "1", "relative amplitude of the cosine", 0.0, -0.7, 0.7),
-        Parameter("harmonic", "1/rad", "cycles per turn", 1.0, 1.0, 200.0),
+        Parameter("harmonic", "1/rad", "cycles per turn", 1.0, 1.0, 1e4),
     )
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
@@ -35,7 +35,7 @@ class TorqueRipple(ActuatorEffect):
         return tuple({"sine": 0.05, "cosine": 0.05, "harmonic": max(n, seen)} for n in (4.0, 6.0, 8.0, 12.0))
 
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
-        waves = strongest_waves(trace.position, trace.command, trace, (1.0, 60.0))
+        waves = strongest_waves(trace.position, trace.command, trace, scale.rates(60.0))
         return tuple({"sine": _inside(-w.sine), "cosine": _inside(-w.cosine), "harmonic": w.rate} for w in waves)
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:

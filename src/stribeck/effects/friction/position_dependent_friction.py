@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import final
 
 import casadi as ca
+import numpy as np
 
 from stribeck.model.effect import FrictionEffect
 from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
+from stribeck.model.waves import Trace, strongest_waves
 
 
 @final
@@ -24,13 +26,26 @@ class PositionDependentFriction(FrictionEffect):
     parameters = (
         Parameter("sine", "1", "relative amplitude of the sine", 0.0, -2.0, 2.0),
         Parameter("cosine", "1", "relative amplitude of the cosine", 0.0, -2.0, 2.0),
-        Parameter("harmonic", "1/rad", "cycles per turn", 1.0, 1.0, 60.0, firm=True),
+        Parameter("harmonic", "1/rad", "cycles per turn", 1.0, 1.0, 1e4, firm=True),
     )
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         # one trial a harmonic: the derivatives by both amplitudes find the phase
         return tuple({"sine": 0.05, "cosine": 0.05, "harmonic": n} for n in (1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0))
 
+    def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
+        if not scale.prismatic:
+            return self.starts(scale)
+        waves = strongest_waves(trace.position, np.sign(trace.velocity), trace, scale.rates(60.0))
+        size = max(scale.friction, 0.02 * scale.torque)
+        return tuple(
+            {"sine": _inside(w.sine / size), "cosine": _inside(w.cosine / size), "harmonic": w.rate} for w in waves
+        )
+
     def level(self, level: Expression, direction: float, s: Signals, x: States, p: Parameters) -> Expression:
         phase = p["harmonic"] * s.position
         return ca.fmax(level * (1.0 + p["sine"] * ca.sin(phase) + p["cosine"] * ca.cos(phase)), 0.0)
+
+
+def _inside(amplitude: float) -> float:
+    return float(min(max(amplitude, -1.0), 1.0))
