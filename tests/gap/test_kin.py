@@ -56,6 +56,14 @@ def test_the_weaker_of_two_of_a_kind_at_a_joint_fills_in(
     assert filling_in(taken(*found)) == fills
 
 
+def test_what_is_kin_to_what_was_retuned_fills_in() -> None:
+    steps = taken(("time_shift", 0, 9.0), ("contact", 0, 4.0), ("time_shift", 1, 9.0))
+    steps[0].base.placed = (Placed(effect_named("delay"), 0, {"time": 0.001}),)
+    assert filling_in(steps) == [True, False, False]
+    steps[0].base.placed = (Placed(effect_named("delay"), 0, {"time": 0.01}),)  # the arm file's own
+    assert filling_in(steps) == [False, False, False]
+
+
 def test_it_keeps_half_of_its_presence_and_no_name() -> None:
     alone, _ = causes_of(taken(("delay", 0, 4.0)), ("A", "B"), SCALES)
     causes, left = causes_of(taken(("actuator_lag", 0, 9.0), ("delay", 0, 4.0)), ("A", "B"), SCALES)

@@ -8,22 +8,27 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from stribeck.gap.step import Step
+from stribeck.model.layout import Placed
 
 FILLING = 0.5  # of the presence: of seven that came after their kin on cases of two plants, none was there
 
 
 def filling_in(steps: Sequence[Step]) -> list[bool]:
-    """Return, for steps that each took an effect, whether it is kin to another one that takes more at its joint."""
-    places = [step.best.placed[-1] for step in steps if step.best is not None]
-    sizes = [_removed(step) for step in steps]
-    return [
-        any(
-            mine.joint == other.joint and size < larger and set(mine.effect.kin) & set(other.effect.kin)
-            for other, larger in zip(places, sizes, strict=True)
-        )
-        for mine, size in zip(places, sizes, strict=True)
-    ]
+    """Return, for steps that each took an effect, whether it is kin to one that takes more at its joint.
+
+    Kin to what re-tuning has taken up there already (``gap.lateness``), it may fill in as well.
+    """
+    found = [(step.best.placed[-1], _removed(step)) for step in steps if step.best is not None]
+    before = steps[0].base.placed if steps else ()
+    known = [(place, np.inf) for place in before if place.effect.ordinary(place.values)]
+    return [any(_kin(mine, other) and size < larger for other, larger in [*found, *known]) for mine, size in found]
+
+
+def _kin(one: Placed, other: Placed) -> bool:
+    return one.joint == other.joint and bool(set(one.effect.kin) & set(other.effect.kin))
 
 
 def _removed(step: Step) -> float:
