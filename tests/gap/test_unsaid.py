@@ -41,5 +41,6 @@ def test_friction_that_the_file_leaves_out_is_no_effect() -> None:
     assert retuned["A"] < 0.3 * as_given["A"]
     assert "asymmetric_friction" not in found.named
     assert any("friction.C0: 0 in the arm file" in warning for warning in found.warnings)
+    assert all(joint.tolerance == {} for arm in found.models.values() for joint in arm.joints)
     level = found.models["corrected"].joints[0].friction.C0
     assert level == pytest.approx(FRICTION.C0, rel=0.3)

@@ -9,11 +9,13 @@ from itertools import pairwise
 import numpy as np
 
 from stribeck.arm import Arm
+from stribeck.effects.registry import placed_effects
 from stribeck.errors import StribeckError
 from stribeck.gap.blocks import bayesian_bootstrap, block_of_rows
 from stribeck.gap.corrected import arm_of
 from stribeck.gap.delivered import delivered
 from stribeck.gap.experiment import Experiment, next_experiment, open_question
+from stribeck.gap.lateness import told_late
 from stribeck.gap.listing import candidates_of, traces_of
 from stribeck.gap.margins import widened
 from stribeck.gap.model import Model, fit_model, weights_of
@@ -24,6 +26,7 @@ from stribeck.gap.places import places
 from stribeck.gap.prepare import Prepared
 from stribeck.gap.random_torque import added_power, loud, random_torque
 from stribeck.gap.result import Cause, Diagnosis, Estimate, Stage, Tuned
+from stribeck.gap.sequence import on_average
 from stribeck.gap.step import Step, last_model
 from stribeck.gap.unsaid import told_of
 from stribeck.gap.verdict import (
@@ -84,10 +87,11 @@ class Assembly:
         closed = self._closes(self.base, final) if in_torque else None
         verdict, causes = with_observed(verdict, causes, self.seen.causes, len(in_torque))
         named = (*(cause.effect for cause in self.seen.causes), *in_torque)
+        every = (*prepared.fit, *prepared.held)
         arms = {
             "as_given": arm,
             "retuned": arm_of(arm, self.base.fit, self.base.placed),
-            "corrected": arm_of(arm, final.fit, (*final.placed, *self.seen.placed)),
+            "corrected": arm_of(arm, final.fit, (*on_average(final.placed, every), *self.seen.placed)),
         }
         experiment = self._experiment(causes, unexplained=verdict == "unexplained")
         tuned = self._tuned()
@@ -108,8 +112,8 @@ class Assembly:
             candidates=candidates_of(self.steps, arm.names),
             tuned=tuned,
             traces=traces_of(prepared, self.given, self.base, final),
-            models=arms,
-            notes=prepared.notes,
+            models={name: prepared.as_stated(one) for name, one in arms.items()},
+            notes=(*prepared.notes, *told_late(self.base, placed_effects(arm), arm.names)),
             warnings=(
                 *self.warnings,
                 *loud(self.random, arm.names, self.steps[-1].floor),
@@ -133,8 +137,11 @@ class Assembly:
         chain = [self.base]
         for i in range(len(kept)):
             placed = (*self.base.placed, *kept[: i + 1])
-            weights = weights_of(chain[-1].fit.residual, self.prepared, self.floor)
-            chain.append(fit_model(self.prepared, placed, weights, chain[-1].fit, evaluations=40))
+            model = chain[-1]
+            for evaluations in (40, 20, 20):  # weights of what is left before, then of what is left after
+                weights = weights_of(model.fit.residual, self.prepared, self.floor)
+                model = fit_model(self.prepared, placed, weights, model.fit, evaluations=evaluations)
+            chain.append(model)
         return chain
 
     def _verdict(
@@ -177,8 +184,9 @@ class Assembly:
         bounds = self._intervals(final)
         parameters: dict[str, dict[str, Estimate]] = {}
         for i, entry in enumerate(final.fit.entries):
-            if isinstance(entry.owner, int) and final.placed[entry.owner].effect.name == cause.effect:
-                joint = self.prepared.arm.names[entry.joint]
+            joint = self.prepared.arm.names[entry.joint]
+            mine = isinstance(entry.owner, int) and final.placed[entry.owner].effect.name == cause.effect
+            if mine and joint in cause.joints:
                 estimate = Estimate(float(final.fit.p[i]), float(bounds.low[i]), float(bounds.high[i]), entry.unit)
                 parameters.setdefault(joint, {})[entry.name] = estimate
         step = self.prepared.fit[0].run.t

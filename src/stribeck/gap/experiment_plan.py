@@ -13,6 +13,7 @@ from stribeck.gap.motions import Motion, Reach, family, reaches
 from stribeck.gap.prepare import Prepared
 from stribeck.gap.programme import Programme, shortest, times
 from stribeck.gap.separation import AS_IT_IS, Candidate, Prospect, prospects
+from stribeck.gap.sequence import after
 from stribeck.identify.conditioning import Conditioned, condition
 from stribeck.run import Run
 
@@ -88,7 +89,8 @@ class Plan:
         """Return positions (N, n) as if they had been recorded."""
         t = self.step * np.arange(len(q), dtype=np.float64)
         run = Run(name, t, q, np.zeros_like(q))
-        return condition(self.prepared.arm, run, self.prepared.cutoff, self.noise, thin=True)
+        recorded = condition(self.prepared.arm, run, self.prepared.cutoff, self.noise, thin=True)
+        return replace(recorded, past=after((*self.prepared.fit, *self.prepared.held)))
 
     def promised(self, motions: Sequence[Motion], reach: Sequence[Reach], change: Change = AS_IT_IS) -> list[Prospect]:
         """Return what each of some motions promises."""

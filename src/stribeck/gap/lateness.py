@@ -6,7 +6,7 @@ the other, before what the recordings are about.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -53,3 +53,13 @@ def on_time(prepared: Prepared, base: Model, floor: np.ndarray, seed: int, leave
         return base
     ranking = rank(prepared, [base, model], floor, seed)
     return model if ranking.t[1] > LEAST_T and ranking.overall[1] > 0.0 else base
+
+
+def told_late(base: Model, stated: Collection[Placed], names: Sequence[str]) -> list[str]:
+    """Return a note on each delay that re-tuning took in beside the effects that the arm file has ``stated``."""
+    own = {(place.effect.name, place.joint) for place in stated}
+    return [
+        f"{names[place.joint]}: {1e3 * place.values['time']:.2g} ms late, as any drive may be; re-tuning took it in"
+        for place in base.placed
+        if place.effect.delays and (place.effect.name, place.joint) not in own
+    ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -31,7 +31,8 @@ class Prepared:
     """Runs ready for the search.
 
     ``fit`` and ``held`` are conditioned runs; ``scales`` typical magnitudes per joint; ``cutoff`` in Hz; ``noise`` that
-    of every row of the residual, once a model is there to tell.
+    of every row of the residual, once a model is there to tell; ``arm`` has tolerances for what its file, as
+    ``stated``, says nothing of.
     """
 
     arm: Arm
@@ -42,6 +43,13 @@ class Prepared:
     notes: tuple[str, ...]
     warnings: tuple[str, ...]
     noise: Noise | None = None
+    stated: Arm | None = None
+
+    def as_stated(self, arm: Arm) -> Arm:
+        """Return an arm with no other tolerances than those of the arm file."""
+        joints = () if self.stated is None else self.stated.joints
+        own = (replace(joint, tolerance=said.tolerance) for joint, said in zip(arm.joints, joints, strict=False))
+        return replace(arm, joints=tuple(own) or arm.joints)
 
 
 def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = ()) -> Prepared:
@@ -57,23 +65,21 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = ()) -> Prep
     """
     notes: list[str] = []
     even = [_even(run, notes) for run in runs]
-    if held_out:
-        fit, held = even, [_even(run, notes) for run in held_out]
-    else:
-        fit, held = split(even, notes)
+    kept_back = [_even(run, notes) for run in held_out]
+    fit, held = (even, kept_back) if held_out else split(even, notes)
     fit, held = shortened(fit, notes), shortened(held, notes)
     every = [*fit, *held]
     inertia = moved_inertia(arm, every)
     cutoff = cutoff_frequency(arm, every, inertia)
     notes.append(f"analysed up to {cutoff:.3g} Hz")
-    conditioned = in_sequence([condition(arm, run, cutoff, thin=True) for run in every])
+    conditioned = in_sequence([condition(arm, run, cutoff, thin=True) for run in every], [*even, *kept_back])
     fitted, judged = conditioned[: len(fit)], conditioned[len(fit) :]
     for run in conditioned:
         if not len(run.analysis_index):
             raise InputError(f"{run.name}: too short to be analysed", f"{len(run.time)} samples", "leave it out")
     warnings = tuple(f"{run.name}: {text}" for run in every for text in run.warnings)
     scales = typical(arm, fitted, inertia)
-    return Prepared(with_unsaid(arm, scales), fitted, judged, scales, cutoff, tuple(notes), warnings)
+    return Prepared(with_unsaid(arm, scales), fitted, judged, scales, cutoff, tuple(notes), warnings, stated=arm)
 
 
 def _even(run: Run, notes: list[str]) -> Run:

@@ -3,33 +3,77 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from stribeck.identify.conditioning import Conditioned, Past
+from stribeck.model.layout import Placed
+from stribeck.model.values import Signals
+from stribeck.run import Run
+
+STRIDE = 0.02  # s between positions by which a distance is told
 
 
-def in_sequence(runs: Sequence[Conditioned]) -> tuple[Conditioned, ...]:
-    """Return the runs, or parts of runs, each told what was recorded before it.
+def in_sequence(runs: Sequence[Conditioned], recordings: Sequence[Run]) -> tuple[Conditioned, ...]:
+    """Return runs, each told what was recorded before it.
 
-    Times that do not overlap are of one clock and tell the order. Otherwise the names do, numbers in them counted.
+    Parameters
+    ----------
+    runs : sequence of Conditioned
+        Whole recordings, or parts of them that share their samples.
+    recordings : sequence of Run
+        All of them, whole. Times that do not overlap are of one clock and tell the order. Otherwise the names do,
+        numbers in them counted, and then the order in which they are given.
     """
-    spans = sorted((float(run.time[0]), float(run.time[-1])) for run in runs)
+    spans = sorted((float(run.t[0]), float(run.t[-1])) for run in recordings)
     one_clock = all(before[1] < after[0] for before, after in pairwise(spans))
-    order = sorted(range(len(runs)), key=lambda i: (() if one_clock else _counted(runs[i].name), runs[i].time[0]))
-    past = [Past()] * len(runs)
-    now, last = Past(), None
-    for i in order:
-        run = runs[i]
-        if last and (run.name != last.name or run.time[0] < last.time[-1]):
-            now = replace(now, recordings=now.recordings + 1)
-        past[i], last = now, run
-        moved = np.sum(np.abs(run.velocity), axis=0) * run.sample_time
-        now = Past(now.recordings, now.recorded + len(run.time) * run.sample_time, now.travelled + moved)
-    return tuple(replace(run, past=before) for run, before in zip(runs, past, strict=True))
+    keys = [(float(run.t[0]) if one_clock else 0.0, _counted(run.name)) for run in recordings]
+    past: dict[int, Past] = {}
+    now = Past(travelled=np.zeros(recordings[0].n))
+    for i in sorted(range(len(recordings)), key=lambda i: (*keys[i], i)):
+        past[i], run = now, recordings[i]
+        now = Past(now.recordings + 1, now.recorded + run.duration, now.travelled + _gone(run.q, run.sample_time))
+    return tuple(_placed(run, recordings, past) for run in runs)
+
+
+def after(runs: Sequence[Conditioned]) -> Past:
+    """Return the past of whatever is recorded after runs that have been told theirs."""
+    last = max(runs, key=lambda run: (run.past.recordings, run.past.lead))
+    past = last.past
+    gone = past.travelled + past.led + _gone(last.position, last.sample_time)
+    return Past(past.recordings + 1, past.recorded + past.lead + float(np.ptp(last.time)), gone)
+
+
+def on_average(placed: Sequence[Placed], runs: Sequence[Conditioned]) -> tuple[Placed, ...]:
+    """Return effects as they are, on average over the runs, where one starts: what an arm without a past is given."""
+    return tuple(
+        replace(place, values=place.effect.on_average(place.values, [_start(run.past, place.joint) for run in runs]))
+        for place in placed
+    )
+
+
+def _start(past: Past, joint: int) -> Signals:
+    def at(value: np.ndarray | float) -> float:
+        return float(np.broadcast_to(value, joint + 1)[joint]) if np.ndim(value) == 0 else float(np.ravel(value)[joint])
+
+    here = {"recordings": float(past.recordings), "recorded": past.recorded, "lead": past.lead}
+    return Signals(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, **here, travelled=at(past.travelled), led=at(past.led))
+
+
+def _placed(part: Conditioned, recordings: Sequence[Run], past: Mapping[int, Past]) -> Conditioned:
+    i = next(i for i, run in enumerate(recordings) if run is part.run or np.shares_memory(run.q, part.run.q))
+    before = recordings[i].q[recordings[i].t < part.run.t[0]]
+    lead = float(part.run.t[0] - recordings[i].t[0])
+    return replace(part, past=replace(past[i], lead=lead, led=_gone(before, recordings[i].sample_time)))
+
+
+def _gone(positions: np.ndarray, step: float) -> np.ndarray:
+    """Return the distance (n,) that joints go along positions (N, n), hardly counting what noise goes to and fro."""
+    seen = positions[:: max(1, round(STRIDE / step))]
+    return np.asarray(np.sum(np.abs(np.diff(seen, axis=0)), axis=0))
 
 
 def _counted(name: str) -> tuple[tuple[int, str], ...]:

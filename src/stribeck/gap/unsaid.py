@@ -14,6 +14,7 @@ from stribeck.gap.result import Tuned
 from stribeck.model.values import Scale
 
 FRICTION = 0.3  # of the rms torque: what friction may be where none is said
+NEXT_TO_NOTHING = 1e-6  # of that: what a fit left at its bound
 KEYS = ("C0", "C2", "rotor_inertia")
 
 
@@ -30,17 +31,19 @@ def _missing(arm: Arm, joint: Joint, scale: Scale) -> dict[str, float]:
     torque = FRICTION * scale.torque
     spread = {"C0": torque, "C2": torque / scale.speed, "rotor_inertia": arm.tolerance.inertial * scale.inertia}
     said = {
-        "C0": joint.friction.C0 or joint.backward.C0,
-        "C2": joint.friction.C2 or joint.backward.C2,
+        "C0": max(joint.friction.C0, joint.backward.C0),
+        "C2": max(joint.friction.C2, joint.backward.C2),
         "rotor_inertia": joint.rotor_inertia,
     }
-    return {key: spread[key] for key in KEYS if not said[key]}
+    return {key: spread[key] for key in KEYS if said[key] <= NEXT_TO_NOTHING * spread[key]}
 
 
 def told_of(tuned: Sequence[Tuned]) -> list[str]:
     """Return a warning for each value that the arm file has as zero and the recordings surely have not."""
+    found = (value for value in tuned if value.key.rpartition(".")[2] in KEYS and value.identified)
     return [
-        f"{value.key}: 0 in the arm file, {value.tuned.value:.3g} {value.unit} by the recordings; re-tuning took it in"
-        for value in tuned
-        if value.nominal == 0.0 and value.key.rpartition(".")[2] in KEYS and value.identified and value.tuned.low > 0.0
+        f"{value.key}: {value.nominal:.3g} in the arm file, {value.tuned.value:.3g} {value.unit} by the recordings; "
+        "re-tuning took it in"
+        for value in found
+        if value.nominal <= NEXT_TO_NOTHING * value.tolerance and value.tuned.low > 0.0
     ]

@@ -89,7 +89,7 @@ def _found(step: Step, fills: bool, scales: Sequence[Scale]) -> _Found:
 
 def _late_as_one(steps: Sequence[Step], joints: int) -> tuple[str, ...]:
     """Return the laws of a delay where all joints are late by the same: which record it is in cannot be told then."""
-    placed = [place for place in last_model(steps).placed[len(steps[0].base.placed) :] if place.effect.delays]
+    placed = [place for place in last_model(steps).placed if place.effect.delays]
     times = [place.values["time"] for place in placed]
     if {place.joint for place in placed} != set(range(joints)) or min(times) <= 0.0:
         return ()

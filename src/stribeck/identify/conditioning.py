@@ -33,13 +33,15 @@ STILL = 1e-3  # of the rms speed: slower is at rest
 class Past:
     """What was recorded before a run's first sample.
 
-    ``recordings`` were made, of ``recorded`` s together, and each joint had gone ``travelled`` (n,) in them, rad. In a
-    part of a recording, the parts before it count to the last two, not to the first.
+    ``recordings`` were made, of ``recorded`` s together, and each joint had gone ``travelled`` (n,) in them, rad. Where
+    the run is a part of a recording, that had lasted for ``lead`` s, and each joint gone ``led`` (n,) in it.
     """
 
     recordings: int = 0
     recorded: float = 0.0
     travelled: np.ndarray | float = 0.0
+    lead: float = 0.0
+    led: np.ndarray | float = 0.0
 
 
 @dataclass(frozen=True)

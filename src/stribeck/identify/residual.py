@@ -116,7 +116,7 @@ class Residual:
         return states[: self._machine(run).cut.nx].T
 
     def _drive(self, run: Conditioned, delays: np.ndarray) -> np.ndarray:
-        """Return the drive (1 + 12 n, N), the command delayed and a late record moved back."""
+        """Return the drive (1 + 14 n, N), the command delayed and a late record moved back."""
         motion = ("position", "velocity", "acceleration")
         signals = {name: getattr(run, name) for name in (*motion, "command")}
         signals |= {name: np.zeros_like(run.command) for name in RATES}

@@ -20,7 +20,7 @@ from stribeck.identify.confidence import Intervals, intervals
 from stribeck.identify.fitted import arm_with
 from stribeck.identify.map_fit import Fit, Weights, fit
 from stribeck.identify.residual import Residual
-from stribeck.model.layout import values_of
+from stribeck.model.layout import FRICTION, values_of
 from stribeck.simulate.engine import path_of
 
 Floats = NDArray[np.float64]
@@ -85,7 +85,8 @@ def _started(arm: Arm, runs: Sequence[Conditioned], moved: Sequence[tuple[bool, 
         rough = rough_friction(velocity[sure], friction[sure], joint.friction)
         # equal constants are one set of parameters; ever so slightly different ones are two
         other = replace(rough, C0=float(np.nextafter(rough.C0, np.inf))) if all(moved[j]) else rough
-        joints.append(replace(joint, friction=rough, backward=other))
+        stated = {key: sd for key, sd in joint.tolerance.items() if key not in FRICTION}  # not of a rough reading
+        joints.append(replace(joint, friction=rough, backward=other, tolerance=stated))
     tolerance = Tolerance(arm.tolerance.inertial, max(arm.tolerance.friction, FRICTION_TOLERANCE))
     return replace(arm, joints=tuple(joints), tolerance=tolerance)
 

@@ -24,7 +24,8 @@ def taken_arm(arm: Arm, joints: Sequence[JointFriction], whole: RunFit) -> Arm:
     """
     body = whole.arm if whole.fit.ok else arm
     fitted = [_with(own, nominal, one) for own, nominal, one in zip(body.joints, arm.joints, joints, strict=True)]
-    return replace(body, joints=tuple(fitted), tolerance=arm.tolerance)
+    stated = (replace(joint, tolerance=nominal.tolerance) for joint, nominal in zip(fitted, arm.joints, strict=True))
+    return replace(body, joints=tuple(stated), tolerance=arm.tolerance)
 
 
 def _with(joint: Joint, nominal: Joint, found: JointFriction) -> Joint:

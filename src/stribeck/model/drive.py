@@ -7,7 +7,7 @@ from typing import Any
 
 import casadi as ca
 
-PAST = ("recordings", "recorded", "travelled")
+PAST = ("recordings", "recorded", "travelled", "lead", "led")
 RATES = ("position_rate", "velocity_rate", "acceleration_rate", "command_rate")
 DRIVE = ("time", "position", "velocity", "acceleration", "command", *RATES, "velocity_sd", *PAST)
 
@@ -19,8 +19,8 @@ class Drive:
     ``command`` is the command averaged over the sample before and after, as zero-order hold implies. The rates are
     time derivatives of signals that an effect delays, zero for others: those of the curves that are read off, from
     sample to sample, so that they differ a little from ``velocity`` and ``acceleration``. ``velocity_sd`` is the
-    uncertainty of the velocity. What was before the recording: how many others, how long they were and how far the
-    joint had gone in them.
+    uncertainty of the velocity. What was before: how many recordings, how long they were and how far the joint had
+    gone in them; then the same two of this recording, where only a part of it is here.
     """
 
     time: Any
@@ -36,6 +36,8 @@ class Drive:
     recordings: Any
     recorded: Any
     travelled: Any
+    lead: Any
+    led: Any
 
     @staticmethod
     def symbols(n: int, suffix: str = "") -> Drive:
@@ -44,7 +46,7 @@ class Drive:
 
     @property
     def stacked(self) -> Any:
-        """All signals, one column (1 + 12 n, 1)."""
+        """All signals, one column (1 + 14 n, 1)."""
         return ca.vertcat(*[getattr(self, name) for name in DRIVE])
 
     def at(self, **changes: Any) -> Drive:

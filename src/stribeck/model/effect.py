@@ -8,7 +8,7 @@ passes its stage through unchanged.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, ClassVar, Literal, TypeAlias
 
@@ -94,6 +94,13 @@ class Effect(ABC):
     def ordinary(self, values: Mapping[str, float]) -> bool:
         """Return whether fitted values are what every arm has some of: fitted along with the others, never named."""
         return False
+
+    def on_average(self, values: Mapping[str, float], starts: Sequence[Signals]) -> dict[str, float]:
+        """Return values with which a simulation, that has no past, starts as recordings with some pasts do on average.
+
+        ``starts`` hold the past of each recording at the joint, and no more.
+        """
+        return dict(values)
 
     def observed(self, record: Record) -> Observed | None:
         """Return what the records show of a ``direct`` effect; None where they show nothing of it."""

@@ -13,7 +13,7 @@ Expression = Any
 """A CasADi expression (``casadi.SX``, scalar unless said otherwise) or a float."""
 
 PROMPT = 1.6e-3
-"""Lateness that any drive has, s: current loops of 100 Hz and more, a sample of a digital loop."""
+"""Lateness that any drive or record has, s: current loops of 100 Hz and more, a sample of a fast digital loop."""
 
 MOST_PERIODS = 60.0
 """Periods over the travel that are looked for on an axis in m: a screw or a magnet track may have as many."""
@@ -123,10 +123,9 @@ class Signals:
     """What a law may depend on at one joint and one instant (CasADi scalars, SI).
 
     ``position``, ``velocity``, ``acceleration`` are true ones on the motor side; ``link_position`` and
-    ``link_velocity`` those of the link; ``torque`` is the actuator's, ``load`` the
-    torque handed to the link. As for the past: ``recordings`` were made, of ``recorded`` s together, in which the joint
-    had gone ``travelled``. In a part of a recording, the parts before it count to the last two, not to the first; a
-    simulation has no past.
+    ``link_velocity`` those of the link; ``torque`` is the actuator's, ``load`` the torque handed to the link. As for
+    the past: ``recordings`` were made before, of ``recorded`` s together, in which the joint had gone ``travelled``.
+    This one had lasted for ``lead`` s before what is here of it, and the joint gone ``led``. A simulation has no past.
     """
 
     time: Expression
@@ -140,6 +139,8 @@ class Signals:
     recordings: Expression = 0.0
     recorded: Expression = 0.0
     travelled: Expression = 0.0
+    lead: Expression = 0.0
+    led: Expression = 0.0
 
     def at(self, **changes: Expression) -> Signals:
         """Return a copy with some signals replaced."""

@@ -28,7 +28,7 @@ class Cogging(ActuatorEffect):
     parameters = (
         Parameter("sine", "N m", "amplitude of the sine"),
         Parameter("cosine", "N m", "amplitude of the cosine"),
-        Parameter("harmonic", "1/rad", "cycles per turn", 1.0, 1.0, 1e4),
+        Parameter("harmonic", "1/rad", "cycles per turn", 1.0, 1.0, 1e6),
     )
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:

@@ -27,7 +27,7 @@ class TorqueRipple(ActuatorEffect):
     parameters = (
         Parameter("sine", "1", "relative amplitude of the sine", 0.0, -0.7, 0.7),
         Parameter("cosine", "1", "relative amplitude of the cosine", 0.0, -0.7, 0.7),
-        Parameter("harmonic", "1/rad", "cycles per turn", 1.0, 1.0, 1e4),
+        Parameter("harmonic", "1/rad", "cycles per turn", 1.0, 1.0, 1e6),
     )
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:

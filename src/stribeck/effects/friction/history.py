@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import final
 
@@ -11,6 +12,7 @@ from stribeck.model.effect import FrictionEffect
 from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
 
 LEAST = 0.05  # of the level: whatever the warmth, some friction is left
+SHORTEST = 1e-9  # s
 
 
 @final
@@ -55,12 +57,16 @@ class History(FrictionEffect):
         return {"warmth": (ca.fabs(s.velocity) - x["warmth"]) / p["time"]}
 
     def initial(self, s: Signals, p: Parameters) -> dict[str, Expression]:
-        cools = ca.exp(-s.recorded / (ca.fmax(s.recordings, 1.0) * p["time"]))  # in the mean recording
-        warms = (1.0 - cools) * s.travelled / ca.fmax(s.recorded, 1e-9)
-        left = p["kept"] * cools
-        again = p["kept"] * warms * (1.0 - left**s.recordings) / (1.0 - left) + left**s.recordings * p["start"]
-        same = cools * p["start"] + warms  # a part of the first recording follows the part before it
-        return {"warmth": ca.if_else(s.recordings > 0.0, again, same)}
+        left = p["kept"] * ca.exp(-s.recorded / (ca.fmax(s.recordings, 1.0) * p["time"]))  # of one mean recording
+        warmed = (p["kept"] - left) * s.travelled / ca.fmax(s.recorded, SHORTEST)
+        again = warmed * (1.0 - left**s.recordings) / (1.0 - left) + left**s.recordings * p["start"]
+        first = ca.if_else(s.recordings > 0.0, again, p["start"])
+        cools = ca.exp(-s.lead / p["time"])  # in the part of this recording that came before
+        return {"warmth": cools * first + (1.0 - cools) * s.led / ca.fmax(s.lead, SHORTEST)}
+
+    def on_average(self, values: Mapping[str, float], starts: Sequence[Signals]) -> dict[str, float]:
+        warmth = [float(self.initial(s, values)["warmth"]) for s in starts]
+        return {**values, "start": sum(warmth) / len(warmth)}
 
 
 def _factor(x: States, p: Parameters) -> Expression:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import final
 
@@ -17,7 +18,7 @@ LEAST = 0.05  # of the level: however new or worn, some friction is left
 class HistoryRunningIn(FrictionEffect):
     """Running in: all friction starts at another level and nears its own with the distance, from one run to the next.
 
-    The distance is counted from the first of the recordings; a simulation starts with none.
+    The distance is counted from the first of the recordings.
     """
 
     name = "history"
@@ -48,7 +49,11 @@ class HistoryRunningIn(FrictionEffect):
         return {"newness": -ca.fabs(s.velocity) * x["newness"] / p["distance"]}
 
     def initial(self, s: Signals, p: Parameters) -> dict[str, Expression]:
-        return {"newness": ca.exp(-s.travelled / p["distance"])}
+        return {"newness": ca.exp(-(s.travelled + s.led) / p["distance"])}
+
+    def on_average(self, values: Mapping[str, float], starts: Sequence[Signals]) -> dict[str, float]:
+        newness = [float(self.initial(s, values)["newness"]) for s in starts]
+        return {**values, "change": values["change"] * sum(newness) / len(newness)}
 
 
 def _factor(x: States, p: Parameters) -> Expression:

@@ -26,7 +26,7 @@ class PositionDependentFriction(FrictionEffect):
     parameters = (
         Parameter("sine", "1", "relative amplitude of the sine", 0.0, -2.0, 2.0),
         Parameter("cosine", "1", "relative amplitude of the cosine", 0.0, -2.0, 2.0),
-        Parameter("harmonic", "1/rad", "cycles per turn", 1.0, 1.0, 1e4, firm=True),
+        Parameter("harmonic", "1/rad", "cycles per turn", 1.0, 1.0, 1e6, firm=True),
     )
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:

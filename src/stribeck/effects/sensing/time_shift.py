@@ -6,9 +6,7 @@ from collections.abc import Mapping
 from typing import final
 
 from stribeck.model.effect import SensingEffect
-from stribeck.model.values import Parameter, Scale
-
-EXACT = 0.6e-3  # s: no two channels are read at the same instant
+from stribeck.model.values import PROMPT, Parameter, Scale
 
 
 @final
@@ -35,4 +33,4 @@ class TimeShift(SensingEffect):
         return tuple({"time": time} for time in (0.005, 0.012, 0.025, -0.005, -0.015))
 
     def ordinary(self, values: Mapping[str, float]) -> bool:
-        return abs(values["time"]) < EXACT
+        return abs(values["time"]) < PROMPT

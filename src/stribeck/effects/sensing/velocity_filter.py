@@ -19,6 +19,7 @@ Filter: TypeAlias = Callable[[Floats, float], Floats]
 
 TOP = 20.0  # Hz: what is compared lies below this, and below a fifth of the sample rate
 LONGEST = 0.5  # s
+SHORTEST = 50  # samples: of fewer nothing is told
 LEAST = 0.5  # of the squared difference that a lag must explain
 RATHER = 1.5  # times what a delay leaves, a lag may leave: a late record, of either channel, is not a filter
 LATER = 0.6  # samples: a difference quotient alone is half a sample late
@@ -47,7 +48,10 @@ class VelocityFilter(SensingEffect):
     def observed(self, record: Record) -> Observed | None:
         if not record.velocity:
             return None
-        runs = [_Compared(*run) for run in zip(record.position, record.velocity, record.sample_time, strict=True)]
+        every = zip(record.position, record.velocity, record.sample_time, strict=True)
+        runs = [_Compared(*run) for run in every if len(run[0]) >= SHORTEST]
+        if not runs:
+            return None
         alone = sum(run.misfit(0.0, _late) for run in runs)
         kind, (time, left) = min(((kind, _best(runs, kind)) for kind in KINDS), key=lambda found: found[1][1])
         if left > (1.0 - LEAST) * alone or time < LATER * min(record.sample_time):
