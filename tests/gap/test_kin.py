@@ -12,15 +12,16 @@ from stribeck.gap.verdict import NAMED_OVER, causes_of
 from stribeck.model.layout import Placed
 from stribeck.model.values import Scale
 
+FLOOR = np.ones(2)
 SCALES = (Scale(1.0, 1.0, 1.0, 1.0, 1.0, 1e-3, middle=0.2),) * 2
 
 
-def taken(*found: tuple[str, int, float], late: float = 0.01) -> list[Any]:
+def taken(*found: tuple[str, int, float], late: float = 0.01, gap: Any = FLOOR) -> list[Any]:
     """The steps of a search: each an effect, its joint, and what it takes of the squared residual, in floors."""
     placed = [Placed(effect_named(name), joint, {"time": late, "time_constant": late}) for name, joint, _ in found]
     steps: list[Any] = []
     for k, (_, _, removed) in enumerate(found):
-        base, best = (SimpleNamespace(placed=tuple(placed[: k + i])) for i in (0, 1))
+        base, best = (SimpleNamespace(placed=tuple(placed[: k + i]), rms=lambda: gap) for i in (0, 1))
         ranking = SimpleNamespace(
             best=1,
             overall=[0.0, 0.95],
@@ -30,7 +31,14 @@ def taken(*found: tuple[str, int, float], late: float = 0.01) -> list[Any]:
         )
         steps.append(
             SimpleNamespace(
-                taken=True, base=base, best=best, rivals=(best,), ranking=ranking, worth=None, screened_out=()
+                taken=True,
+                base=base,
+                best=best,
+                rivals=(best,),
+                ranking=ranking,
+                worth=None,
+                screened_out=(),
+                floor=FLOOR,
             )
         )
     return steps
@@ -90,3 +98,11 @@ def test_nothing_is_alone_of_its_kind() -> None:
     words = [word for effect in laws().values() for word in effect.kin]
     names = {word: {effect.name for effect in laws().values() if word in effect.kin} for word in words}
     assert all(len(families) > 1 for families in names.values())
+
+
+@pytest.mark.parametrize("effect", ["torque_dead_zone", "torque_offset"])
+def test_an_elusive_law_is_less_sure_where_there_is_hardly_a_gap(effect: str) -> None:
+    (there,), _ = causes_of(taken((effect, 0, 9.0)), ("A", "B"), SCALES)
+    (hardly,), _ = causes_of(taken((effect, 0, 9.0), gap=np.array([0.5, 3.0])), ("A", "B"), SCALES)
+    kept = 0.75 if effect_named(effect).elusive else 1.0
+    assert hardly.presence == pytest.approx(kept * (there.presence or 0.0))

@@ -101,11 +101,18 @@ def late(
     )
     out: list[Any] = []
     for k in range(len(placed)):
-        base, best = (SimpleNamespace(placed=tuple(placed[: k + i])) for i in (0, 1))
+        base, best = (SimpleNamespace(placed=tuple(placed[: k + i]), rms=lambda: FLOOR) for i in (0, 1))
         tried = tuple((name, 0) for name in candidates)
         out.append(
             SimpleNamespace(
-                taken=True, base=base, best=best, rivals=(best,), ranking=ranking, worth=None, screened_out=tried
+                taken=True,
+                base=base,
+                best=best,
+                rivals=(best,),
+                ranking=ranking,
+                worth=None,
+                screened_out=tried,
+                floor=FLOOR,
             )
         )
     return out
