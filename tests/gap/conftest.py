@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
 from stribeck.arm import Arm, Friction, Joint
 from stribeck.identify.conditioning import Conditioned, condition
+from stribeck.model.layout import Placed
 from stribeck.run import Run
 from stribeck.withheld.arms import misinformed
 from stribeck.withheld.excitation import programme
@@ -43,3 +46,36 @@ def sines(seconds: float, rate: float = 200.0, seed: int = 0, size: float = 1.0,
 
 def conditioned(seconds: Sequence[float], rate: float = 200.0) -> list[Conditioned]:
     return [condition(TRUE, sines(s, rate, i), 15.0, np.full(1, 1e-6)) for i, s in enumerate(seconds)]
+
+
+def taken_steps(
+    placed: Sequence[Placed],
+    removed: Sequence[float],
+    *,
+    gap: np.ndarray,
+    floor: np.ndarray,
+    candidates: Sequence[str] = (),
+) -> list[Any]:
+    """The steps of a search that took these effects one after the other, as far as a verdict looks at them.
+
+    ``removed`` is what each takes of the squared residual, in floors; ``gap`` (n,) what re-tuning leaves, N m rms.
+    """
+    steps: list[Any] = []
+    for k, size in enumerate(removed):
+        base, best = (SimpleNamespace(placed=tuple(placed[: k + i]), rms=lambda: gap) for i in (0, 1))
+        power = np.array([[size + 1.0] * 2, [1.0] * 2])
+        ranking = SimpleNamespace(best=1, overall=[0.0, 0.95], t=[0.0, 12.0], power=power, twins=lambda: [1])
+        tried = tuple((name, 0) for name in candidates)
+        steps.append(
+            SimpleNamespace(
+                taken=True,
+                base=base,
+                best=best,
+                rivals=(best,),
+                ranking=ranking,
+                worth=None,
+                screened_out=tried,
+                floor=floor,
+            )
+        )
+    return steps

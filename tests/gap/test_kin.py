@@ -1,6 +1,5 @@
 """What only fills in for a stronger effect of its own phenomenon is not named; what is of another kind, is."""
 
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,8 @@ from stribeck.gap.verdict import NAMED_OVER, causes_of
 from stribeck.model.layout import Placed
 from stribeck.model.values import Scale
 
+from .conftest import taken_steps
+
 FLOOR = np.ones(2)
 SCALES = (Scale(1.0, 1.0, 1.0, 1.0, 1.0, 1e-3, middle=0.2),) * 2
 
@@ -19,29 +20,7 @@ SCALES = (Scale(1.0, 1.0, 1.0, 1.0, 1.0, 1e-3, middle=0.2),) * 2
 def taken(*found: tuple[str, int, float], late: float = 0.01, gap: Any = FLOOR) -> list[Any]:
     """The steps of a search: each an effect, its joint, and what it takes of the squared residual, in floors."""
     placed = [Placed(effect_named(name), joint, {"time": late, "time_constant": late}) for name, joint, _ in found]
-    steps: list[Any] = []
-    for k, (_, _, removed) in enumerate(found):
-        base, best = (SimpleNamespace(placed=tuple(placed[: k + i]), rms=lambda: gap) for i in (0, 1))
-        ranking = SimpleNamespace(
-            best=1,
-            overall=[0.0, 0.95],
-            t=[0.0, 12.0],
-            power=np.array([[removed + 1.0] * 2, [1.0] * 2]),
-            twins=lambda: [1],
-        )
-        steps.append(
-            SimpleNamespace(
-                taken=True,
-                base=base,
-                best=best,
-                rivals=(best,),
-                ranking=ranking,
-                worth=None,
-                screened_out=(),
-                floor=FLOOR,
-            )
-        )
-    return steps
+    return taken_steps(placed, [size for _, _, size in found], gap=gap, floor=FLOOR)
 
 
 @pytest.mark.parametrize(

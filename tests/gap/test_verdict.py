@@ -24,6 +24,8 @@ from stribeck.gap.verdict import (
 from stribeck.model.layout import Placed
 from stribeck.model.values import Scale
 
+from .conftest import taken_steps
+
 FLOOR = np.array([0.1, 0.4])
 SCALES = (Scale(1.0, 1.0, 1.0, 1.0, 1.0, 1e-3),) * 2
 
@@ -96,26 +98,7 @@ def late(
 ) -> Any:
     """The steps of a search that took a delay at each of the joints, one after the other."""
     placed = [Placed(effect_named(e), j, {"time": t}) for j, (e, t) in enumerate(zip(effects, times, strict=True))]
-    ranking = SimpleNamespace(
-        best=1, overall=[0.0, 0.9], t=[0.0, 9.0], power=np.array([[9.0, 9.0], [1.0, 1.0]]), twins=lambda: [1]
-    )
-    out: list[Any] = []
-    for k in range(len(placed)):
-        base, best = (SimpleNamespace(placed=tuple(placed[: k + i]), rms=lambda: FLOOR) for i in (0, 1))
-        tried = tuple((name, 0) for name in candidates)
-        out.append(
-            SimpleNamespace(
-                taken=True,
-                base=base,
-                best=best,
-                rivals=(best,),
-                ranking=ranking,
-                worth=None,
-                screened_out=tried,
-                floor=FLOOR,
-            )
-        )
-    return out
+    return taken_steps(placed, [8.0] * len(placed), gap=FLOOR, floor=FLOOR, candidates=candidates)
 
 
 @pytest.mark.parametrize(

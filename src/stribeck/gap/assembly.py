@@ -8,9 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from stribeck.arm import Arm
 from stribeck.effects.registry import placed_effects
-from stribeck.errors import StribeckError
 from stribeck.gap.blocks import bayesian_bootstrap, block_of_rows
 from stribeck.gap.corrected import arm_of
 from stribeck.gap.delivered import delivered
@@ -19,14 +17,14 @@ from stribeck.gap.lateness import told_late
 from stribeck.gap.listing import candidates_of, traces_of
 from stribeck.gap.margins import widened
 from stribeck.gap.model import Model, fit_model, weights_of
-from stribeck.gap.motion import motion_gap
 from stribeck.gap.nominal import nominal_intervals
 from stribeck.gap.observed import Observation
 from stribeck.gap.places import places
 from stribeck.gap.prepare import Prepared
 from stribeck.gap.random_torque import added_power, loud, random_torque
-from stribeck.gap.result import Cause, Diagnosis, Estimate, Stage, Tuned
+from stribeck.gap.result import Cause, Diagnosis, Estimate, Tuned
 from stribeck.gap.sequence import on_average
+from stribeck.gap.stages import HORIZON, stages_of
 from stribeck.gap.step import Step, last_model
 from stribeck.gap.unsaid import told_of
 from stribeck.gap.verdict import (
@@ -43,8 +41,6 @@ from stribeck.gap.verdict import (
 )
 from stribeck.gap.where import regions
 from stribeck.identify.confidence import Intervals, intervals
-
-HORIZON = 0.5  # s
 
 
 class Assembly:
@@ -73,7 +69,6 @@ class Assembly:
         self.models: list[Model] = [self.base, *again, *taken[len(again) :]]
         self.block = block_of_rows(prepared.held)
         self.draws = bayesian_bootstrap(int(self.block.max()) + 1, 400, np.random.default_rng(seed))
-        self.warnings = list(prepared.warnings)
 
     def diagnosis(self) -> Diagnosis:
         """Return the diagnosis."""
@@ -95,6 +90,7 @@ class Assembly:
         }
         experiment = self._experiment(causes, unexplained=verdict == "unexplained")
         tuned = self._tuned()
+        stages, missing = stages_of(prepared, self.given, chain, self.floor)
         regions_ = regions(prepared, self.base.held, final.held, self.noise, self.seed)
         return Diagnosis(
             arm=arm.name,
@@ -104,7 +100,7 @@ class Assembly:
             verdict=verdict,
             named=named,
             horizon=HORIZON,
-            stages=self._stages(chain),
+            stages=stages,
             closed=closed,
             where=places(prepared, chain, self.noise, regions_, self.seed),
             regions=regions_,
@@ -115,7 +111,8 @@ class Assembly:
             models={name: prepared.as_stated(one) for name, one in arms.items()},
             notes=(*prepared.notes, *told_late(self.base, placed_effects(arm), arm.names)),
             warnings=(
-                *self.warnings,
+                *prepared.warnings,
+                *missing,
                 *loud(self.random, arm.names, self.steps[-1].floor),
                 *told_of(tuned),
                 *self._limits(),
@@ -207,34 +204,6 @@ class Assembly:
         value = sum(at[id(after)].value - at[id(before)].value for before, after in pairs)
         spread = max((at[id(after)].high - at[id(after)].low) / 2 for _, after in pairs)
         return Estimate(value, value - spread, value + spread)
-
-    def _stages(self, chain: Sequence[Model]) -> tuple[Stage, ...]:
-        arm = self.prepared.arm
-        rows: list[tuple[str, np.ndarray, Arm | None]] = [
-            ("as_given", self.given, arm),
-            ("retuned", self.base.held, arm_of(arm, self.base.fit, self.base.placed)),
-        ]
-        rows += [(m.placed[-1].effect.name, m.held, arm_of(arm, m.fit, m.placed)) for m in chain[1:]]
-        stages = [Stage(name, self._per_joint(held), self._motion(name, model)) for name, held, model in rows]
-        floor = {name: float(self.floor[j]) for j, name in enumerate(arm.names)}
-        noise = {name: float(self.prepared.held[0].noise[j]) for j, name in enumerate(arm.names)}
-        return (*stages, Stage("noise_floor", floor, noise))
-
-    def _per_joint(self, held: np.ndarray) -> dict[str, float]:
-        rms = np.sqrt(np.mean(held**2, axis=0))
-        return {name: float(rms[j]) for j, name in enumerate(self.prepared.arm.names)}
-
-    def _motion(self, stage: str, arm: Arm | None) -> dict[str, float]:
-        if arm is None:
-            return {}
-        try:
-            motion, failed = motion_gap(arm, self.prepared.held, self.prepared.cutoff, HORIZON)
-        except StribeckError as error:
-            self.warnings.append(f"{stage}: no motion gap: {error}")
-            return {}
-        if failed:
-            self.warnings.append(f"{stage}: {failed} windows could not be simulated and are left out of the motion gap")
-        return motion
 
     def _tuned(self) -> tuple[Tuned, ...]:
         fit, bounds = self.base.fit, nominal_intervals(self.base, self.prepared, self.floor)

@@ -47,9 +47,10 @@ class Prepared:
 
     def as_stated(self, arm: Arm) -> Arm:
         """Return an arm with no other tolerances than those of the arm file."""
-        joints = () if self.stated is None else self.stated.joints
-        own = (replace(joint, tolerance=said.tolerance) for joint, said in zip(arm.joints, joints, strict=False))
-        return replace(arm, joints=tuple(own) or arm.joints)
+        if self.stated is None:
+            return arm
+        pairs = zip(arm.joints, self.stated.joints, strict=True)
+        return replace(arm, joints=tuple(replace(joint, tolerance=said.tolerance) for joint, said in pairs))
 
 
 def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = ()) -> Prepared:

@@ -56,11 +56,9 @@ def on_average(placed: Sequence[Placed], runs: Sequence[Conditioned]) -> tuple[P
 
 
 def _start(past: Past, joint: int) -> Signals:
-    def at(value: np.ndarray | float) -> float:
-        return float(np.broadcast_to(value, joint + 1)[joint]) if np.ndim(value) == 0 else float(np.ravel(value)[joint])
-
     here = {"recordings": float(past.recordings), "recorded": past.recorded, "lead": past.lead}
-    return Signals(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, **here, travelled=at(past.travelled), led=at(past.led))
+    gone = {"travelled": float(np.asarray(past.travelled)[joint]), "led": float(np.asarray(past.led)[joint])}
+    return Signals(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, **here, **gone)
 
 
 def _placed(part: Conditioned, recordings: Sequence[Run], past: Mapping[int, Past]) -> Conditioned:
