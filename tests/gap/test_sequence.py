@@ -6,7 +6,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from stribeck.effects.registry import effect_named
+from stribeck.effects.registry import effect_named, registry
+from stribeck.gap.diagnose import diagnose
 from stribeck.gap.prepare import prepare
 from stribeck.gap.sequence import after, in_sequence, on_average
 from stribeck.identify.conditioning import condition
@@ -16,7 +17,7 @@ from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
 from stribeck.model.values import Signals
 
-from .conftest import NOMINAL, sines
+from .conftest import NOMINAL, recorded, sines
 
 RUNS = [sines(2.0, name=name) for name in ("run_10", "run_9", "run_2")]
 
@@ -127,3 +128,21 @@ def test_an_arm_without_a_past_is_as_the_recordings_were_on_average(
     fresh = float(effect.initial(Signals(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), place.values)[state])
     assert place.values["change"] * fresh == pytest.approx(values["change"] * begun, rel=1e-6)
     assert begun > 0.0
+
+
+def test_what_comes_after_comes_after_all() -> None:
+    prepared = prepare(NOMINAL, [sines(4.0, name=f"run_{k}") for k in range(3)])
+    told = after((*prepared.fit, *prepared.held))
+    assert told == after((*prepared.held, *prepared.fit))
+    assert told.recordings == 3
+    assert told.recorded == pytest.approx(12.0, abs=0.1)
+
+
+def test_the_written_arm_is_as_worn_as_the_recordings_found_it() -> None:
+    """What is told is the change at the start of the first recording; a file that knows no past holds the mean."""
+    others = [name for name in registry() if name != "history"]
+    found = diagnose(NOMINAL, recorded(("history", {"change": 0.8, "work": 60.0})), jobs=1, leave_out=others)
+    assert found.named == ("history",)
+    told = found.causes[0].parameters["A"]["change"].value
+    (entry,) = found.models["corrected"].effects
+    assert 0.0 < entry.parameters["A"]["change"] < 0.9 * told

@@ -7,6 +7,7 @@ import pytest
 from stribeck.arm import Arm
 from stribeck.gap.diagnose import diagnose
 from stribeck.gap.prepare import prepare
+from stribeck.identify.run_fit import fit_runs
 from stribeck.model.path import SignalPath
 
 from .conftest import FRICTION, NOMINAL, recorded
@@ -44,3 +45,12 @@ def test_friction_that_the_file_leaves_out_is_no_effect() -> None:
     assert all(joint.tolerance == {} for arm in found.models.values() for joint in arm.joints)
     level = found.models["corrected"].joints[0].friction.C0
     assert level == pytest.approx(FRICTION.C0, rel=0.3)
+
+
+def test_what_identification_reads_off_is_not_held_by_the_file() -> None:
+    """A tolerance is meant around the file's value, not around one that was read off the recordings."""
+    held = replace(NOMINAL, joints=(replace(NOMINAL.joints[0], tolerance={"C0": 0.0, "C2": 0.0}),))
+    runs = prepare(NOMINAL, recorded()).fit
+    plain, told = (fit_runs(arm, runs, [(True, True)]).arm.joints[0] for arm in (NOMINAL, held))
+    assert told.friction == plain.friction
+    assert told.backward == plain.backward
