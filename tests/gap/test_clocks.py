@@ -81,7 +81,7 @@ def test_a_disturbance_is_named_whatever_its_phases() -> None:
     assert found["frequency"].value == pytest.approx(HERTZ, rel=0.01)
     assert np.hypot(found["sine"].value, found["cosine"].value) == pytest.approx(1.0, rel=0.1)
     motion = {stage.stage: stage.motion["A"] for stage in d.stages}
-    assert motion["input_disturbance"] < 0.5 * motion["retuned"]  # the clocks hold in simulation too
+    assert motion["input_disturbance"] < 0.7 * motion["retuned"]  # the clocks hold in simulation too
 
 
 def with_residual(prepared: Prepared, base: Model, residual: np.ndarray) -> Model:

@@ -129,11 +129,11 @@ def test_a_resonance_between_the_starts_is_found(stiffness: float, inertia: floa
 def test_a_start_is_followed_for_where_it_leads(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without a start at the resonance: one not far from it leads down, though others have run away to no loss."""
     monkeypatch.setattr("stribeck.effects.rigid_body.base_flexibility.ringing", lambda trace, span: [])
-    hidden = {"stiffness": 300.0, "inertia": 0.5, "damping": 1.0}
+    hidden = {"stiffness": 100.0, "inertia": 1.2, "damping": 1.0}
     prepared = prepare(NOMINAL, recorded(("base_flexibility", hidden)))
     base = retune(prepared, FLOOR)
     weights = weights_of(base.fit.residual, prepared, FLOOR)
-    assert screen(prepared, base, weights, effect_named("base_flexibility"), 0).promise > 0.2 * base.fit.cost
+    assert screen(prepared, base, weights, effect_named("base_flexibility"), 0).promise > 0.4 * base.fit.cost
 
 
 def test_a_large_gap_is_weighed_anew_as_it_closes() -> None:

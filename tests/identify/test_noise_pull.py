@@ -62,24 +62,26 @@ def test_pull_is_what_moves_a_fit_to_noisier_recordings(monkeypatch: pytest.Monk
     noisier = []
     for sign in (1.0, -1.0):
         own = residual.runs[0].run
-        shaken = condition(ARM, replace(own, q=own.q + sign * NOISE * draw), CUTOFF, np.full(1, NOISE), thin=True)
+        moved, noise = replace(own, q=own.q + sign * NOISE * draw), np.full(1, NOISE)
+        shaken = condition(ARM, moved, CUTOFF, noise, thin=True, louder=np.sqrt(2.0))
         noisier.append(fitted(residual.along([shaken])).p[list(residual.columns)])
     unit = np.array([residual.path.entries[i].sd for i in residual.columns])
     columns = (found.jacobian * WEIGHTS.scale).reshape(-1, len(unit)) * unit
     expected = -np.linalg.solve(columns.T @ columns + np.eye(len(unit)), in_deviations(pull, residual))
     moved = (np.mean(noisier, axis=0) - found.p[list(residual.columns)]) / unit
     assert np.abs(expected).max() > 0.05
-    assert moved == pytest.approx(expected, abs=0.1 * np.abs(expected).max())
+    assert moved == pytest.approx(expected, abs=0.15 * np.abs(expected).max())
 
 
-def test_intervals_with_the_pull_are_wider_and_hold_the_truth() -> None:
-    """Friction constants of ten noisy recordings of one motion."""
+@pytest.mark.parametrize(("noise", "least"), [(3e-5, 0.95), (1e-4, 0.95), (NOISE, 0.85)])
+def test_intervals_with_the_pull_are_wider_and_hold_the_truth(noise: float, least: float) -> None:
+    """Friction constants of ten noisy recordings of one motion; the loudest noise hides all of Stribeck's decay."""
     path = SignalPath(ARM)
     truth = values_of(path.entries)
     friction = [i for i, entry in enumerate(path.entries) if entry.owner == "friction"]
     held = []
     for seed in range(10):
-        residual = Residual(path, [run(seed=seed)])
+        residual = Residual(path, [run(noise, seed)])
         found = fitted(residual)
         block = block_of_rows(residual.runs)
         plain = intervals(found, WEIGHTS, block)
@@ -87,4 +89,4 @@ def test_intervals_with_the_pull_are_wider_and_hold_the_truth() -> None:
         assert (bounds.low <= plain.low + 1e-12).all()
         assert (bounds.high >= plain.high - 1e-12).all()
         held.append([bounds.low[i] <= truth[i] <= bounds.high[i] for i in friction])
-    assert np.mean(held) >= 0.9
+    assert np.mean(held) >= least

@@ -49,6 +49,25 @@ def test_recorded_law_leaves_no_residual() -> None:
     assert np.sqrt(np.mean(r**2)) < 0.02 * np.std(run.command)
 
 
+@pytest.mark.parametrize("rate", [100.0, 250.0, 500.0, 1000.0])
+def test_a_reversal_between_two_samples_leaves_nothing(rate: float) -> None:
+    """Friction jumps by 5 N m there; put off to the next sample, that would leave 0.4 N m, and 0.7 N m at 100 Hz."""
+    run = condition(pendulum(), recorded(rate=rate), min(20.0, 0.15 * rate), np.full(1, 1e-9), thin=True)
+    residual = Residual(path(), [run], ())
+    r, _ = residual(values_of(residual.path.entries))
+    assert np.abs(r).max() < 0.1
+
+
+def test_asymmetric_friction_is_symmetric_friction_and_an_offset() -> None:
+    """Also at rest and where the sign of the velocity is not sure."""
+    noisy = [condition(pendulum(), recorded(rate=250.0, noise=1e-4), 20.0, thin=True)]
+    biased = Residual(path(("torque_offset", {"offset": -0.4})), noisy, ())
+    uneven = Residual(path(("asymmetric_friction", {"coulomb": 0.4})), noisy, ())
+    one, other = (residual(values_of(residual.path.entries))[0] for residual in (biased, uneven))
+    assert one == pytest.approx(other, abs=1e-9)
+    assert np.std(one) > 0.01
+
+
 PLAY = {"gap": 0.02, "stiffness": 90.0, "damping": 1.5}
 SHAFT = {"stiffness": 60.0, "damping": 0.8}
 WHEEL = {"sine": 0.02, "cosine": -0.01, "harmonic": 1.0}

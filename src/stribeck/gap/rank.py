@@ -14,7 +14,7 @@ from stribeck.gap.spread import levels, noise_power
 from stribeck.identify.conditioning import Conditioned
 
 DRAWS = 400
-TIE = 1.0  # of log likelihood
+TIE = 1.5  # of log likelihood
 SAME = 2.0  # block-robust t value below which two models are not told apart
 SHARED = 0.75  # of the best model's gain (in logarithm): less is another story, not a twin
 ALIKE = 0.93  # of it: so close that a law's exact form, not the data, would decide

@@ -27,6 +27,7 @@ OVERSAMPLING = 3.0  # analysis samples per second over the cutoff
 RATE_OVER_CUTOFF = 10.0  # samples per second that a thinned run keeps, over the cutoff
 STUCK_TIME = 0.04  # s
 STILL = 1e-3  # of the rms speed: slower is at rest
+INSTANT = (0.5, 0.1)  # of a sample, and of the period of the motion's filter: a reversal is as near as that to its own
 
 
 @dataclass(frozen=True)
@@ -49,8 +50,9 @@ class Conditioned:
     """One run on its uniform grid of N samples, with its M analysis samples.
 
     ``position``, ``velocity``, ``acceleration``, ``command``, ``stuck`` are (N, n);
-    ``velocity_sd`` and ``noise`` (n,); ``analysis_time`` (M,); ``taps`` the low-pass (odd length). ``clock`` is the
-    time of the first sample by the clock of what acts from outside, s (set in ``gap.clocks``); None: the record's own.
+    ``velocity_sd`` and ``noise`` (n,), what encoder noise leaves in the velocity and its own; ``instant`` the time to
+    either side for which a sample stands, s; ``analysis_time`` (M,); ``taps`` the low-pass (odd length). ``clock`` is
+    the time of the first sample by the clock of what acts from outside, s (set in ``gap.clocks``); None: its own.
     ``past`` is what was recorded before it (set in ``gap.sequence``).
     """
 
@@ -61,6 +63,7 @@ class Conditioned:
     acceleration: np.ndarray
     command: np.ndarray
     velocity_sd: np.ndarray
+    instant: float
     stuck: np.ndarray
     noise: np.ndarray
     taps: np.ndarray
@@ -120,7 +123,14 @@ def cutoff_frequency(arm: Arm, runs: Sequence[Run], inertia: np.ndarray) -> floa
 
 
 def condition(
-    arm: Arm, run: Run, cutoff: float, noise: np.ndarray | None = None, *, thin: bool = False, sharpness: float = 1.0
+    arm: Arm,
+    run: Run,
+    cutoff: float,
+    noise: np.ndarray | None = None,
+    *,
+    thin: bool = False,
+    sharpness: float = 1.0,
+    louder: float = 1.0,
 ) -> Conditioned:
     """Return one uniform run conditioned at an analysis cutoff (Hz).
 
@@ -132,6 +142,8 @@ def condition(
         Keep only as many samples as the cutoff needs, after both sides have passed the motion's filter.
     sharpness : float
         Factor on the motion filter's cutoff, to see how much a residual owes to it.
+    louder : float
+        Noise of the run over ``noise``, by which the motion's filter is chosen.
     """
     h = run.sample_time
     keep = max(1, int(1.0 / (RATE_OVER_CUTOFF * cutoff * h))) if thin else 1
@@ -146,7 +158,7 @@ def condition(
     if keep > 1:
         command = smooth(command)
     speed = np.sqrt(np.mean(velocity**2, axis=0))
-    velocity_sd = np.maximum(gain * noise, 0.5 * STILL * speed + 1e-9)
+    velocity_sd = np.maximum(louder * gain * noise, 0.5 * STILL * speed + 1e-9)
     stuck = _stuck(velocity, np.maximum(3.0 * gain * noise, STILL * speed), h)
     return Conditioned(
         name=run.name,
@@ -156,6 +168,7 @@ def condition(
         acceleration=acceleration[::keep],
         command=command[::keep],
         velocity_sd=velocity_sd,
+        instant=INSTANT[0] * keep * h + INSTANT[1] / (sharpness * sharp),
         stuck=stuck[::keep],
         noise=noise,
         taps=_low_pass(cutoff, keep * h),
@@ -165,9 +178,12 @@ def condition(
 
 
 def shaken(arm: Arm, run: Conditioned, cutoff: float, draw: np.ndarray) -> Conditioned:
-    """Return a thinned run with its own noise times a draw (N, n) added once more to its recorded positions."""
+    """Return a thinned run with its own noise times a draw (N, n) added once more to its recorded positions.
+
+    It knows that its velocities scatter more: else a joint at rest would seem to move, which the record's did not.
+    """
     moved = replace(run.run, q=run.run.q + run.noise * draw)
-    return condition(arm, moved, cutoff, run.noise, thin=True).as_recorded(run)
+    return condition(arm, moved, cutoff, run.noise, thin=True, louder=float(np.sqrt(2.0))).as_recorded(run)
 
 
 def _motion_cutoff(run: Run, noise: np.ndarray, cutoff: float) -> float:

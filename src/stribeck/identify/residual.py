@@ -116,11 +116,12 @@ class Residual:
         return states[: self._machine(run).cut.nx].T
 
     def _drive(self, run: Conditioned, delays: np.ndarray) -> np.ndarray:
-        """Return the drive (1 + 14 n, N), the command delayed and a late record moved back."""
+        """Return the drive (1 + 15 n, N), the command delayed and a late record moved back."""
         motion = ("position", "velocity", "acceleration")
         signals = {name: getattr(run, name) for name in (*motion, "command")}
         signals |= {name: np.zeros_like(run.command) for name in RATES}
-        signals["velocity_sd"] = np.broadcast_to(run.velocity_sd, run.position.shape)
+        for name in ("velocity_sd", "instant"):
+            signals[name] = np.broadcast_to(getattr(run, name), run.position.shape)
         signals |= {name: np.broadcast_to(getattr(run.past, name), run.position.shape) for name in PAST}
         for k, place in enumerate(self.path.placed):
             if place.effect.delays == "command":

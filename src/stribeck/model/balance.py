@@ -182,7 +182,8 @@ class Balance:
     def _friction(self, joint: int, s: Signals, d: Drive, x: Any, needed: Expression) -> Expression:
         """Return friction without its viscous part, given the torque ``needed`` to balance the joint.
 
-        At rest friction is an interval, not a value; so it is wherever noise hides the sign of the velocity.
+        At rest friction is an interval, not a value; so it is wherever noise hides the sign of the velocity, and where
+        that changes within the sample.
         """
         path = self.path
         bristle = path.bristle(joint)
@@ -192,9 +193,10 @@ class Balance:
             return effect.bristle_torque(level, s, path.states(k, x), path.parameters(k))
         speed = ca.fabs(s.velocity)
         forward, backward = (path.level(joint, speed, way, s, x) for way in (1.0, -1.0))
-        z = s.velocity / d.velocity_sd[joint]
-        lowest, highest = (ca.erf((z + side * UNSURE) / ca.sqrt(2.0)) for side in (-1.0, 1.0))
-        lower, upper = (ca.fmax(way, 0.0) * forward + ca.fmin(way, 0.0) * backward for way in (lowest, highest))
+        sd, reach = d.velocity_sd[joint], d.instant[joint] * ca.fabs(s.acceleration)
+        ends = ((s.velocity + side * reach) / sd + side * UNSURE for side in (-1.0, 1.0))
+        chances = (0.5 * (1.0 + ca.erf(z / ca.sqrt(2.0))) for z in ends)  # of going forward
+        lower, upper = (chance * forward - (1.0 - chance) * backward for chance in chances)
         return ca.fmin(ca.fmax(needed, lower), upper)
 
     def residual(self, d: Drive, x: Any) -> tuple[Any, dict[str, Any]]:

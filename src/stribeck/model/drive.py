@@ -9,7 +9,7 @@ import casadi as ca
 
 PAST = ("recordings", "recorded", "travelled", "lead", "led")
 RATES = ("position_rate", "velocity_rate", "acceleration_rate", "command_rate")
-DRIVE = ("time", "position", "velocity", "acceleration", "command", *RATES, "velocity_sd", *PAST)
+DRIVE = ("time", "position", "velocity", "acceleration", "command", *RATES, "velocity_sd", "instant", *PAST)
 
 
 @dataclass(frozen=True)
@@ -19,8 +19,9 @@ class Drive:
     ``command`` is the command averaged over the sample before and after, as zero-order hold implies. The rates are
     time derivatives of signals that an effect delays, zero for others: those of the curves that are read off, from
     sample to sample, so that they differ a little from ``velocity`` and ``acceleration``. ``velocity_sd`` is the
-    uncertainty of the velocity. What was before: how many recordings, how long they were and how far the joint had
-    gone in them; then the same two of this recording, where only a part of it is here.
+    uncertainty of the velocity, ``instant`` the time to either side for which a sample stands. What was before: how
+    many recordings, how long they were and how far the joint had gone in them; then the same two of this recording,
+    where only a part of it is here.
     """
 
     time: Any
@@ -33,6 +34,7 @@ class Drive:
     acceleration_rate: Any
     command_rate: Any
     velocity_sd: Any
+    instant: Any
     recordings: Any
     recorded: Any
     travelled: Any
@@ -46,7 +48,7 @@ class Drive:
 
     @property
     def stacked(self) -> Any:
-        """All signals, one column (1 + 14 n, 1)."""
+        """All signals, one column (1 + 15 n, 1)."""
         return ca.vertcat(*[getattr(self, name) for name in DRIVE])
 
     def at(self, **changes: Any) -> Drive:
