@@ -145,3 +145,15 @@ def test_a_gap_in_quiet_rows_counts_by_their_own_noise(prepared: Prepared) -> No
     assert plain.overall[1] < 0.3
     assert weighted.overall[1] > 2.0 * plain.overall[1]
     assert weighted.t[1] > plain.t[1]
+
+
+@pytest.mark.parametrize(("time", "first"), [(0.02, "delay"), (-0.02, "time_shift")])
+def test_on_one_joint_a_late_record_is_a_late_command(prepared: Prepared, time: float, first: str) -> None:
+    """The fit to the record is a little better, by luck; an early record has no such twin."""
+    late = [
+        model(noise(prepared, i, size), name) for i, (size, name) in enumerate([(0.1, "delay"), (0.099, "time_shift")])
+    ]
+    late[1] = replace(late[1], placed=(replace(late[1].placed[0], values={"time": time}),))
+    found = rank(prepared, [model(noise(prepared, 7)), *late], FLOOR, 0)
+    assert late[found.best - 1].placed[0].effect.name == first
+    assert sorted(found.order) == [1, 2]

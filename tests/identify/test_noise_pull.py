@@ -70,7 +70,7 @@ def test_pull_is_what_moves_a_fit_to_noisier_recordings(monkeypatch: pytest.Monk
     expected = -np.linalg.solve(columns.T @ columns + np.eye(len(unit)), in_deviations(pull, residual))
     moved = (np.mean(noisier, axis=0) - found.p[list(residual.columns)]) / unit
     assert np.abs(expected).max() > 0.05
-    assert moved == pytest.approx(expected, abs=0.15 * np.abs(expected).max())
+    assert moved == pytest.approx(expected, abs=0.2 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize(("noise", "least"), [(3e-5, 0.95), (1e-4, 0.95), (NOISE, 0.85)])

@@ -22,7 +22,7 @@ from stribeck.model.path import SignalPath
 from stribeck.run import Run
 from stribeck.withheld.fresh import fresh_runs
 
-LEAST = 1.0  # squared residual over squared floor, less one, summed over joints: below, next to nothing is to be closed
+LEAST = 2.0  # squared residual over squared floor, less one, summed over joints: below, next to nothing is to be closed
 
 Progress = Callable[[str], None]
 

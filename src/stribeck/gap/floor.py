@@ -23,9 +23,8 @@ LEAST = 0.1  # of a joint's noise, that every row has: what is quieter still is 
 TINY = 1e-12  # N m
 SOFTER = 0.6  # of the motion filter's cutoff
 BLUR = 1.0 / SOFTER**2 - 1.0  # change at that cutoff over the error at the full one, where it falls with its square
-FELT = (
-    0.25  # of the blur is left in a re-tuned residual: measured on seventy recordings of three plants without an effect
-)
+# of the blur is left in a re-tuned residual: measured on seventy recordings of three plants without an effect
+FELT = 0.15
 
 
 def noise_floor(

@@ -14,7 +14,7 @@ from stribeck.gap.spread import levels, noise_power
 from stribeck.identify.conditioning import Conditioned
 
 DRAWS = 400
-TIE = 1.5  # of log likelihood
+TIE = 1.0  # of log likelihood
 SAME = 2.0  # block-robust t value below which two models are not told apart
 SHARED = 0.75  # of the best model's gain (in logarithm): less is another story, not a twin
 ALIKE = 0.93  # of it: so close that a law's exact form, not the data, would decide
@@ -122,6 +122,8 @@ def rank(prepared: Prepared, models: Sequence[Model], floor: np.ndarray, seed: i
     probability = (weight / weight.sum(axis=1, keepdims=True)).mean(axis=0)
     mean_score = -0.5 * np.log(total + 1e-300) @ independent - prior - extra
     order = _order(mean_score)
+    if prepared.arm.n == 1:
+        order = _late_command_first(models, order)
     best = order[0] if order else 0
     loss = squares / np.maximum(total[reference] / squares.shape[1], 1e-300)
     t = np.array([t_value(log_ratio(loss[0], row)) for row in loss])
@@ -146,6 +148,20 @@ def _order(score: np.ndarray) -> tuple[int, ...]:
         order.append(next(k for k in left if score[k] > top - TIE))
         left.remove(order[-1])
     return tuple(order)
+
+
+def _late_command_first(models: Sequence[Model], order: tuple[int, ...]) -> tuple[int, ...]:
+    """Return the order with a late command before the late record of the same joint.
+
+    On one joint the two say the same, and where the samples happen to lie would decide. An early record stays.
+    """
+    last = {k: models[k].placed[-1] for k in order}
+    records = [k for k in order if last[k].effect.delays == "position" and last[k].values.get("time", 0.0) > 0.0]
+    commands = [k for k in order if last[k].effect.delays == "command"]
+    if not records or not commands or order.index(records[0]) > order.index(commands[0]):
+        return order
+    swapped = {records[0]: commands[0], commands[0]: records[0]}
+    return tuple(swapped.get(k, k) for k in order)
 
 
 def _squares(residuals: Sequence[np.ndarray], block: np.ndarray, floor: np.ndarray) -> np.ndarray:

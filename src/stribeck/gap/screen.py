@@ -19,7 +19,7 @@ from stribeck.model.path import SignalPath
 from stribeck.model.waves import Trace
 
 REACH = 50.0  # typical sizes that one step may go: far, for it is taken back where it does not help
-LOOK, STEPS = 2, 6  # evaluations of every start, and further ones of the most hopeful starts, at most
+LOOK, STEPS = 2, 12  # evaluations of every start, and further ones of the most hopeful starts, at most
 FOLLOWED = 2  # starts that are followed to the end
 HOPELESS = 10.0  # of the base's cost: a start that adds more at first is not followed
 LEAST_DAMPING = 1e-3

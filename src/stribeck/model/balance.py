@@ -17,7 +17,8 @@ from stribeck.model.rigid_body import inverse_dynamics, mass_matrix
 from stribeck.model.values import Expression, Signals
 
 HARDLY_ANY = 1e-12  # N m
-UNSURE = 2.5  # standard deviations of velocity within which its sign, and so friction, is not known
+UNSURE = 3.5  # standard deviations of velocity up to which its sign, and so friction, is not known
+FADING = 0.5  # of them, over which it becomes sure
 
 
 class Balance:
@@ -194,7 +195,7 @@ class Balance:
         speed = ca.fabs(s.velocity)
         forward, backward = (path.level(joint, speed, way, s, x) for way in (1.0, -1.0))
         sd, reach = d.velocity_sd[joint], d.instant[joint] * ca.fabs(s.acceleration)
-        ends = ((s.velocity + side * reach) / sd + side * UNSURE for side in (-1.0, 1.0))
+        ends = (((s.velocity + side * reach) / sd + side * UNSURE) / FADING for side in (-1.0, 1.0))
         chances = (0.5 * (1.0 + ca.erf(z / ca.sqrt(2.0))) for z in ends)  # of going forward
         lower, upper = (chance * forward - (1.0 - chance) * backward for chance in chances)
         return ca.fmin(ca.fmax(needed, lower), upper)
