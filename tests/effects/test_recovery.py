@@ -94,7 +94,13 @@ CASES = {
     ),
     "gravity_tilt": Case("A", {"x": -0.3, "y": 2.0}, {"x": (-0.3, 0.15), "y": (2.0, 0.1)}, 0.2),
     "cable_spring": Case("B", {"stiffness": 2.0, "rest": 0.4}, {"stiffness": (2.0, 0.1), "rest": (0.4, 0.03)}, 0.2),
-    "contact": Case(
+    "contact/linear": Case(
+        "B",
+        {"stiffness": 20.0, "position": -0.4, "side": -1.0, "damping": 0.0, "exponent": 1.0},
+        {"stiffness": (-20.0, 1.0), "position": (-0.4, 0.02)},
+        0.1,
+    ),
+    "contact/hunt_crossley": Case(
         "B",
         {"stiffness": 60.0, "position": 0.4, "side": 1.0, "damping": 0.4},
         {"stiffness": (60.0, 3.0), "position": (0.4, 0.02), "damping": (0.4, 0.1)},

@@ -31,7 +31,7 @@ def _halves(p: Values) -> Converted:
 
 
 def _wall(p: Values) -> Converted:
-    return {"stiffness": p["stiffness"] * p["side"], "position": p["position"]}
+    return {"position": p["position"]}  # its stiffness is in the unit of a law
 
 
 # Left out: history (another charge), dwell-time constants, damping that the plant draws for itself, and phases that

@@ -21,6 +21,7 @@ from stribeck.effects.actuator.torque_ripple import TorqueRipple
 from stribeck.effects.actuator.torque_saturation import TorqueSaturation
 from stribeck.effects.external.cable_spring import CableSpring
 from stribeck.effects.external.contact import Contact
+from stribeck.effects.external.contact_linear import ContactLinear
 from stribeck.effects.external.input_disturbance import InputDisturbance
 from stribeck.effects.friction.asymmetric_friction import AsymmetricFriction
 from stribeck.effects.friction.dwell_time import DwellTime
@@ -84,6 +85,7 @@ _OWN: tuple[type[Effect], ...] = (
     BaseFlexibility,
     CableSpring,
     Contact,
+    ContactLinear,
     InputDisturbance,
 )
 

@@ -133,8 +133,8 @@ KNOWN: dict[str, Rule] = {
         {"stiffness": 0.0}, {"rest": 0.0}, {"stiffness": "cable_stiffness", "rest": "cable_rest"}
     ),
     "contact": Rule(
-        {"stiffness": 0.0}, {"position": 0.5, "side": 1.0, "damping": 0.5},
-        {name: f"wall_{name}" for name in ("stiffness", "position", "side", "damping")},
+        {"stiffness": 0.0}, {"position": 0.5, "side": 1.0, "damping": 0.5, "exponent": 1.5},
+        {name: f"wall_{name}" for name in ("stiffness", "position", "side", "damping", "exponent")},
     ),
     "input_disturbance": Rule(
         {"noise": 0.0, "amplitude": 0.0}, {"bandwidth": 10.0, "frequency": 3.0, "phase": 0.0}, {}, "torque"

@@ -53,13 +53,13 @@ static double shaft(const Joint *j, double twist, double twist_rate) {
     return torque;
 }
 
-/* Cable and wall, on the link's angle. Wall: Hunt & Crossley (1975), force k d^1.5 (1 + c d'). */
+/* Cable and wall, on the link's angle. Wall: Hunt & Crossley (1975), force k d^e (1 + c d'). */
 static double outside(const Joint *j, double angle, double rate) {
     double torque = -j->cable_stiffness * (angle - j->cable_rest);
     if (j->wall_stiffness > 0.0) {
         double depth = (angle - j->wall_position) * j->wall_side;
         if (depth > 0.0) {
-            double force = j->wall_stiffness * depth * sqrt(depth) * (1.0 + j->wall_damping * rate * j->wall_side);
+            double force = j->wall_stiffness * pow(depth, j->wall_exponent) * (1.0 + j->wall_damping * rate * j->wall_side);
             torque -= j->wall_side * fmax(0.0, force);
         }
     }

@@ -25,6 +25,7 @@
     X(time_shift) X(velocity_lag)                                                                                \
     /* outside forces */                                                                                         \
     X(cable_stiffness) X(cable_rest) X(wall_position) X(wall_side) X(wall_stiffness) X(wall_damping)             \
+    X(wall_exponent)                                                                                             \
     /* effects that no library knows */                                                                          \
     X(supply_torque) X(supply_frequency) X(supply_speed)                                                         \
     X(sticky_torque) X(sticky_centre) X(sticky_width) X(sticky_load)                                             \
