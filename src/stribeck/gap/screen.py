@@ -23,6 +23,7 @@ LOOK, STEPS = 2, 12  # evaluations of every start, and further ones of the most 
 FOLLOWED = 2  # starts that are followed to the end
 HOPELESS = 10.0  # of the base's cost: a start that adds more at first is not followed
 LEAST_DAMPING = 1e-3
+MOST, CLOSE = 0.5, 0.9  # of the base's cost, that a law takes; and of that, what another law of its family takes
 LITTLE = 0.02  # of the cost saved: a step that promises less is not made
 
 
@@ -75,6 +76,16 @@ def best_laws(tried: Sequence[Trial]) -> list[Trial]:
         if trial.key not in best or trial.promise > best[trial.key].promise:
             best[trial.key] = trial
     return list(best.values())
+
+
+def close_laws(tried: Sequence[Trial], kept: Sequence[Trial], cost: float) -> list[Trial]:
+    """Return other laws of the kept trials' families that take about as much of a gap which they take most of.
+
+    Against the whole of a gap the laws of one family hardly differ; what they leave of it does, once they are fitted.
+    """
+    chosen = {trial.key: trial for trial in kept if trial.promise > MOST * cost}
+    rivals = (trial for trial in tried if trial.key in chosen and trial.effect.law != chosen[trial.key].effect.law)
+    return [trial for trial in rivals if trial.promise > CLOSE * chosen[trial.key].promise]
 
 
 def screen(

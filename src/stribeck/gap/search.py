@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from joblib import Parallel, delayed
 
-from stribeck.effects.registry import registry
+from stribeck.effects.registry import laws, registry
 from stribeck.gap.beside import SURELY, idle, outdone, weighed
 from stribeck.gap.gates import LARGE_GAIN, LEAST_GAIN, earns_its_place
 from stribeck.gap.model import Model, finite, fit_model, weights_of
@@ -17,7 +17,7 @@ from stribeck.gap.prepare import Prepared
 from stribeck.gap.presence import evidence, presence
 from stribeck.gap.random_torque import random_joints
 from stribeck.gap.rank import rank
-from stribeck.gap.screen import Trial, best_laws, candidates, screen
+from stribeck.gap.screen import Trial, best_laws, candidates, close_laws, screen
 from stribeck.gap.step import Step, last_model
 from stribeck.gap.white import noise_of_best
 from stribeck.identify.map_fit import Weights
@@ -32,6 +32,7 @@ MOST_EFFECTS = 3
 HARDLY = 0.15  # presence below which the search ends, unless the effect takes much: what hides it may come next
 RELIEVED = 0.85  # of a joint's residual: an effect that leaves less is fitted once more, with weights of its own
 AGAIN = 4  # times at most
+RELAWED = 40  # evaluations of a model with another law for one of its effects
 
 
 Progress = Callable[[str], None]
@@ -96,7 +97,30 @@ def _forward(setting: _Setting, base: Model) -> tuple[Step, ...]:
         if not step.taken or step.best is None or _hardly(step):
             break
         base = step.best
+        if len(steps) > 1:
+            base = _relawed(setting, base, own, known)
+            steps[-1] = replace(step, rivals=tuple(base if model is step.best else model for model in step.rivals))
     return tuple(steps)
+
+
+def _relawed(setting: _Setting, model: Model, own: int, known: dict[tuple[str, str, int], dict[str, float]]) -> Model:
+    """Return the model with other laws for effects that were taken before the last, where these now leave less.
+
+    What one effect's law could not follow may have been another's.
+    """
+    others = []
+    for i, place in enumerate(model.placed[own:-1], own):
+        for effect in laws().values():
+            start = known.get((effect.name, effect.law, place.joint))
+            if effect.name == place.effect.name and effect.law != place.effect.law and start is not None:
+                others.append((*model.placed[:i], Placed(effect, place.joint, start), *model.placed[i + 1 :]))
+    if not others:
+        return model
+    weights = weights_of(model.fit.residual, setting.prepared, setting.floor)
+    fits = (delayed(fit_model)(setting.prepared, placed, weights, None, evaluations=RELAWED) for placed in others)
+    fitted = [other for other in setting.pool(fits) if finite(other)]
+    best = min(fitted, key=lambda other: _left(other, setting.floor), default=model)
+    return best if _left(best, setting.floor) < _left(model, setting.floor) - LEAST_GAIN else model
 
 
 def _hardly(step: Step) -> bool:
@@ -122,11 +146,12 @@ def _step(
     )
     known.update({trial.law_key: trial.start for trial in tried if np.isfinite(trial.promise)})
     best_trials = _survivors(best_laws(tried), strained=bool(base.fit.at_limit))
+    best_trials += close_laws(tried, best_trials, base.fit.cost)
     setting.progress(f"fitting {len({trial.key for trial in best_trials})} candidates")
     order = list(registry())
     best_trials = sorted(best_trials, key=lambda trial: (order.index(trial.effect.name), trial.joint))
     fitted = pool(delayed(_fit_trial)(prepared, base, weights, trial, floor) for trial in best_trials)
-    rivals = _best_of_each(fitted)
+    rivals = _best_of_each(fitted, floor)
     floor = noise_of_best(setting.floor, [base, *rivals], prepared)
     ranking = rank(prepared, [base, *rivals], floor, setting.seed)
     random = tuple(random_joints(prepared, base, floor, setting.seed))
@@ -184,13 +209,21 @@ def _fit_trial(prepared: Prepared, base: Model, weights: Weights, trial: Trial, 
     return model
 
 
-def _best_of_each(models: Sequence[Model | None]) -> list[Model]:
-    """Return the cheapest model of each candidate, its placed effects carrying the fitted values."""
+def _best_of_each(models: Sequence[Model | None], floor: np.ndarray) -> list[Model]:
+    """Return of each candidate the law that leaves least, its placed effect carrying the fitted values.
+
+    Costs would not do: each model may have weights of its own.
+    """
     best: dict[tuple[str, int], Model] = {}
     for model in models:
         if model is None:
             continue
         key = (model.placed[-1].effect.name, model.placed[-1].joint)
-        if key not in best or model.fit.cost < best[key].fit.cost:
+        if key not in best or _left(model, floor) < _left(best[key], floor):
             best[key] = model
     return list(best.values())
+
+
+def _left(model: Model, floor: np.ndarray) -> float:
+    """Return the logarithm of the squared residual of the fitted runs, all joints multiplied."""
+    return float(np.sum(np.log(np.mean(model.fit.residual**2, axis=0) + 0.5 * floor**2)))
