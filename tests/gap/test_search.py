@@ -17,7 +17,7 @@ from stribeck.gap.beside import weighed
 from stribeck.gap.model import Model, fit_model, retune, weights_of
 from stribeck.gap.prepare import Prepared, prepare
 from stribeck.gap.rank import rank
-from stribeck.gap.screen import Trial, _loudest, best_laws, candidates, screen
+from stribeck.gap.screen import Trial, _loudest, best_laws, candidates, close_laws, screen
 from stribeck.gap.search import _fit_trial, _Setting, _states, _survivors
 from stribeck.gap.step import Step
 from stribeck.identify.map_fit import Weights
@@ -68,6 +68,44 @@ def test_of_a_family_the_law_that_promises_most() -> None:
     assert [(trial.effect.label, trial.joint) for trial in kept] == [
         ("presliding/maxwell_slip", 0), ("presliding/lugre", 1), ("delay", 0)
     ]  # fmt: skip
+
+
+def test_laws_of_a_family_that_take_as_much_are_both_fitted() -> None:
+    """Where they take most of the gap; else what tells them apart is in the gap itself."""
+    one, other, third = (
+        effect_named("presliding", "lugre"),
+        effect_named("presliding", "maxwell_slip"),
+        effect_named("delay"),
+    )
+    kept = [Trial(one, 0, {}, 9.0), Trial(third, 0, {}, 9.5)]
+    close, far = Trial(other, 0, {}, 8.5), Trial(other, 0, {}, 5.0)
+    assert close_laws([*kept, close], kept, cost=10.0) == [close]
+    assert close_laws([*kept, far], kept, cost=10.0) == []
+    assert close_laws([*kept, close], kept, cost=30.0) == []
+    assert close_laws([*kept, Trial(other, 1, {}, 9.0)], kept, cost=10.0) == []  # at a joint where none was kept
+
+
+def test_a_law_is_tried_again_once_another_effect_is_there() -> None:
+    """Two poles and an offset, of which one pole was taken first."""
+    prepared = prepare(
+        NOMINAL, recorded(("actuator_lag", {"time": 0.015, "again": 0.015}), ("torque_offset", {"offset": 1.0}))
+    )
+    base = retune(prepared, FLOOR)
+    weights = weights_of(base.fit.residual, prepared, FLOOR)
+    first, second = effect_named("actuator_lag", "one_pole"), effect_named("actuator_lag", "two_poles")
+    known = {(e.name, e.law, 0): dict(screen(prepared, base, weights, e, 0).start) for e in (first, second)}
+    placed = (
+        Placed(first, 0, known[first.name, first.law, 0]),
+        Placed(effect_named("torque_offset"), 0, {"offset": 1.0}),
+    )
+    model = fit_model(prepared, placed, weights)
+    with Parallel(n_jobs=1) as pool:
+        setting = _Setting(prepared, FLOOR, 0, pool, (), frozenset(), lambda text: None)
+        found = search_module._relawed(setting, model, 0, known)
+        assert [place.effect.label for place in found.placed] == ["actuator_lag/two_poles", "torque_offset"]
+        assert found.rms()[0] < 0.8 * model.rms()[0]
+        assert search_module._relawed(setting, found, 0, known) is found
+        assert search_module._relawed(setting, model, 1, known) is model  # not of the nominal model's own
 
 
 def test_screen_promises_what_the_fit_keeps(late: tuple[Prepared, Model, Weights]) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 
 from stribeck.model.waves import Trace
 
-SHARES = (0.03, 0.1, 0.25, 0.5, 0.65, 0.75, 0.85, 0.92, 0.97)  # of the samples that lie before it
+SHARES = (0.03, 0.1, 0.17, 0.25, 0.37, 0.5, 0.65, 0.75, 0.85, 0.92, 0.97)  # of the samples that lie before it
 
 
 def likeliest_wall(trace: Trace, exponent: float) -> tuple[float, float, float]:
