@@ -77,11 +77,3 @@ def test_nothing_is_alone_of_its_kind() -> None:
     words = [word for effect in laws().values() for word in effect.kin]
     names = {word: {effect.name for effect in laws().values() if word in effect.kin} for word in words}
     assert all(len(families) > 1 for families in names.values())
-
-
-@pytest.mark.parametrize("effect", ["torque_dead_zone", "torque_offset"])
-def test_an_elusive_law_is_less_sure_where_there_is_hardly_a_gap(effect: str) -> None:
-    (there,), _ = causes_of(taken((effect, 0, 9.0)), ("A", "B"), SCALES)
-    (hardly,), _ = causes_of(taken((effect, 0, 9.0), gap=np.array([0.5, 3.0])), ("A", "B"), SCALES)
-    kept = 0.75 if effect_named(effect).elusive else 1.0
-    assert hardly.presence == pytest.approx(kept * (there.presence or 0.0))

@@ -13,7 +13,7 @@ from stribeck.gap.presence import CENTRE, CERTAIN, FAINT, Evidence, evidence, pr
 
 FLOOR = np.array([0.1, 0.4])
 STRONG = Evidence(
-    t=3.0, gain=4.0, size=4.0, removed=4.0, elusive=0.0, elusive_gain=0.0
+    t=3.0, gain=4.0, size=4.0, removed=4.0, elusive=0.0, elusive_gain=0.0, left=0.0
 )  # fmt: skip
 
 
@@ -46,7 +46,8 @@ def test_more_evidence_is_never_less_sure(figure: str, more: float) -> None:
 
 def test_plain_and_poor_evidence() -> None:
     assert presence(STRONG) > 0.9  # 98 % less, at twenty times its scatter
-    assert presence(replace(STRONG, gain=0.2, t=1.1)) < 0.5  # a fifth less of a gap that stays
+    assert presence(replace(STRONG, gain=0.2, t=1.1, left=1.9)) < 0.5  # a fifth less of a gap that stays
+    assert presence(replace(STRONG, left=2.0)) < presence(STRONG)
 
 
 @given(st.floats(0.1, 2.0), st.floats(0.05, 1.0))
@@ -73,6 +74,13 @@ def test_evidence_of_an_elusive_law() -> None:
     first, then = model(rows(1.0, 0.4), rows(1.0, 0.4)), model(rows(0.4, 0.4), rows(0.4, 0.4), elusive=True)
     found = evidence(step(first, then, overall=0.8, t=9.0))
     assert (found.elusive, found.elusive_gain) == (1.0, found.gain)
+
+
+def test_what_is_left_counts_where_most_is_left() -> None:
+    first, then, better = (model(rows(1.0, b), rows(1.0, b)) for b in (1.6, 0.8, 0.4))
+    assert evidence(step(first, then, overall=0.8, t=9.0)).left == pytest.approx(np.log(10.0))
+    quiet = model(rows(0.1, 0.4), rows(0.1, 0.4))
+    assert evidence(step(better, quiet, overall=0.8, t=9.0)).left == pytest.approx(0.0)
 
 
 def test_a_loss_and_a_perfect_fit_stay_finite() -> None:

@@ -13,13 +13,13 @@ def study(name: str):
     return getattr(importlib.import_module("_presence"), name)
 
 
-EMPTY = {"t": 1.0, "gain": 0.5, "size": 0.5, "removed": 0.2, "elusive": 0.0, "elusive_gain": 0.0}
+EMPTY = {"t": 1.0, "gain": 0.5, "size": 0.5, "removed": 0.2, "elusive": 0.0, "elusive_gain": 0.0, "left": 0.1}
 
 
 def drawn(count: int) -> tuple[np.ndarray, np.ndarray]:
     """Evidence (M, figures) around the shipped centre, and whether the effect was there by the shipped weights."""
     rng = np.random.default_rng(0)
-    spread = np.array([0.6, 1.0, 1.2, 1.2, 0.4, 0.3])
+    spread = np.array([0.6, 1.0, 1.2, 1.2, 0.4, 0.3, 0.5])
     figures = np.array(astuple(CENTRE)) + rng.normal(size=(count, len(spread))) * spread
     return figures, (rng.uniform(size=count) < study("chances")(figures, CENTRE, WEIGHT, LEVEL)).astype(float)
 

@@ -23,9 +23,6 @@ UNKNOWN_HELD = 0.65  # of the chance of "unknown": four of ten unexplained gaps 
 MOST_SUSPECTS = 2
 IN_TIME = 0.25  # of their mean, by which the delays of all joints may differ and still be one
 ORDINARY = 0.1  # of the presence of what every arm has some of: it is there, and no cause to be named
-# residual over noise floor below which there is hardly a gap, and the part of its presence that a law keeps there which
-# also fits what filters do around rest: of 15 such, 8 were there, with a mean presence of 0.75
-NO_GAP, IN_NO_GAP = 0.75, 0.75
 FROM_OUTSIDE = 0.3  # of the chance of "none", where what is left is random torque: its cause may count as an effect
 # of the chance of "none": with 0.75 here it was 0.63 where 162 of 213 sealed cases hid nothing; a third of all did
 NONE_HELD = 0.9
@@ -48,8 +45,7 @@ def causes_of(steps: Sequence[Step], names: Sequence[str], scales: Sequence[Scal
     taken = [step for step in steps if step.taken]
     gathered: dict[str, list[_Found]] = {}
     for step, fills in zip(taken, filling_in(taken), strict=True):
-        hardly = steps[0].base.rms() < NO_GAP * steps[-1].floor
-        found = _found(step, fills, hardly, scales)
+        found = _found(step, fills, scales)
         gathered.setdefault(found.place.effect.name, []).append(found)
     late = _late_as_one(steps, len(names)) if taken else ()
     whole = sum(one.share for all_of_it in gathered.values() for one in all_of_it) or 1.0
@@ -77,8 +73,8 @@ class _Found(NamedTuple):
     equivalent: tuple[str, ...]
 
 
-def _found(step: Step, fills: bool, hardly: np.ndarray, scales: Sequence[Scale]) -> _Found:
-    """Return what a step took; ``hardly`` (n,) tells where re-tuning leaves hardly a gap."""
+def _found(step: Step, fills: bool, scales: Sequence[Scale]) -> _Found:
+    """Return what a step took; what ``fills`` in for another law keeps a part of its presence."""
     r, best = step.ranking, step.best
     assert best is not None
     place = best.placed[len(step.base.placed)]
@@ -87,8 +83,6 @@ def _found(step: Step, fills: bool, hardly: np.ndarray, scales: Sequence[Scale])
     share = -float(np.log(np.clip(1.0 - shown, 1e-6, 0.99)))  # each has some: the gates saw a gain
     ordinary = place.effect.ordinary(place.values)
     kept = ORDINARY if ordinary else FILLING if fills else 1.0
-    if place.effect.elusive and hardly[place.joint]:
-        kept *= IN_NO_GAP
     also = [name for name in place.effect.also(place.values, scales[place.joint]) if name in _tried(step)]
     equivalent = tuple(dict.fromkeys([place.effect.name, *twins, *also]))
     return _Found(place, ordinary, presence(evidence(step)) * kept, share, equivalent)
