@@ -150,6 +150,13 @@ def test_recovery(label: str, case: Case) -> None:
         assert found[parameter] == pytest.approx(value, abs=allowed), (parameter, found)
 
 
+@pytest.mark.slow
+def test_recovery_of_an_encoder_before_a_gear() -> None:
+    """It turns fifteen times as fast as the joint."""
+    case = Case("B", {"amplitude": 0.006, "phase": 0.7, "harmonic": 15.0}, wave(0.006, 0.7, 15.0, 0.2), 0.3, 2)
+    test_recovery("encoder_eccentricity", case)
+
+
 def test_every_effect_has_a_case_and_every_stage_one_in_the_sample() -> None:
     """What the records show by themselves is tried in `test_observed`."""
     effects = {effect.label: effect for effect in laws().values() if not effect.direct}

@@ -24,6 +24,7 @@ FOLLOWED = 2  # starts that are followed to the end
 HOPELESS = 10.0  # of the base's cost: a start that adds more at first is not followed
 LEAST_DAMPING = 1e-3
 MOST, CLOSE = 0.5, 0.9  # of the base's cost, that a law takes; and of that, what another law of its family takes
+HUGE = 1e100  # a law that has run away: its squares are no numbers any more
 LITTLE = 0.02  # of the cost saved: a step that promises less is not made
 
 
@@ -187,10 +188,9 @@ def _descend(
     curvature, downhill = np.zeros((len(own), len(own))), np.zeros(len(own))
     for _ in range(steps):
         r, jacobian = residual(p)
-        finite = bool(np.all(np.isfinite(r)) and np.all(np.isfinite(jacobian)))
         slope = np.where(log, p[own], 1.0) * unit
         saved = -np.inf
-        if finite:
+        if np.all(np.abs(r) < HUGE) and np.all(np.abs(jacobian * slope) < HUGE):
             saved, *equations = projector.step(r, jacobian * slope)
         if saved > best:
             best, at, damping = saved, p, max(damping / 10.0, LEAST_DAMPING)
