@@ -100,6 +100,7 @@ def test_starts_are_plausible(effect: Effect, scale: Scale) -> None:
         ("encoder_eccentricity", {"sine": 0.12, "cosine": -0.12, "harmonic": 1.0}),  # it would be inertia that is meant
         ("encoder_eccentricity", {"sine": 0.05, "cosine": 0.0, "harmonic": 30.0}),  # steeper than the angle itself
         ("encoder_eccentricity", {"sine": 0.005, "cosine": 0.0, "harmonic": 15.0}),  # two thirds of a period
+        ("encoder_eccentricity", {"sine": 0.01, "cosine": 0.0, "harmonic": 2.5}),  # what no disc has, hardly seen
         ("negative_damping", {"amount": 47.0, "velocity": 0.002}),  # the same at rest
         ("cogging", {"sine": 0.02, "cosine": 0.0, "harmonic": 15.0}),  # two thirds of a period: any curve over position
         ("torque_ripple", {"sine": 0.1, "cosine": 0.0, "harmonic": 15.0}),

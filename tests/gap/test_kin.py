@@ -17,10 +17,10 @@ FLOOR = np.ones(2)
 SCALES = (Scale(1.0, 1.0, 1.0, 1.0, 1.0, 1e-3, middle=0.2),) * 2
 
 
-def taken(*found: tuple[str, int, float], late: float = 0.01, gap: Any = FLOOR) -> list[Any]:
+def taken(*found: tuple[str, int, float], late: float = 0.01) -> list[Any]:
     """The steps of a search: each an effect, its joint, and what it takes of the squared residual, in floors."""
     placed = [Placed(effect_named(name), joint, {"time": late, "time_constant": late}) for name, joint, _ in found]
-    return taken_steps(placed, [size for _, _, size in found], gap=gap, floor=FLOOR)
+    return taken_steps(placed, [size for _, _, size in found], gap=FLOOR, floor=FLOOR)
 
 
 @pytest.mark.parametrize(

@@ -147,13 +147,26 @@ def test_a_gap_in_quiet_rows_counts_by_their_own_noise(prepared: Prepared) -> No
     assert weighted.t[1] > plain.t[1]
 
 
-@pytest.mark.parametrize(("time", "first"), [(0.02, "delay"), (-0.02, "time_shift")])
-def test_on_one_joint_a_late_record_is_a_late_command(prepared: Prepared, time: float, first: str) -> None:
-    """The fit to the record is a little better, by luck; an early record has no such twin."""
+@pytest.mark.parametrize(
+    ("record", "command", "first"),
+    [(0.02, 0.021, "delay"), (0.02, 0.1, "time_shift"), (-0.02, 0.02, "time_shift")],
+)
+def test_on_one_joint_a_late_record_is_a_late_command(
+    prepared: Prepared, record: float, command: float, first: str
+) -> None:
+    """The fit to the record is a little better, by luck; one that is early, or late by another time, has no twin."""
+    times = {"delay": command, "time_shift": record}
     late = [
-        model(noise(prepared, i, size), name) for i, (size, name) in enumerate([(0.1, "delay"), (0.099, "time_shift")])
+        model(noise(prepared, i, size), name) for i, (size, name) in enumerate(zip((0.1, 0.099), times, strict=True))
     ]
-    late[1] = replace(late[1], placed=(replace(late[1].placed[0], values={"time": time}),))
-    found = rank(prepared, [model(noise(prepared, 7)), *late], FLOOR, 0)
+    late = [replace(m, placed=(replace(m.placed[0], values={"time": times[m.placed[0].effect.name]}),)) for m in late]
+    other = model(noise(prepared, 5, 0.15), "payload")
+    found = rank(prepared, [model(noise(prepared, 7)), *late, other], FLOOR, 0)
     assert late[found.best - 1].placed[0].effect.name == first
-    assert sorted(found.order) == [1, 2]
+    assert sorted(found.order) == [1, 2, 3]
+
+
+def test_models_without_an_effect_rank_as_well(prepared: Prepared) -> None:
+    """As those of two searches, of which one has taken nothing."""
+    found = rank(prepared, [model(noise(prepared, 0)), model(noise(prepared, 1, 0.2))], FLOOR, 0)
+    assert found.order == (1,)

@@ -79,10 +79,10 @@ def test_laws_of_a_family_that_take_as_much_are_both_fitted() -> None:
     )
     kept = [Trial(one, 0, {}, 9.0), Trial(third, 0, {}, 9.5)]
     close, far = Trial(other, 0, {}, 8.5), Trial(other, 0, {}, 5.0)
-    assert close_laws([*kept, close], kept, cost=10.0) == [close]
-    assert close_laws([*kept, far], kept, cost=10.0) == []
-    assert close_laws([*kept, close], kept, cost=30.0) == []
-    assert close_laws([*kept, Trial(other, 1, {}, 9.0)], kept, cost=10.0) == []  # at a joint where none was kept
+    assert close_laws([*kept, close], kept, np.array([10.0, 100.0])) == [close]
+    assert close_laws([*kept, far], kept, np.array([10.0, 1.0])) == []
+    assert close_laws([*kept, close], kept, np.array([30.0, 1.0])) == []
+    assert close_laws([*kept, Trial(other, 1, {}, 9.0)], kept, np.full(2, 10.0)) == []  # at a joint where none was kept
 
 
 def test_a_law_is_tried_again_once_another_effect_is_there() -> None:
@@ -191,7 +191,7 @@ def test_a_large_gap_is_weighed_anew_as_it_closes() -> None:
 @pytest.mark.parametrize(("gain", "ends"), [(0.1, True), (0.6, False)])
 def test_the_search_goes_on_after_a_large_gain(monkeypatch: pytest.MonkeyPatch, gain: float, ends: bool) -> None:
     """What is doubtful because much is left may be what hides the next one."""
-    monkeypatch.setattr(search_module, "evidence", lambda step: None)
+    monkeypatch.setattr(search_module, "evidence", lambda step: search_module.CENTRE)
     monkeypatch.setattr(search_module, "presence", lambda seen: 0.1)
     step = SimpleNamespace(ranking=SimpleNamespace(overall=np.array([0.0, gain]), best=1))
     assert search_module._hardly(step) is ends

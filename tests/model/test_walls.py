@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stribeck.model.walls import likeliest_wall
+from stribeck.model.walls import likeliest_walls
 from stribeck.model.waves import Trace
 
 
@@ -15,7 +15,19 @@ def test_finds_the_wall(side: float, place: float, exponent: float) -> None:
     position, velocity = np.sin(t), np.cos(t)
     wall = 30.0 * np.maximum(side * (position - place), 0.0) ** exponent
     residual = side * wall + 2.0 * np.sign(velocity) - 1.0 + 3.0 * position
-    size, found, where = likeliest_wall(Trace(t, position, velocity, residual, residual), exponent)
-    assert found == side
+    found = likeliest_walls(Trace(t, position, velocity, residual, residual), exponent)
+    size, where = found[0] if side > 0.0 else found[1]
     assert where == pytest.approx(place, abs=0.25)
-    assert 0.5 * 30.0 < size < 2.0 * 30.0
+    assert 0.5 * 30.0 < side * size < 2.0 * 30.0
+
+
+def test_what_rests_at_an_end_of_the_travel_is_no_wall() -> None:
+    """A tenth of the rows rest at one end, where friction holds what it likes; the wall is at the other."""
+    t = np.linspace(0.0, 20.0, 4000)
+    resting = t > 18.0
+    position = np.where(resting, -1.0, np.sin(t))
+    velocity = np.where(resting, 0.0, np.cos(t))
+    residual = 3.0 * np.maximum(position - 0.6, 0.0) + np.where(resting, 2.0, 0.0)
+    (size, where), _ = likeliest_walls(Trace(t, position, velocity, residual, residual), 1.0)
+    assert where == pytest.approx(0.6, abs=0.15)
+    assert 2.0 < size < 5.0

@@ -70,7 +70,7 @@ CONVERT: Mapping[str, Callable[[Values], Converted]] = {
 
 # The plant has another law under the same name (Iwan's elements, another contact, another lag): the parameters mean
 # nearly the same, but an interval around the one need not hold the other
-RELATED = frozenset({"presliding", "backlash", "frictional_lag", "negative_damping"})
+RELATED = frozenset({"presliding", "backlash", "frictional_lag", "negative_damping", "contact"})
 
 
 def true_values(effect: str, parameters: Values) -> Converted:

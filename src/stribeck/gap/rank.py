@@ -17,6 +17,7 @@ DRAWS = 400
 TIE = 1.0  # of log likelihood
 SAME = 2.0  # block-robust t value below which two models are not told apart
 SHARED = 0.75  # of the best model's gain (in logarithm): less is another story, not a twin
+ALIKE_TIME = 0.25  # of a time, by which two may differ and still be one
 ALIKE = 0.93  # of it: so close that a law's exact form, not the data, would decide
 
 
@@ -151,17 +152,22 @@ def _order(score: np.ndarray) -> tuple[int, ...]:
 
 
 def _late_command_first(models: Sequence[Model], order: tuple[int, ...]) -> tuple[int, ...]:
-    """Return the order with a late command before the late record of the same joint.
+    """Return the order with a late command before the record of the same joint that is late by as much.
 
     On one joint the two say the same, and where the samples happen to lie would decide. An early record stays.
     """
-    last = {k: models[k].placed[-1] for k in order}
-    records = [k for k in order if last[k].effect.delays == "position" and last[k].values.get("time", 0.0) > 0.0]
-    commands = [k for k in order if last[k].effect.delays == "command"]
-    if not records or not commands or order.index(records[0]) > order.index(commands[0]):
+    times: dict[int, tuple[str, float]] = {}
+    for k in order:
+        place = models[k].placed[-1] if models[k].placed else None
+        if place is not None and place.effect.delays and "time" in place.values:
+            times[k] = place.effect.delays, place.values["time"]
+    record = next((k for k in order if k in times and times[k][0] == "position"), None)
+    command = next((k for k in order if k in times and times[k][0] == "command"), None)
+    if record is None or command is None or abs(times[command][1] - times[record][1]) > ALIKE_TIME * times[record][1]:
         return order
-    swapped = {records[0]: commands[0], commands[0]: records[0]}
-    return tuple(swapped.get(k, k) for k in order)
+    rest = [k for k in order if k != command]
+    first = min(order.index(command), rest.index(record))
+    return (*rest[:first], command, *rest[first:])
 
 
 def _squares(residuals: Sequence[np.ndarray], block: np.ndarray, floor: np.ndarray) -> np.ndarray:

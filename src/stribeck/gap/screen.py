@@ -23,7 +23,10 @@ LOOK, STEPS = 2, 12  # evaluations of every start, and further ones of the most 
 FOLLOWED = 2  # starts that are followed to the end
 HOPELESS = 10.0  # of the base's cost: a start that adds more at first is not followed
 LEAST_DAMPING = 1e-3
-MOST, CLOSE = 0.5, 0.9  # of the base's cost, that a law takes; and of that, what another law of its family takes
+MOST, CLOSE = (
+    0.5,
+    0.9,
+)  # of the base's cost at a joint, that a law takes; and of that, what another law of its family takes
 HUGE = 1e100  # a law that has run away: its squares are no numbers any more
 LITTLE = 0.02  # of the cost saved: a step that promises less is not made
 
@@ -79,12 +82,19 @@ def best_laws(tried: Sequence[Trial]) -> list[Trial]:
     return list(best.values())
 
 
-def close_laws(tried: Sequence[Trial], kept: Sequence[Trial], cost: float) -> list[Trial]:
+def close_laws(tried: Sequence[Trial], kept: Sequence[Trial], cost: np.ndarray) -> list[Trial]:
     """Return other laws of the kept trials' families that take about as much of a gap which they take most of.
 
     Against the whole of a gap the laws of one family hardly differ; what they leave of it does, once they are fitted.
+
+    Parameters
+    ----------
+    tried, kept : sequence of Trial
+        All, and those that are fitted.
+    cost : array (n,)
+        Of the base at each joint, by the weights of the trials.
     """
-    chosen = {trial.key: trial for trial in kept if trial.promise > MOST * cost}
+    chosen = {trial.key: trial for trial in kept if trial.promise > MOST * cost[trial.joint]}
     rivals = (trial for trial in tried if trial.key in chosen and trial.effect.law != chosen[trial.key].effect.law)
     return [trial for trial in rivals if trial.promise > CLOSE * chosen[trial.key].promise]
 

@@ -11,10 +11,10 @@ from joblib import Parallel, delayed
 
 from stribeck.effects.registry import laws, registry
 from stribeck.gap.beside import SURELY, idle, outdone, weighed
-from stribeck.gap.gates import LARGE_GAIN, LEAST_GAIN, earns_its_place
+from stribeck.gap.gates import LARGE_GAIN, LEAST_GAIN, earns_its_place, strained
 from stribeck.gap.model import Model, finite, fit_model, weights_of
 from stribeck.gap.prepare import Prepared
-from stribeck.gap.presence import evidence, presence
+from stribeck.gap.presence import CENTRE, evidence, presence
 from stribeck.gap.random_torque import random_joints
 from stribeck.gap.rank import rank
 from stribeck.gap.screen import Trial, best_laws, candidates, close_laws, screen
@@ -32,6 +32,7 @@ MOST_EFFECTS = 3
 HARDLY = 0.15  # presence below which the search ends, unless the effect takes much: what hides it may come next
 RELIEVED = 0.85  # of a joint's residual: an effect that leaves less is fitted once more, with weights of its own
 AGAIN = 4  # times at most
+SPARING = 0.01  # of the logarithm of the squares left, that one more parameter of a law must take
 RELAWED = 40  # evaluations of a model with another law for one of its effects
 
 
@@ -118,14 +119,17 @@ def _relawed(setting: _Setting, model: Model, own: int, known: dict[tuple[str, s
         return model
     weights = weights_of(model.fit.residual, setting.prepared, setting.floor)
     fits = (delayed(fit_model)(setting.prepared, placed, weights, None, evaluations=RELAWED) for placed in others)
-    fitted = [other for other in setting.pool(fits) if finite(other)]
-    best = min(fitted, key=lambda other: _left(other, setting.floor), default=model)
-    return best if _left(best, setting.floor) < _left(model, setting.floor) - LEAST_GAIN else model
+    fitted = [other for other in setting.pool(fits) if finite(other) and _sound(other, own, setting.prepared)]
+    best = min(fitted, key=lambda other: _left(other.fit.residual, setting.floor), default=model)
+    pairs = ((best.fit.residual, model.fit.residual), (best.held, model.held))
+    less = [_left(before, setting.floor) - _left(now, setting.floor) for now, before in pairs]
+    return best if less[0] > LEAST_GAIN and less[1] > 0.0 else model
 
 
 def _hardly(step: Step) -> bool:
     """Return whether what a step took is hardly there, and hides nothing else."""
-    return bool(presence(evidence(step)) < HARDLY and step.ranking.overall[step.ranking.best] < LARGE_GAIN)
+    seen = replace(evidence(step), left=CENTRE.left)  # what is left may be what it hides
+    return bool(presence(seen) < HARDLY and step.ranking.overall[step.ranking.best] < LARGE_GAIN)
 
 
 def _step(
@@ -146,12 +150,12 @@ def _step(
     )
     known.update({trial.law_key: trial.start for trial in tried if np.isfinite(trial.promise)})
     best_trials = _survivors(best_laws(tried), strained=bool(base.fit.at_limit))
-    best_trials += close_laws(tried, best_trials, base.fit.cost)
+    best_trials += close_laws(tried, best_trials, 0.5 * np.sum((base.fit.residual * even.scale) ** 2, axis=0))
     setting.progress(f"fitting {len({trial.key for trial in best_trials})} candidates")
     order = list(registry())
     best_trials = sorted(best_trials, key=lambda trial: (order.index(trial.effect.name), trial.joint))
     fitted = pool(delayed(_fit_trial)(prepared, base, weights, trial, floor) for trial in best_trials)
-    rivals = _best_of_each(fitted, floor)
+    rivals = _best_of_each(fitted, prepared, floor)
     floor = noise_of_best(setting.floor, [base, *rivals], prepared)
     ranking = rank(prepared, [base, *rivals], floor, setting.seed)
     random = tuple(random_joints(prepared, base, floor, setting.seed))
@@ -209,21 +213,32 @@ def _fit_trial(prepared: Prepared, base: Model, weights: Weights, trial: Trial, 
     return model
 
 
-def _best_of_each(models: Sequence[Model | None], floor: np.ndarray) -> list[Model]:
-    """Return of each candidate the law that leaves least, its placed effect carrying the fitted values.
+def _best_of_each(models: Sequence[Model | None], prepared: Prepared, floor: np.ndarray) -> list[Model]:
+    """Return of each candidate the sound law that leaves least, its placed effect carrying the fitted values.
 
     Costs would not do: each model may have weights of its own.
     """
-    best: dict[tuple[str, int], Model] = {}
+    best: dict[tuple[str, int], tuple[bool, float, Model]] = {}
     for model in models:
         if model is None:
             continue
-        key = (model.placed[-1].effect.name, model.placed[-1].joint)
-        if key not in best or _left(model, floor) < _left(best[key], floor):
-            best[key] = model
-    return list(best.values())
+        last = len(model.placed) - 1
+        key = (model.placed[last].effect.name, model.placed[last].joint)
+        dear = SPARING * len(model.placed[last].effect.parameters)
+        found = (not _sound(model, last, prepared), _left(model.fit.residual, floor) + dear, model)
+        if key not in best or found[:2] < best[key][:2]:
+            best[key] = found
+    return [model for _, _, model in best.values()]
 
 
-def _left(model: Model, floor: np.ndarray) -> float:
-    """Return the logarithm of the squared residual of the fitted runs, all joints multiplied."""
-    return float(np.sum(np.log(np.mean(model.fit.residual**2, axis=0) + 0.5 * floor**2)))
+def _sound(model: Model, own: int, prepared: Prepared) -> bool:
+    """Return whether the effects from the given number on are plausible, and none rests on a bound."""
+    placed = model.placed[own:]
+    return all(place.effect.plausible(place.values, prepared.scales[place.joint]) for place in placed) and not any(
+        map(strained, placed)
+    )
+
+
+def _left(residual: np.ndarray, floor: np.ndarray) -> float:
+    """Return the logarithm of the mean squared residual (M, n), all joints multiplied."""
+    return float(np.sum(np.log(np.mean(residual**2, axis=0) + 0.5 * floor**2)))

@@ -118,8 +118,9 @@ def _cable(st: Stage) -> Params:
 def _contact(st: Stage) -> Params:
     side = st.one_of(-1.0, 1.0)
     place = float(np.quantile(st.angles, 0.85 if side > 0 else 0.15))
-    shared = {"position": place, "side": side, "damping": 0.4, "exponent": st.one_of(1.5, 1.0)}
-    return lambda s: {"stiffness": s * st.torque / 0.1 ** shared["exponent"], **shared}
+    exponent = st.one_of(1.5, 1.0)
+    shared = {"position": place, "side": side, "damping": 0.4 if exponent > 1.0 else 0.0, "exponent": exponent}
+    return lambda s: {"stiffness": s * st.torque / 0.1**exponent, **shared}
 
 
 def _disturbance(st: Stage) -> Params:

@@ -10,7 +10,7 @@ import casadi as ca
 
 from stribeck.model.effect import ExternalEffect
 from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
-from stribeck.model.walls import likeliest_wall
+from stribeck.model.walls import likeliest_walls
 from stribeck.model.waves import Trace
 
 EXPONENT = 1.5  # of a ball on a plane
@@ -39,9 +39,11 @@ class Contact(ExternalEffect):
         return tuple({"stiffness": side * size, "position": side * place, "damping": 0.2} for side in (1.0, -1.0))
 
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
-        size, side, place = likeliest_wall(trace, EXPONENT)
         least = 0.02 * scale.torque / scale.travel**EXPONENT
-        return ({"stiffness": side * max(size, least), "position": place, "damping": 0.2},)
+        walls = zip((1.0, -1.0), likeliest_walls(trace, EXPONENT), strict=True)
+        return tuple(
+            {"stiffness": side * max(side * k, least), "position": place, "damping": 0.2} for side, (k, place) in walls
+        )
 
     def also(self, values: Mapping[str, float], scale: Scale) -> tuple[str, ...]:
         # what is leaned on for most of the time is hardly a stop: a cable that hangs slack on one side, or stiffens

@@ -10,7 +10,7 @@ import casadi as ca
 
 from stribeck.model.effect import ExternalEffect
 from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
-from stribeck.model.walls import likeliest_wall
+from stribeck.model.walls import likeliest_walls
 from stribeck.model.waves import Trace
 
 
@@ -36,8 +36,9 @@ class ContactLinear(ExternalEffect):
         return tuple({"stiffness": side * size, "position": side * place} for side in (1.0, -1.0))
 
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
-        size, side, place = likeliest_wall(trace, 1.0)
-        return ({"stiffness": side * max(size, 0.02 * scale.torque / scale.travel), "position": place},)
+        least = 0.02 * scale.torque / scale.travel
+        walls = zip((1.0, -1.0), likeliest_walls(trace, 1.0), strict=True)
+        return tuple({"stiffness": side * max(side * k, least), "position": place} for side, (k, place) in walls)
 
     def also(self, values: Mapping[str, float], scale: Scale) -> tuple[str, ...]:
         # what is leaned on for most of the time is hardly a stop: a cable that hangs slack on one side

@@ -15,6 +15,7 @@ from stribeck.model.waves import Trace, strongest_waves
 
 TURNS = (1.0, 2.0)  # cycles per turn of the joint: off centre, and an oval disc
 GEARED = (2.5, 60.0)  # cycles per turn, where the encoder turns faster than the joint
+PERIOD = 1.5 * math.pi  # of an error's phase, that must be recorded
 SLOPE = 0.5  # that the error may have
 
 
@@ -40,7 +41,8 @@ class EncoderEccentricity(SensingEffect):
 
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
         # a wave of the position has a second derivative that goes with the square of the velocity
-        rates = scale.rates(1.0) if scale.prismatic else GEARED
+        lowest = PERIOD / scale.travel
+        rates = scale.rates(1.0) if scale.prismatic else (max(GEARED[0], lowest), max(GEARED[1], 2.0 * lowest))
         waves = strongest_waves(trace.position, trace.velocity**2, trace, rates)
         return (
             *(() if scale.prismatic else self.starts(scale)),
@@ -51,7 +53,8 @@ class EncoderEccentricity(SensingEffect):
         # nine degrees are more than a disc can run off centre; beyond, it is inertia and gravity that are meant
         size, harmonic = math.hypot(values["sine"], values["cosine"]), values["harmonic"]
         # much less than a period of another wave is any curve over position
-        seen = harmonic <= TURNS[-1] + 0.5 or harmonic * scale.travel > 1.5 * math.pi
+        turns = not scale.prismatic and harmonic < TURNS[-1] + 0.2
+        seen = turns or harmonic * scale.travel > 0.99 * PERIOD
         return size < 0.15 and size * harmonic < SLOPE and seen
 
     def measured(self, position: Expression, p: Parameters) -> Expression:
