@@ -30,7 +30,6 @@ from stribeck.gap.unsaid import told_of
 from stribeck.gap.verdict import (
     AT_FLOOR,
     NAMED_OVER,
-    NONE_HELD,
     NONE_OVER,
     causes_of,
     closes_estimate,
@@ -152,7 +151,7 @@ class Assembly:
             )
             return verdict, [*causes, Cause("unknown", left_over)]
         none = no_gap_probability(self.steps[0], self.floor) * left_over
-        nothing = Cause("none", NONE_HELD * none)
+        nothing = Cause("none", none)
         rest = left_over - nothing.probability
         if none > NONE_OVER:
             listed = {cause.effect for cause in causes}

@@ -24,8 +24,6 @@ MOST_SUSPECTS = 2
 IN_TIME = 0.25  # of their mean, by which the delays of all joints may differ and still be one
 ORDINARY = 0.1  # of the presence of what every arm has some of: it is there, and no cause to be named
 FROM_OUTSIDE = 0.3  # of the chance of "none", where what is left is random torque: its cause may count as an effect
-# of the chance of "none": with 0.75 here it was 0.63 where 162 of 213 sealed cases hid nothing; a third of all did
-NONE_HELD = 0.9
 # probability of presence from which an effect is named: of those just above, two in three are there
 NAMED_OVER = 0.55
 NONE_OVER = 0.5  # probability of nothing, from which there is no gap
