@@ -10,11 +10,11 @@ import numpy as np
 
 from stribeck.arm import Arm
 from stribeck.gap.blocks import block_of_rows, block_sums, correlation_rows
+from stribeck.gap.candidates import candidates
 from stribeck.gap.corrected import arm_of
 from stribeck.gap.diagnose import searched
 from stribeck.gap.model import Model, weights_of
 from stribeck.gap.prepare import Prepared, prepare
-from stribeck.gap.screen import candidates
 from stribeck.gap.step import Step
 from stribeck.gap.verdict import NAMED_OVER, causes_of
 from stribeck.identify.conditioning import Conditioned, condition

@@ -14,10 +14,11 @@ from stribeck.gap import search as search_module
 from stribeck.gap.beside import idle as idle_of
 from stribeck.gap.beside import outdone as outdone_by
 from stribeck.gap.beside import weighed
+from stribeck.gap.candidates import Trial, best_laws, candidates, close_laws
 from stribeck.gap.model import Model, fit_model, retune, weights_of
 from stribeck.gap.prepare import Prepared, prepare
 from stribeck.gap.rank import rank
-from stribeck.gap.screen import Trial, _loudest, best_laws, candidates, close_laws, screen
+from stribeck.gap.screen import _loudest, screen
 from stribeck.gap.search import _fit_trial, _Setting, _states, _survivors
 from stribeck.gap.step import Step
 from stribeck.identify.map_fit import Weights

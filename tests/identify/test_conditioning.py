@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stribeck.identify.conditioning import STUCK_TIME, Conditioned, condition, cutoff_frequency, held_command
+from stribeck.identify.conditioning import STUCK_TIME, Conditioned, condition, held_command
+from stribeck.identify.cutoff import cutoff_frequency
 from stribeck.run import Run
 
 from .conftest import pendulum, recorded, sines

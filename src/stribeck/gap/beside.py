@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from joblib import delayed
 
+from stribeck.gap.candidates import candidates
 from stribeck.gap.gates import LEAST_GAIN, needed
 from stribeck.gap.model import finite, fit_model, weights_of
 from stribeck.gap.prepare import Prepared
 from stribeck.gap.rank import rank
-from stribeck.gap.screen import candidates
 from stribeck.gap.step import Step, last_model
 from stribeck.model.layout import Placed
 

@@ -14,7 +14,8 @@ from stribeck.gap.sequence import in_sequence
 from stribeck.gap.spread import Noise
 from stribeck.gap.unsaid import with_unsaid
 from stribeck.grid import uniform
-from stribeck.identify.conditioning import Conditioned, condition, cutoff_frequency
+from stribeck.identify.conditioning import Conditioned, condition
+from stribeck.identify.cutoff import cutoff_frequency
 from stribeck.identify.stretches import part, shortened
 from stribeck.model.layout import values_of
 from stribeck.model.path import SignalPath

@@ -11,13 +11,14 @@ from joblib import Parallel, delayed
 
 from stribeck.effects.registry import laws, registry
 from stribeck.gap.beside import SURELY, idle, outdone, weighed
+from stribeck.gap.candidates import Trial, best_laws, candidates, close_laws
 from stribeck.gap.gates import LARGE_GAIN, LEAST_GAIN, earns_its_place, strained
 from stribeck.gap.model import Model, finite, fit_model, weights_of
 from stribeck.gap.prepare import Prepared
 from stribeck.gap.presence import CENTRE, evidence, presence
 from stribeck.gap.random_torque import random_joints
 from stribeck.gap.rank import rank
-from stribeck.gap.screen import Trial, best_laws, candidates, close_laws, screen
+from stribeck.gap.screen import screen
 from stribeck.gap.step import Step, last_model
 from stribeck.gap.white import noise_of_best
 from stribeck.identify.map_fit import Weights

@@ -5,7 +5,6 @@ Motion and torque pass the same zero-phase filters, so that filtering changes th
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,16 +12,10 @@ from scipy import signal
 from scipy.interpolate import make_interp_spline
 
 from stribeck.arm import Arm
+from stribeck.identify.cutoff import MOST_OF_MOTION, motion_cutoff
 from stribeck.identify.noise import position_noise
 from stribeck.run import Run
 
-NOISE_SHARE = 0.015  # encoder noise after filtering may be this share of the torque
-SKIRT = 2.7  # noise that the low-pass lets through above its cutoff, where it is strongest
-CUTOFF_RANGE = (5.0, 40.0)  # Hz
-MOST_OF_RATE = 0.15  # cutoff as a share of the sample rate, at most
-SMOOTHING = 2.5  # the motion's filter lies at least this far above the analysis cutoff
-VELOCITY_NOISE = 0.0015  # of the rms speed
-MOST_OF_MOTION = 0.35  # the motion's filter as a share of the sample rate, at most
 OVERSAMPLING = 3.0  # analysis samples per second over the cutoff
 RATE_OVER_CUTOFF = 10.0  # samples per second that a thinned run keeps, over the cutoff
 STUCK_TIME = 0.04  # s
@@ -103,25 +96,6 @@ class Conditioned:
         return np.asarray(full[first : first + max(count, 0)])
 
 
-def cutoff_frequency(arm: Arm, runs: Sequence[Run], inertia: np.ndarray) -> float:
-    """Return the analysis cutoff (Hz): as high as encoder noise, differentiated twice, allows.
-
-    Parameters
-    ----------
-    inertia : array (n,)
-        Inertia that each joint moves, kg m^2.
-    """
-    rate = min(1.0 / run.sample_time for run in runs)
-    best = min(CUTOFF_RANGE[1], MOST_OF_RATE * rate)
-    for j in range(arm.n):
-        torque = float(np.sqrt(np.mean(np.concatenate([run.tau[:, j] for run in runs]) ** 2)))
-        for run in runs:
-            noise = position_noise(run.q[:, j], run.sample_time, arm.joints[j].encoder_resolution)
-            ratio = (NOISE_SHARE * torque + 1e-12) / (SKIRT * inertia[j] * noise * (2 * np.pi) ** 2)
-            best = min(best, float((ratio**2 * 2.5 / run.sample_time) ** 0.2))
-    return max(best, min(CUTOFF_RANGE[0], MOST_OF_RATE * rate))
-
-
 def condition(
     arm: Arm,
     run: Run,
@@ -149,7 +123,7 @@ def condition(
     keep = max(1, int(1.0 / (RATE_OVER_CUTOFF * cutoff * h))) if thin else 1
     if noise is None:
         noise = np.array([position_noise(run.q[:, j], h, arm.joints[j].encoder_resolution) for j in range(run.n)])
-    sharp = min(_motion_cutoff(run, noise, cutoff), MOST_OF_MOTION / (keep * h))
+    sharp = min(motion_cutoff(run, noise, cutoff), MOST_OF_MOTION / (keep * h))
     smooth, gain = _smoother(sharpness * sharp, h)
     position = smooth(run.q)
     curve = make_interp_spline(run.t, position, k=5)
@@ -184,22 +158,6 @@ def shaken(arm: Arm, run: Conditioned, cutoff: float, draw: np.ndarray) -> Condi
     """
     moved = replace(run.run, q=run.run.q + run.noise * draw)
     return condition(arm, moved, cutoff, run.noise, thin=True, louder=float(np.sqrt(2.0))).as_recorded(run)
-
-
-def _motion_cutoff(run: Run, noise: np.ndarray, cutoff: float) -> float:
-    """Return the cutoff of the motion's own filter, Hz: high, so that reversals and stops stay sharp.
-
-    Velocity noise sets it, at a small share of the speed, and the analysis cutoff from below.
-    """
-    h = run.sample_time
-    speed = np.sqrt(np.mean(np.diff(run.q, axis=0) ** 2, axis=0)) / h
-    moving = speed > 3.0 * noise / h
-    if not moving.any():
-        return min(SMOOTHING * cutoff, MOST_OF_MOTION / h)
-    # noise s of position leaves 2 pi f s sqrt(2 f h / 3) of velocity below f
-    allowed = float(np.min(VELOCITY_NOISE * speed[moving] / noise[moving]))
-    sharp = float((allowed / (2 * np.pi)) ** (2 / 3) * (1.5 / h) ** (1 / 3))
-    return min(max(sharp, SMOOTHING * cutoff), MOST_OF_MOTION / h)
 
 
 def _smoother(cutoff: float, h: float):  # type: ignore[no-untyped-def]

@@ -12,8 +12,9 @@ from stribeck.arm import Arm
 from stribeck.errors import InputError
 from stribeck.grid import uniform
 from stribeck.identify.asymmetry import common_curve, compare_curves
-from stribeck.identify.conditioning import Conditioned, condition, cutoff_frequency
+from stribeck.identify.conditioning import Conditioned, condition
 from stribeck.identify.curve import Point, read_points
+from stribeck.identify.cutoff import cutoff_frequency
 from stribeck.identify.doubts import left_open
 from stribeck.identify.findings import WAYS, Direction, Identification, JointFriction
 from stribeck.identify.run_fit import RunFit, fit_runs

@@ -11,7 +11,8 @@ from scipy.ndimage import convolve1d
 from stribeck.arm import Arm
 from stribeck.errors import InputError
 from stribeck.grid import uniform
-from stribeck.identify.conditioning import Conditioned, condition, cutoff_frequency
+from stribeck.identify.conditioning import Conditioned, condition
+from stribeck.identify.cutoff import cutoff_frequency
 from stribeck.identify.residual import Residual
 from stribeck.run import Run
 from stribeck.simulate.engine import Engine, path_of
