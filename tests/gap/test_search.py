@@ -198,6 +198,30 @@ def test_the_search_goes_on_after_a_large_gain(monkeypatch: pytest.MonkeyPatch, 
     assert search_module._hardly(step) is ends
 
 
+def test_what_is_left_does_not_end_the_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It may be the gap of an effect that is found next."""
+    centre = search_module.CENTRE
+    monkeypatch.setattr(search_module, "evidence", lambda step: replace(centre, left=centre.left + 3.0))
+    monkeypatch.setattr(search_module, "presence", lambda seen: 0.5 if seen.left == centre.left else 0.01)
+    step = SimpleNamespace(ranking=SimpleNamespace(overall=np.array([0.0, 0.1]), best=1))
+    assert not search_module._hardly(step)
+
+
+def test_a_law_that_rests_on_a_bound_gives_way_to_one_that_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Though it leaves less; of two sound laws the one that leaves less is kept."""
+
+    def fitted(law: str, left: float) -> SimpleNamespace:
+        place = Placed(effect_named("actuator_lag", law), 0, {"time_constant": 0.01})
+        return SimpleNamespace(placed=(place,), fit=SimpleNamespace(residual=np.full((10, 1), left)))
+
+    models, scales = [fitted("one_pole", 1.0), None, fitted("two_poles", 0.5)], SimpleNamespace(scales=(None,))
+    kept = search_module._best_of_each(models, scales, FLOOR)  # type: ignore[arg-type]
+    assert [model.placed[0].effect.law for model in kept] == ["two_poles"]
+    monkeypatch.setattr(search_module, "strained", lambda place: place.effect.law == "two_poles")
+    kept = search_module._best_of_each(models, scales, FLOOR)  # type: ignore[arg-type]
+    assert [model.placed[0].effect.law for model in kept] == ["one_pole"]
+
+
 @pytest.mark.parametrize("wrong", ["payload", "cable_spring", "cogging", "load_dependent_friction"])
 def test_wrong_effect_promises_little(late: tuple[Prepared, Model, Weights], wrong: str) -> None:
     prepared, base, weights = late
