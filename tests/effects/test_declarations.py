@@ -34,6 +34,7 @@ STAGES = (ActuatorEffect, ExternalEffect, FrictionEffect, RigidBodyEffect, Sensi
 CHANNELS = ("friction", "actuator", "transmission", "sensing", "rigid_body", "external")
 UNIT = re.compile(r"(1|N m|N|m|rad|s|kg|Hz|kg m\^2)( s(\^2)?| m)?(/(1|rad|s|kg|m)(\^[0-9.]+)?)?")
 
+OVAL = {"sine": 0.01, "cosine": 0.0, "second_sine": 0.0, "second_cosine": 0.005, "harmonic": 1.0}
 SMALL = Scale(torque=0.1, friction=0.01, speed=0.5, travel=0.3, inertia=1e-3, sample_time=1e-3, length=0.1)
 LARGE = Scale(torque=90.0, friction=12.0, speed=3.0, travel=4.0, inertia=6.0, sample_time=1e-2, length=0.8)
 ODD = Scale(torque=1e-9, friction=0.0, speed=1e-6, travel=1e-6, inertia=1e-6, sample_time=1e-3, length=0.0)
@@ -101,13 +102,15 @@ def test_starts_are_plausible(effect: Effect, scale: Scale) -> None:
         ("encoder_eccentricity", {"sine": 0.05, "cosine": 0.0, "harmonic": 30.0}),  # steeper than the angle itself
         ("encoder_eccentricity", {"sine": 0.005, "cosine": 0.0, "harmonic": 15.0}),  # two thirds of a period
         ("encoder_eccentricity", {"sine": 0.01, "cosine": 0.0, "harmonic": 2.5}),  # what no disc has, hardly seen
+        ("encoder_eccentricity/two_waves", OVAL | {"sine": 0.2}),
+        ("encoder_eccentricity/two_waves", OVAL | {"second_cosine": 0.2}),  # beyond nine degrees, the second wave too
         ("negative_damping", {"amount": 47.0, "velocity": 0.002}),  # the same at rest
         ("cogging", {"sine": 0.02, "cosine": 0.0, "harmonic": 15.0}),  # two thirds of a period: any curve over position
         ("torque_ripple", {"sine": 0.1, "cosine": 0.0, "harmonic": 15.0}),
     ],
 )
 def test_corners_are_not(name: str, values: dict[str, float]) -> None:
-    assert not effect_named(name).plausible(values, SMALL)
+    assert not effect_named(*name.split("/")).plausible(values, SMALL)
 
 
 @every_effect

@@ -45,6 +45,9 @@ def wave(amplitude: float, phase: float, harmonic: float, allowed: float = 0.1) 
     return {"sine": (sine, size), "cosine": (cosine, size), "harmonic": (harmonic, 0.1 * harmonic)}
 
 
+OVERTONE = {"overtone": 1.0, "overtone_phase": 0.5}  # and its parts
+SECOND = {"second_sine": (0.878, 0.1), "second_cosine": (0.479, 0.1)}
+
 CASES = {
     # the plant gives forward minus backward, the library half of it
     "asymmetric_friction": Case("A", {"C0": 2.0, "C2": 0.4}, {"coulomb": (1.0, 0.06), "viscous": (0.2, 0.03)}, 0.3),
@@ -76,13 +79,29 @@ CASES = {
     "torque_offset": Case("B", {"offset": 1.0}, {"offset": (1.0, 0.05)}, 0.3),
     "torque_saturation": Case("B", {"limit": 4.5}, {"limit": (4.5, 0.1)}, 0.1),
     "torque_dead_zone": Case("B", {"width": 1.0}, {"width": (1.0, 0.1)}, 0.4),
-    "cogging": Case("A", {"amplitude": 1.5, "harmonic": 12.0, "phase": 0.4}, wave(1.5, 0.4, 12.0), 0.4),
-    "torque_ripple": Case("A", {"ratio": 0.15, "harmonic": 6.0, "phase": 0.4}, wave(0.15, 0.4, 6.0), 0.3),
+    "cogging/one_wave": Case("A", {"amplitude": 1.5, "harmonic": 12.0, "phase": 0.4}, wave(1.5, 0.4, 12.0), 0.4),
+    "cogging/two_waves": Case(
+        "A", {"amplitude": 1.5, "harmonic": 12.0, "phase": 0.4} | OVERTONE, wave(1.5, 0.4, 12.0) | SECOND, 0.4
+    ),
+    "torque_ripple/one_wave": Case("A", {"ratio": 0.15, "harmonic": 6.0, "phase": 0.4}, wave(0.15, 0.4, 6.0), 0.3),
+    "torque_ripple/two_waves": Case(
+        "A",
+        {"ratio": 0.15, "harmonic": 6.0, "phase": 0.4, "overtone": 0.1, "overtone_phase": 0.5},
+        wave(0.15, 0.4, 6.0) | {"second_sine": (0.0878, 0.01), "second_cosine": (0.0479, 0.01)},
+        0.3,
+    ),
     "joint_flexibility": Case(
         "B", {"stiffness": 150.0, "damping": 1.0}, {"stiffness": (150.0, 4.0), "damping": (1.0, 0.1)}, 0.3
     ),
     "backlash": Case("B", {"gap": 0.06, "stiffness": 1500.0, "damping": 6.0}, {"gap": (0.06, 0.01)}, 0.6),
-    "encoder_eccentricity": Case("B", {"amplitude": 0.08, "phase": 0.7}, wave(0.08, 0.7, 1.0, 0.2), 0.65, 2),
+    "encoder_eccentricity/one_wave": Case("B", {"amplitude": 0.08, "phase": 0.7}, wave(0.08, 0.7, 1.0, 0.2), 0.65, 2),
+    "encoder_eccentricity/two_waves": Case(
+        "B",
+        {"amplitude": 0.006, "phase": 0.7, "harmonic": 12.0, "overtone": 0.002, "overtone_phase": 0.4},
+        wave(0.006, 0.7, 12.0, 0.2) | {"second_sine": (0.00184, 0.0004), "second_cosine": (0.00078, 0.0004)},
+        0.3,
+        2,
+    ),
     "encoder_offset": Case("B", {"offset": 0.05}, {"offset": (0.05, 0.01)}, 0.8),
     "time_shift": Case("B", {"time": 0.01}, {"time": (0.01, 0.001)}, 0.5),
     "payload": Case("B", {"mass": 0.6}, {"mass": (0.6, 0.05)}, 0.2),

@@ -218,6 +218,10 @@ def test_sensing_effects(bench):
 
     _, trace = seen("encoder_eccentricity", {"amplitude": 0.02, "harmonic": 2.0, "phase": 0.3})
     assert trace.q == pytest.approx(trace.motor + 0.02 * np.sin(2 * trace.motor + 0.3), abs=1e-12)
+    oval = {"amplitude": 0.02, "phase": 0.3, "overtone": 0.01, "overtone_phase": -0.4}
+    _, trace = seen("encoder_eccentricity", oval)
+    expected = trace.motor + 0.02 * np.sin(trace.motor + 0.3) + 0.01 * np.sin(2 * trace.motor - 0.4)
+    assert trace.q == pytest.approx(expected, abs=1e-12)
     _, trace = seen("encoder_offset", {"offset": 0.07})
     assert trace.q - trace.motor == pytest.approx(0.07, abs=1e-12)
     _, trace = seen("encoder_quantisation", {"resolution": 0.01})

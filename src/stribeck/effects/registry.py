@@ -13,11 +13,13 @@ from stribeck.arm import Arm, EffectEntry
 from stribeck.effects.actuator.actuator_lag import ActuatorLag
 from stribeck.effects.actuator.actuator_lag_two_poles import ActuatorLagTwoPoles
 from stribeck.effects.actuator.cogging import Cogging
+from stribeck.effects.actuator.cogging_two_waves import CoggingTwoWaves
 from stribeck.effects.actuator.delay import Delay
 from stribeck.effects.actuator.torque_dead_zone import TorqueDeadZone
 from stribeck.effects.actuator.torque_gain import TorqueGain
 from stribeck.effects.actuator.torque_offset import TorqueOffset
 from stribeck.effects.actuator.torque_ripple import TorqueRipple
+from stribeck.effects.actuator.torque_ripple_two_waves import TorqueRippleTwoWaves
 from stribeck.effects.actuator.torque_saturation import TorqueSaturation
 from stribeck.effects.external.cable_spring import CableSpring
 from stribeck.effects.external.contact import Contact
@@ -40,6 +42,7 @@ from stribeck.effects.rigid_body.base_flexibility import BaseFlexibility
 from stribeck.effects.rigid_body.gravity_tilt import GravityTilt
 from stribeck.effects.rigid_body.payload import Payload
 from stribeck.effects.sensing.encoder_eccentricity import EncoderEccentricity
+from stribeck.effects.sensing.encoder_eccentricity_two_waves import EncoderEccentricityTwoWaves
 from stribeck.effects.sensing.encoder_offset import EncoderOffset
 from stribeck.effects.sensing.encoder_quantisation import EncoderQuantisation
 from stribeck.effects.sensing.time_shift import TimeShift
@@ -72,10 +75,13 @@ _OWN: tuple[type[Effect], ...] = (
     TorqueSaturation,
     TorqueDeadZone,
     Cogging,
+    CoggingTwoWaves,
     TorqueRipple,
+    TorqueRippleTwoWaves,
     JointFlexibility,
     Backlash,
     EncoderEccentricity,
+    EncoderEccentricityTwoWaves,
     EncoderOffset,
     EncoderQuantisation,
     VelocityFilter,

@@ -61,7 +61,7 @@ def earns_its_place(
     spared = ranking.lost[k] < MOST_LOST and (large or (t > PLAIN_T and gain > PLAIN_GAIN))
     shown = gain > least and removed.max() > LEAST_POWER and (t > LEAST_T or large)
     by_prior = new.effect.rescales and ranking.prior_gain[k] > LEAST_PRIOR and gain > -LEAST_GAIN
-    bearable = ranking.prior_gain[k] > -MOST_PRIOR or gain > 2.0 * LARGE_GAIN
+    bearable = ranking.prior_gain[k] > -MOST_PRIOR or gain > LARGE_GAIN
     return bool((shown and bearable and (held > 0.5 * least or spared)) or by_prior)
 
 

@@ -64,7 +64,7 @@ def search(
     """
     with Parallel(n_jobs=jobs) as pool:
         setting = _Setting(prepared, floor, seed, pool, tuple(leave_out), frozenset(), progress)
-        steps = weighed(prepared, _forward(setting, base), pool, seed)
+        steps = _believed(setting, _forward(setting, base))
         unneeded = idle(steps)
         needless = unneeded or outdone(prepared, steps, pool, seed, leave_out)
         if needless is None:
@@ -73,7 +73,7 @@ def search(
         other = _forward(replace(setting, barred=frozenset({needless})), base)
         ranking = rank(prepared, [last_model(steps), last_model(other)], steps[-1].floor, seed)
         better = ranking.overall[1] > -LEAST_GAIN if unneeded else ranking.probability[1] > SURELY
-        return weighed(prepared, other, pool, seed) if better else steps
+        return _believed(setting, other) if better else steps
 
 
 @dataclass(frozen=True)
@@ -87,6 +87,19 @@ class _Setting:
     leave_out: tuple[str, ...]
     barred: frozenset[tuple[str, int]]
     progress: Progress
+
+
+def _believed(setting: _Setting, steps: tuple[Step, ...]) -> tuple[Step, ...]:
+    """Return the steps with what each effect is worth, without a last one that is hardly there beside the others.
+
+    Beside what does the same work as well, an effect is worth little.
+    """
+    steps = weighed(setting.prepared, steps, setting.pool, setting.seed)
+    taken = sum(step.taken for step in steps)
+    if taken < 2 or not _hardly(steps[taken - 1]):
+        return steps
+    steps = (*steps[: taken - 1], replace(steps[taken - 1], passing=(), worth=None))
+    return weighed(setting.prepared, steps, setting.pool, setting.seed)
 
 
 def _forward(setting: _Setting, base: Model) -> tuple[Step, ...]:

@@ -84,6 +84,13 @@ def _periodic(prefix: str) -> dict[str, str]:
     return {name: field.format(prefix) for name, field in _PERIODIC.items()}
 
 
+_NO_OVERTONE = {"overtone": 0.0, "overtone_phase": 0.0}
+
+
+def _overtone(prefix: str) -> dict[str, str]:
+    return {name: f"{prefix}_{name}" for name in _NO_OVERTONE}
+
+
 # Effects that a library may hold. Units: N m, rad, s, kg, and their products.
 KNOWN: dict[str, Rule] = {
     "asymmetric_friction": Rule({"C0": 0.0}, {"C1": 0.0, "C2": 0.0}, special.asymmetric),
@@ -109,16 +116,20 @@ KNOWN: dict[str, Rule] = {
     "torque_offset": Rule({"offset": 0.0}, {}, _same("offset")),
     "torque_saturation": Rule({"limit": math.inf}, {}, {"limit": "saturation"}),
     "torque_dead_zone": Rule({"width": 0.0}, {}, {"width": "dead_zone"}),
-    "cogging": Rule({"amplitude": 0.0}, {"harmonic": 12.0, "phase": 0.0}, _periodic("cogging")),
+    "cogging": Rule(
+        {"amplitude": 0.0}, {"harmonic": 12.0, "phase": 0.0, **_NO_OVERTONE},
+        _periodic("cogging") | _overtone("cogging"),
+    ),
     "torque_ripple": Rule(
-        {"ratio": 0.0}, {"harmonic": 6.0, "phase": 0.0},
-        {"ratio": "ripple_ratio", "harmonic": "ripple_harmonic", "phase": "ripple_phase"},
+        {"ratio": 0.0}, {"harmonic": 6.0, "phase": 0.0, **_NO_OVERTONE},
+        {"ratio": "ripple_ratio", "harmonic": "ripple_harmonic", "phase": "ripple_phase", **_overtone("ripple")},
     ),
     "joint_flexibility": Rule({"stiffness": math.inf}, {"damping": math.nan}, special.flexible),
     "backlash": Rule({"gap": 0.0}, {"stiffness": math.nan, "damping": math.nan}, special.backlash),
     "encoder_eccentricity": Rule(
-        {"amplitude": 0.0}, {"harmonic": 1.0, "phase": 0.0},
-        {"amplitude": "eccentricity", "harmonic": "eccentricity_harmonic", "phase": "eccentricity_phase"},
+        {"amplitude": 0.0}, {"harmonic": 1.0, "phase": 0.0, **_NO_OVERTONE},
+        {"amplitude": "eccentricity", "harmonic": "eccentricity_harmonic", "phase": "eccentricity_phase",
+         **_overtone("eccentricity")},
     ),
     "encoder_offset": Rule({"offset": 0.0}, {}, {"offset": "encoder_offset"}),
     "encoder_quantisation": Rule({"resolution": 0.0}, {}, special.coarse),

@@ -36,6 +36,17 @@ def _periodic(amplitude: Callable[[Stage], float], *harmonics: float, name: str 
     return build
 
 
+def _overtones(amplitude: Callable[[Stage], float], *harmonics: float, name: str = "amplitude") -> Build:
+    """Draw a wave, in every other case with an overtone."""
+
+    def build(st: Stage) -> Params:
+        share = st.one_of(0.0, 1.0) * st.between(0.1, 0.4)
+        again, wave = st.phase(), _periodic(amplitude, *harmonics, name=name)(st)
+        return lambda s: {**wave(s), "overtone": share * wave(s)[name], "overtone_phase": again}
+
+    return build
+
+
 def _simple(name: str, unit: Callable[[Stage], float] = lambda st: 1.0) -> Build:
     def build(st: Stage) -> Params:
         size = unit(st)
@@ -174,13 +185,13 @@ SCALES: dict[str, Scale] = {
         levels={"clear": (1.3, 1.7), "medium": (1.15, 1.3), "weak": (1.05, 1.15)},
     ),
     "torque_dead_zone": Scale(_simple("width", _rms_torque), (0.01, 0.8)),
-    "cogging": Scale(_periodic(_rms_torque, 4.0, 6.0, 8.0, 12.0, 24.0), (0.02, 1.0)),
-    "torque_ripple": Scale(_periodic(lambda st: 1.0, 4.0, 6.0, 8.0, 12.0, name="ratio"), (0.02, 0.6)),
+    "cogging": Scale(_overtones(_rms_torque, 4.0, 6.0, 8.0, 12.0, 24.0), (0.02, 1.0)),
+    "torque_ripple": Scale(_overtones(lambda st: 1.0, 4.0, 6.0, 8.0, 12.0, name="ratio"), (0.02, 0.6)),
     "joint_flexibility": Scale(lambda st: lambda s: {"stiffness": st.stiffest(s, 5.0)}, (1e-4, 0.3)),
     "backlash": Scale(
         _simple("gap"), levels={"clear": (1.5e-2, 4e-2), "medium": (5e-3, 1.5e-2), "weak": (1e-3, 5e-3)}
     ),
-    "encoder_eccentricity": Scale(_periodic(lambda st: 1.0, 1.0, 2.0), (1e-3, 0.04)),
+    "encoder_eccentricity": Scale(_overtones(lambda st: 1.0, 1.0, 2.0), (1e-3, 0.04)),
     "encoder_offset": Scale(_encoder_offset, (3e-3, 0.4)),
     "encoder_quantisation": Scale(
         _simple("resolution"), levels={"clear": (3e-3, 9e-3), "medium": (1e-3, 3e-3), "weak": (3e-4, 1e-3)}

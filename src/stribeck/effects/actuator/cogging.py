@@ -19,6 +19,7 @@ class Cogging(ActuatorEffect):
     """One harmonic of the pull of the magnets on the slots, there without any current."""
 
     name = "cogging"
+    law = "one_wave"
     channel = "actuator"
     equation = r"\tau = u + a \sin N q + b \cos N q"
     symptom = "a residual that repeats with position, of the same sign in both directions and at rest"

@@ -18,6 +18,7 @@ class TorqueRipple(ActuatorEffect):
     """One harmonic of the torque per current: commutation, flux harmonics, a wavy gear."""
 
     name = "torque_ripple"
+    law = "one_wave"
     channel = "actuator"
     equation = r"\tau = u (1 + a \sin N q + b \cos N q)"
     symptom = "a residual that repeats with position in proportion to the torque"

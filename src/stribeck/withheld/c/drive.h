@@ -37,8 +37,12 @@ static double lagged_mean(double lag, double u, double step, double *state) {
 
 /* Torque at the rotor beyond the amplifier: pulsation, cogging, offset, supply bang. */
 static double at_rotor(const Joint *j, double torque, double angle, double speed, double t) {
-    if (j->ripple_ratio != 0.0) torque *= 1.0 + j->ripple_ratio * sin(j->ripple_harmonic * angle + j->ripple_phase);
-    if (j->cogging_amplitude != 0.0) torque += j->cogging_amplitude * sin(j->cogging_harmonic * angle + j->cogging_phase);
+    if (j->ripple_ratio != 0.0 || j->ripple_overtone != 0.0)
+        torque *= 1.0 + j->ripple_ratio * sin(j->ripple_harmonic * angle + j->ripple_phase) +
+                  j->ripple_overtone * sin(2.0 * j->ripple_harmonic * angle + j->ripple_overtone_phase);
+    if (j->cogging_amplitude != 0.0 || j->cogging_overtone != 0.0)
+        torque += j->cogging_amplitude * sin(j->cogging_harmonic * angle + j->cogging_phase) +
+                  j->cogging_overtone * sin(2.0 * j->cogging_harmonic * angle + j->cogging_overtone_phase);
     if (j->supply_torque != 0.0 && fabs(speed) > j->supply_speed)
         torque += copysign(j->supply_torque, sin(TURN * j->supply_frequency * t));
     return torque + j->offset;
@@ -67,11 +71,14 @@ static double outside(const Joint *j, double angle, double rate) {
 }
 
 static double encoder(const Joint *j, double angle) {
-    return angle + j->encoder_offset + j->eccentricity * sin(j->eccentricity_harmonic * angle + j->eccentricity_phase);
+    double turns = j->eccentricity_harmonic * angle;
+    return angle + j->encoder_offset + j->eccentricity * sin(turns + j->eccentricity_phase) +
+           j->eccentricity_overtone * sin(2.0 * turns + j->eccentricity_overtone_phase);
 }
 static double encoder_slope(const Joint *j, double angle) {
-    return 1.0 + j->eccentricity * j->eccentricity_harmonic *
-                     cos(j->eccentricity_harmonic * angle + j->eccentricity_phase);
+    double turns = j->eccentricity_harmonic * angle;
+    return 1.0 + j->eccentricity_harmonic * (j->eccentricity * cos(turns + j->eccentricity_phase) +
+                                             2.0 * j->eccentricity_overtone * cos(2.0 * turns + j->eccentricity_overtone_phase));
 }
 static double counts(double resolution, double reading) {
     return resolution > 0.0 ? resolution * floor(reading / resolution + 0.5) : reading;

@@ -18,11 +18,12 @@
     X(lag) X(lag_again) X(delay) X(gain) X(offset) X(saturation) X(dead_zone)                                                 \
     X(cogging_amplitude) X(cogging_harmonic) X(cogging_phase)                                                    \
     X(ripple_ratio) X(ripple_harmonic) X(ripple_phase)                                                           \
+    X(cogging_overtone) X(cogging_overtone_phase) X(ripple_overtone) X(ripple_overtone_phase)                    \
     /* transmission: stiffness 0 means rigid */                                                                  \
     X(stiffness) X(damping) X(gap)                                                                               \
     /* encoder and recorder */                                                                                   \
     X(eccentricity) X(eccentricity_harmonic) X(eccentricity_phase) X(encoder_offset) X(resolution)               \
-    X(time_shift) X(velocity_lag)                                                                                \
+    X(eccentricity_overtone) X(eccentricity_overtone_phase) X(time_shift) X(velocity_lag)                        \
     /* outside forces */                                                                                         \
     X(cable_stiffness) X(cable_rest) X(wall_position) X(wall_side) X(wall_stiffness) X(wall_damping)             \
     X(wall_exponent)                                                                                             \

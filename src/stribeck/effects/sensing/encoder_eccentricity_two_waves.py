@@ -1,0 +1,70 @@
+"""Periodic error of an encoder with its first overtone: an unbalanced resolver, a disc off centre and oval."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import final
+
+import casadi as ca
+
+from stribeck.model.discs import discs, is_of_a_disc, waves_of_discs
+from stribeck.model.effect import SensingEffect
+from stribeck.model.values import Expression, Parameter, Parameters, Scale
+from stribeck.model.waves import Trace, Wave
+
+
+@final
+class EncoderEccentricityTwoWaves(SensingEffect):
+    """A position error with the period of a turn of the joint or of the motor, and with half of it."""
+
+    name = "encoder_eccentricity"
+    law = "two_waves"
+    channel = "sensing"
+    equation = r"y = q + a \sin N q + b \cos N q + c \sin 2 N q + d \cos 2 N q"
+    symptom = "inertia, velocity and gravity that seem to vary with position, twice over"
+    shows = "position"
+    source = "Ellis (2012), Control System Design Guide, ch. 14 (resolver errors once and twice per turn)"
+    kin = ("wave",)
+    parameters = (
+        Parameter("sine", "rad", "amplitude of the sine", 0.0, -0.3, 0.3),
+        Parameter("cosine", "rad", "amplitude of the cosine", 0.0, -0.3, 0.3),
+        Parameter("second_sine", "rad", "amplitude of the sine, twice as often", 0.0, -0.3, 0.3),
+        Parameter("second_cosine", "rad", "amplitude of the cosine, twice as often", 0.0, -0.3, 0.3),
+        Parameter("harmonic", "1/rad", "cycles per turn of the slower wave", 1.0, 1.0, 1e6, firm=True),
+    )
+
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        return tuple(_start(wave, 0.0) for wave in discs()[:1])
+
+    def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
+        # the strongest wave may be either one of the two
+        waves = waves_of_discs(scale, trace)
+        faster = [Wave(wave.rate / 2.0, wave.sine, wave.cosine) for wave in waves if wave.rate > 2.0]
+        return (*(_start(wave, 0.0) for wave in waves), *(_start(wave, 1.0) for wave in faster))
+
+    def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
+        first, second = math.hypot(values["sine"], values["cosine"]), _second(values)
+        rate = values["harmonic"]
+        return is_of_a_disc(first, rate, scale) and is_of_a_disc(second, 2.0 * rate, scale)
+
+    def measured(self, position: Expression, p: Parameters) -> Expression:
+        phase = p["harmonic"] * position
+        slow = p["sine"] * ca.sin(phase) + p["cosine"] * ca.cos(phase)
+        return position + slow + p["second_sine"] * ca.sin(2.0 * phase) + p["second_cosine"] * ca.cos(2.0 * phase)
+
+
+def _second(values: Mapping[str, float]) -> float:
+    return math.hypot(values["second_sine"], values["second_cosine"])
+
+
+def _start(wave: Wave, second: float) -> dict[str, float]:
+    """Return the values where a wave is the slower one, or (``second`` 1) the faster one of the two."""
+    first = 1.0 - second
+    return {
+        "sine": first * wave.sine,
+        "cosine": first * wave.cosine,
+        "second_sine": second * wave.sine,
+        "second_cosine": second * wave.cosine,
+        "harmonic": wave.rate,
+    }

@@ -1,0 +1,49 @@
+"""Periodic errors of an encoder: where a law of them may start, and which fitted values can be meant."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from stribeck.model.values import Scale
+from stribeck.model.waves import Trace, Wave, strongest_waves
+
+TURNS = (1.0, 2.0)  # cycles per turn of the joint: off centre, and an oval disc
+GEARED = (2.5, 60.0)  # cycles per turn, where the encoder turns faster than the joint
+PERIOD = 1.5 * math.pi  # of an error's phase, that must be recorded
+SLOPE = 0.5  # that the error may have
+SMALL = 0.005  # rad, of a start
+MOST = 0.15  # rad; nine degrees are more than a disc can run off centre: it is inertia and gravity that are meant
+
+
+def waves_of_discs(scale: Scale, trace: Trace) -> list[Wave]:
+    """Return waves of the position (rad) to start from: those of a joint's own disc, then those of a residual.
+
+    A wave of the position has a second derivative that goes with the square of the velocity.
+    """
+    lowest = PERIOD / scale.travel
+    rates = scale.rates(1.0) if scale.prismatic else (max(GEARED[0], lowest), max(GEARED[1], 2.0 * lowest))
+    waves = strongest_waves(trace.position, trace.velocity**2, trace, rates)
+    return [*(() if scale.prismatic else discs()), *(_of_position(wave, scale) for wave in waves)]
+
+
+def discs() -> list[Wave]:
+    """Return waves of the position of a disc at the joint itself."""
+    return [Wave(rate, SMALL, SMALL) for rate in TURNS]
+
+
+def is_of_a_disc(size: float, rate: float, scale: Scale) -> bool:
+    """Return whether an encoder can be off by so much, rad, at so many cycles per turn, and has shown it."""
+    # much less than a period of another wave is any curve over position
+    turns = not scale.prismatic and rate < TURNS[-1] + 0.2
+    seen = turns or rate * scale.travel > 0.99 * PERIOD
+    return size < MOST and size * rate < SLOPE and seen
+
+
+def _of_position(wave: Wave, scale: Scale) -> Wave:
+    """Return a wave of the position whose inertial torque is this one over the squared velocity, within bounds."""
+    per = 1.0 / (scale.inertia * wave.rate**2)
+    most = 0.3 * SLOPE / wave.rate
+    sine, cosine = (float(np.clip(part * per, -most, most)) for part in (wave.sine, wave.cosine))
+    return Wave(wave.rate, sine, cosine)
