@@ -3,6 +3,7 @@
 from dataclasses import replace
 from itertools import pairwise
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,15 +16,17 @@ from stribeck.gap.beside import idle as idle_of
 from stribeck.gap.beside import outdone as outdone_by
 from stribeck.gap.beside import weighed
 from stribeck.gap.candidates import Trial, best_laws, candidates, close_laws
-from stribeck.gap.model import Model, fit_model, retune, weights_of
+from stribeck.gap.model import Model, fit_model, retune, start_values, weights_of
 from stribeck.gap.prepare import Prepared, prepare
 from stribeck.gap.rank import rank
 from stribeck.gap.screen import _loudest, screen
 from stribeck.gap.search import _fit_trial, _Setting, _states, _survivors
 from stribeck.gap.step import Step
 from stribeck.identify.map_fit import Weights
+from stribeck.identify.residual import Residual
 from stribeck.model.effect import Effect
 from stribeck.model.layout import Placed
+from stribeck.model.path import SignalPath
 
 from .conftest import NOMINAL, TRUE, recorded
 
@@ -173,6 +176,21 @@ def test_a_start_is_followed_for_where_it_leads(monkeypatch: pytest.MonkeyPatch)
     base = retune(prepared, FLOOR)
     weights = weights_of(base.fit.residual, prepared, FLOOR)
     assert screen(prepared, base, weights, effect_named("base_flexibility"), 0).promise > 0.4 * base.fit.cost
+
+
+def test_a_law_that_runs_away_leads_nowhere(late: tuple[Prepared, Model, Weights]) -> None:
+    """An unstable law's residual is finite and its squares are not."""
+    prepared, base, weights = late
+    path = SignalPath(prepared.arm, (*base.placed, Placed(effect_named("delay"), 0)))
+    own = [i for i, entry in enumerate(path.entries) if entry.owner == len(base.placed)]
+    residual = Residual(path, prepared.fit, own)
+    away: Any = type(
+        "Away", (), {"path": path, "__call__": lambda self, p: tuple(1e200 * part for part in residual(p))}
+    )
+    projector = screening._Projector(base, weights, np.arange(len(base.fit.residual)))
+    start = start_values(path, base.fit, {"time": 0.01})
+    assert screening._descend(residual, projector, start, own, np.ones(1), 1).saved > 0.0
+    assert screening._descend(away(), projector, start, own, np.ones(1), 3).saved == -np.inf
 
 
 def test_a_large_gap_is_weighed_anew_as_it_closes() -> None:
@@ -347,6 +365,25 @@ def test_the_search_ends_at_what_is_hardly_there(
     monkeypatch.setattr(search_module, "_step", lambda *given: taken("frictional_lag", overall, t))
     setting = SimpleNamespace(prepared=None)
     assert len(search_module._forward(setting, SimpleNamespace(placed=()))) == steps  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("overall", "t", "kept"), [(0.06, 2.9, 1), (0.95, 20.0, 2)])
+def test_nothing_is_weighed_beside_what_is_hardly_there(
+    overall: float, t: float, kept: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The second takes the first one's place as well as it can: together each is worth little."""
+    weighings = []
+
+    def weighing(prepared: object, steps: tuple[Step, ...], *rest: object) -> tuple[Step, ...]:
+        weighings.append(sum(step.taken for step in steps))
+        return steps
+
+    monkeypatch.setattr(search_module, "weighed", weighing)
+    setting: Any = SimpleNamespace(prepared=None, pool=None, seed=0)
+    steps = search_module._believed(setting, (taken("delay", 0.9, 12.0), taken("frictional_lag", overall, t)))
+    assert [step.taken for step in steps] == [True] * kept + [False] * (2 - kept)
+    assert weighings == [2, *([kept] if kept < 2 else [])]
+    assert search_module._believed(setting, steps[:1]) == steps[:1]  # the only one stays, to be told
 
 
 def test_an_effect_is_idle_that_is_worth_nothing_once_another_is_there() -> None:

@@ -17,14 +17,14 @@ SMALL = 0.005  # rad, of a start
 MOST = 0.15  # rad; nine degrees are more than a disc can run off centre: it is inertia and gravity that are meant
 
 
-def waves_of_discs(scale: Scale, trace: Trace) -> list[Wave]:
+def waves_of_discs(scale: Scale, trace: Trace, count: int = 3) -> list[Wave]:
     """Return waves of the position (rad) to start from: those of a joint's own disc, then those of a residual.
 
     A wave of the position has a second derivative that goes with the square of the velocity.
     """
     lowest = PERIOD / scale.travel
     rates = scale.rates(1.0) if scale.prismatic else (max(GEARED[0], lowest), max(GEARED[1], 2.0 * lowest))
-    waves = strongest_waves(trace.position, trace.velocity**2, trace, rates)
+    waves = strongest_waves(trace.position, trace.velocity**2, trace, rates, count)
     return [*(() if scale.prismatic else discs()), *(_of_position(wave, scale) for wave in waves)]
 
 

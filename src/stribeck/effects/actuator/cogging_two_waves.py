@@ -40,7 +40,7 @@ class CoggingTwoWaves(ActuatorEffect):
         return tuple(_start(size, size, max(n, seen)) for n in (4.0, 6.0, 12.0))
 
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
-        waves = strongest_waves(trace.position, np.ones_like(trace.position), trace, scale.rates(60.0))
+        waves = strongest_waves(trace.position, np.ones_like(trace.position), trace, scale.rates(60.0), 1)
         return tuple(_start(-w.sine, -w.cosine, w.rate) for w in waves)
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:

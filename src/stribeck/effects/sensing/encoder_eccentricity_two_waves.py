@@ -39,9 +39,9 @@ class EncoderEccentricityTwoWaves(SensingEffect):
 
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
         # the strongest wave may be either one of the two
-        waves = waves_of_discs(scale, trace)
-        faster = [Wave(wave.rate / 2.0, wave.sine, wave.cosine) for wave in waves if wave.rate > 2.0]
-        return (*(_start(wave, 0.0) for wave in waves), *(_start(wave, 1.0) for wave in faster))
+        strongest = waves_of_discs(scale, trace, 1)[-1]
+        half = Wave(strongest.rate / 2.0, strongest.sine, strongest.cosine)
+        return (*(() if scale.prismatic else self.starts(scale)), _start(strongest, 0.0), _start(half, 1.0))
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
         first, second = math.hypot(values["sine"], values["cosine"]), _second(values)
