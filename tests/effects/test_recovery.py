@@ -125,7 +125,14 @@ CASES = {
         {"stiffness": (60.0, 3.0), "position": (0.4, 0.02), "damping": (0.4, 0.1)},
         0.1,
     ),
-    "input_disturbance": Case(
+    "input_disturbance/harmonics": Case(
+        "B",
+        {"noise": 0.0, "amplitude": 3.0, "frequency": 1.5, "duty": 0.25},
+        # of the Fourier series a_i = 2 A sin(pi i d) / (pi i), in the middle of the pulse
+        {"frequency": (1.5, 0.01), "second_sine": (0.955, 0.1), "second_cosine": (0.0, 0.1)},
+        0.5,
+    ),
+    "input_disturbance/one_wave": Case(
         "B",
         {"noise": 0.0, "amplitude": 1.0, "frequency": 3.0, "phase": 0.5},
         {"sine": (math.cos(0.5), 0.05), "cosine": (math.sin(0.5), 0.05), "frequency": (3.0, 0.01)},

@@ -309,13 +309,17 @@ def test_disturbance_has_its_size_and_colour():
     from stribeck.withheld.special import Disturbance
 
     t = np.arange(150000) * 1e-3
-    params = {"noise": 0.7, "bandwidth": 10.0, "amplitude": 0.0, "frequency": 3.0, "phase": 0.0}
+    params = {"noise": 0.7, "bandwidth": 10.0, "amplitude": 0.0, "frequency": 3.0, "phase": 0.0, "duty": 0.0}
     x = Disturbance("torque", params).signal(t, np.random.default_rng(0))
     assert x.std() == pytest.approx(0.7, rel=0.05)
     lag = 16
     assert np.mean(x[lag:] * x[:-lag]) / x.var() == pytest.approx(math.exp(-2 * math.pi * 10.0 * 0.016), abs=0.05)
     pure = Disturbance("torque", {**params, "noise": 0.0, "amplitude": 2.0}).signal(t, np.random.default_rng(0))
     assert pure == pytest.approx(2.0 * np.sin(2 * math.pi * 3.0 * t))
+    pulses = {**params, "noise": 0.0, "amplitude": 2.0, "duty": 0.25}
+    x = Disturbance("torque", pulses).signal(t[:90000], np.random.default_rng(0))  # whole periods
+    assert sorted(set(x)) == pytest.approx([-0.5, 1.5])
+    assert x.mean() == pytest.approx(0.0, abs=2e-3)
 
 
 def test_tendon_pulls_on_both_joints_and_keeps_the_energy(bench):

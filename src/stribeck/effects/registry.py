@@ -25,6 +25,7 @@ from stribeck.effects.external.cable_spring import CableSpring
 from stribeck.effects.external.contact import Contact
 from stribeck.effects.external.contact_linear import ContactLinear
 from stribeck.effects.external.input_disturbance import InputDisturbance
+from stribeck.effects.external.input_disturbance_harmonics import InputDisturbanceHarmonics
 from stribeck.effects.friction.asymmetric_friction import AsymmetricFriction
 from stribeck.effects.friction.dwell_time import DwellTime
 from stribeck.effects.friction.dwell_time_ageing import DwellTimeAgeing
@@ -93,6 +94,7 @@ _OWN: tuple[type[Effect], ...] = (
     Contact,
     ContactLinear,
     InputDisturbance,
+    InputDisturbanceHarmonics,
 )
 
 

@@ -148,7 +148,8 @@ KNOWN: dict[str, Rule] = {
         {name: f"wall_{name}" for name in ("stiffness", "position", "side", "damping", "exponent")},
     ),
     "input_disturbance": Rule(
-        {"noise": 0.0, "amplitude": 0.0}, {"bandwidth": 10.0, "frequency": 3.0, "phase": 0.0}, {}, "torque"
+        {"noise": 0.0, "amplitude": 0.0}, {"bandwidth": 10.0, "frequency": 3.0, "phase": 0.0, "duty": 0.0}, {},
+        "torque",
     ),
 }  # fmt: skip
 

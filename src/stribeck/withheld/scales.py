@@ -135,9 +135,11 @@ def _contact(st: Stage) -> Params:
 
 
 def _disturbance(st: Stage) -> Params:
-    """Draw a wave: coloured noise is no effect of an arm, and is hidden in cases without one (``hide``)."""
+    """Draw a wave or pulses: coloured noise is no effect of an arm, and is hidden in cases without one (``hide``)."""
     shared = {"noise": 0.0, "bandwidth": 10.0, "frequency": st.between(1.5, 8.0), "phase": st.phase()}
-    return lambda s: {"amplitude": s * st.torque * math.sqrt(2.0), **shared}
+    duty = st.one_of(0.0, 0.0, 1.0) * st.between(0.2, 0.5)
+    per_rms = 1.0 / math.sqrt(duty * (1.0 - duty)) if duty else math.sqrt(2.0)
+    return lambda s: {"amplitude": s * st.torque * per_rms, "duty": duty, **shared}
 
 
 def _supply(st: Stage) -> Params:

@@ -28,7 +28,11 @@ class Disturbance:
         p = self.params
         if self.kind == "factor":
             return 1.0 + _telegraph(t, p["change"], p["rate"], rng)
-        periodic = p["amplitude"] * np.sin(2.0 * math.pi * p["frequency"] * t + p["phase"])
+        turns = p["frequency"] * t + p["phase"] / (2.0 * math.pi)
+        if p["duty"]:  # pulses about their mean, on for so much of a period
+            periodic = p["amplitude"] * ((turns % 1.0 < p["duty"]) - p["duty"])
+        else:
+            periodic = p["amplitude"] * np.sin(2.0 * math.pi * turns)
         return np.asarray(periodic + _coloured(t, p["noise"], p["bandwidth"], rng))
 
 

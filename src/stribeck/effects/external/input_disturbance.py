@@ -22,6 +22,7 @@ class InputDisturbance(ExternalEffect):
     """
 
     name = "input_disturbance"
+    law = "one_wave"
     channel = "external"
     equation = r"\tau = a \sin 2\pi f t + b \cos 2\pi f t"
     symptom = "a line in the residual's spectrum that depends on time alone, not on pose, motion or torque"
