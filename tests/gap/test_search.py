@@ -15,7 +15,8 @@ from stribeck.gap import search as search_module
 from stribeck.gap.beside import idle as idle_of
 from stribeck.gap.beside import outdone as outdone_by
 from stribeck.gap.beside import weighed
-from stribeck.gap.candidates import Trial, best_laws, candidates, close_laws
+from stribeck.gap.candidates import Trial, candidates
+from stribeck.gap.families import best_laws, best_of_each, close_laws, relawed
 from stribeck.gap.model import Model, fit_model, retune, start_values, weights_of
 from stribeck.gap.prepare import Prepared, prepare
 from stribeck.gap.rank import rank
@@ -104,12 +105,28 @@ def test_a_law_is_tried_again_once_another_effect_is_there() -> None:
     )
     model = fit_model(prepared, placed, weights)
     with Parallel(n_jobs=1) as pool:
-        setting = _Setting(prepared, FLOOR, 0, pool, (), frozenset(), lambda text: None)
-        found = search_module._relawed(setting, model, 0, known)
+        found = relawed(prepared, FLOOR, pool, model, 0, known)
         assert [place.effect.label for place in found.placed] == ["actuator_lag/two_poles", "torque_offset"]
         assert found.rms()[0] < 0.8 * model.rms()[0]
-        assert search_module._relawed(setting, found, 0, known) is found
-        assert search_module._relawed(setting, model, 1, known) is model  # not of the nominal model's own
+        assert relawed(prepared, FLOOR, pool, found, 0, known) is found
+        assert relawed(prepared, FLOOR, pool, model, 1, known) is model  # not of the nominal model's own
+
+
+def test_another_law_must_do_better_on_held_out_runs_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
+    lags = {law: effect_named("actuator_lag", law) for law in ("one_pole", "two_poles")}
+
+    def fitted(law: str, left: float, held: float) -> Any:
+        placed = (Placed(lags[law], 0, {"time_constant": 0.01}), Placed(effect_named("torque_offset"), 0))
+        rows = np.full((10, 1), left)
+        return SimpleNamespace(placed=placed, fit=SimpleNamespace(residual=rows), held=np.full((10, 1), held))
+
+    model, prepared = fitted("one_pole", 1.0, 1.0), SimpleNamespace(scales=(None,))
+    known = {("actuator_lag", "two_poles", 0): {"time_constant": 0.01}}
+    monkeypatch.setattr("stribeck.gap.families.weights_of", lambda *given: None)
+    for held, law in ((0.9, "two_poles"), (1.1, "one_pole")):
+        other = fitted("two_poles", 0.5, held)
+        kept = relawed(prepared, FLOOR, lambda fits, other=other: [other for _ in fits], model, 0, known)  # type: ignore[arg-type]
+        assert kept.placed[0].effect.law == law
 
 
 def test_screen_promises_what_the_fit_keeps(late: tuple[Prepared, Model, Weights]) -> None:
@@ -233,10 +250,10 @@ def test_a_law_that_rests_on_a_bound_gives_way_to_one_that_does_not(monkeypatch:
         return SimpleNamespace(placed=(place,), fit=SimpleNamespace(residual=np.full((10, 1), left)))
 
     models, scales = [fitted("one_pole", 1.0), None, fitted("two_poles", 0.5)], SimpleNamespace(scales=(None,))
-    kept = search_module._best_of_each(models, scales, FLOOR)  # type: ignore[arg-type]
+    kept = best_of_each(models, scales, FLOOR)  # type: ignore[arg-type]
     assert [model.placed[0].effect.law for model in kept] == ["two_poles"]
-    monkeypatch.setattr(search_module, "strained", lambda place: place.effect.law == "two_poles")
-    kept = search_module._best_of_each(models, scales, FLOOR)  # type: ignore[arg-type]
+    monkeypatch.setattr("stribeck.gap.families.strained", lambda place: place.effect.law == "two_poles")
+    kept = best_of_each(models, scales, FLOOR)  # type: ignore[arg-type]
     assert [model.placed[0].effect.law for model in kept] == ["one_pole"]
 
 
@@ -363,7 +380,7 @@ def test_the_search_ends_at_what_is_hardly_there(
     overall: float, t: float, steps: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(search_module, "_step", lambda *given: taken("frictional_lag", overall, t))
-    setting = SimpleNamespace(prepared=None)
+    setting = SimpleNamespace(prepared=None, floor=FLOOR, pool=None)
     assert len(search_module._forward(setting, SimpleNamespace(placed=()))) == steps  # type: ignore[arg-type]
 
 

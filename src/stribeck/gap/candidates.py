@@ -1,19 +1,14 @@
-"""Which effects may be added to a model, and which laws of a family are worth a full fit."""
+"""Which effects may be added to a model."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from stribeck.arm import Arm
 from stribeck.effects.registry import laws
 from stribeck.model.effect import Effect, FrictionEffect, TransmissionEffect
 from stribeck.model.layout import Placed
-
-MOST = 0.5  # of the base's cost at a joint, that a law takes for others of its family to be fitted beside it
-CLOSE = 0.9  # of what it takes, that these take
 
 
 @dataclass(frozen=True)
@@ -56,29 +51,3 @@ def _clashes(effect: Effect, joint: int, placed: Sequence[Placed]) -> bool:
     if isinstance(effect, FrictionEffect) and effect.bristle:
         return any(isinstance(other, FrictionEffect) and other.bristle for other in here)
     return False
-
-
-def best_laws(tried: Sequence[Trial]) -> list[Trial]:
-    """Return the trials with, of each family at each joint, the law that promises most; ties go to the first."""
-    best: dict[tuple[str, int], Trial] = {}
-    for trial in tried:
-        if trial.key not in best or trial.promise > best[trial.key].promise:
-            best[trial.key] = trial
-    return list(best.values())
-
-
-def close_laws(tried: Sequence[Trial], kept: Sequence[Trial], cost: np.ndarray) -> list[Trial]:
-    """Return other laws of the kept trials' families that take about as much of a gap which they take most of.
-
-    Against the whole of a gap the laws of one family hardly differ; what they leave of it does, once they are fitted.
-
-    Parameters
-    ----------
-    tried, kept : sequence of Trial
-        All, and those that are fitted.
-    cost : array (n,)
-        Of the base at each joint, by the weights of the trials.
-    """
-    chosen = {trial.key: trial for trial in kept if trial.promise > MOST * cost[trial.joint]}
-    rivals = (trial for trial in tried if trial.key in chosen and trial.effect.law != chosen[trial.key].effect.law)
-    return [trial for trial in rivals if trial.promise > CLOSE * chosen[trial.key].promise]

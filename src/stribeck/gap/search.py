@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from joblib import Parallel, delayed
 
-from stribeck.effects.registry import laws, registry
+from stribeck.effects.registry import registry
 from stribeck.gap.beside import SURELY, idle, outdone, weighed
-from stribeck.gap.candidates import Trial, best_laws, candidates, close_laws
-from stribeck.gap.gates import LARGE_GAIN, LEAST_GAIN, earns_its_place, strained
+from stribeck.gap.candidates import Trial, candidates
+from stribeck.gap.families import best_laws, best_of_each, close_laws, relawed
+from stribeck.gap.gates import LARGE_GAIN, LEAST_GAIN, earns_its_place
 from stribeck.gap.model import Model, finite, fit_model, weights_of
 from stribeck.gap.prepare import Prepared
 from stribeck.gap.presence import CENTRE, evidence, presence
@@ -33,8 +34,6 @@ MOST_EFFECTS = 3
 HARDLY = 0.15  # presence below which the search ends, unless the effect takes much: what hides it may come next
 RELIEVED = 0.85  # of a joint's residual: an effect that leaves less is fitted once more, with weights of its own
 AGAIN = 4  # times at most
-SPARING = 0.01  # of the logarithm of the squares left, that one more parameter of a law must take
-RELAWED = 40  # evaluations of a model with another law for one of its effects
 
 
 Progress = Callable[[str], None]
@@ -113,31 +112,9 @@ def _forward(setting: _Setting, base: Model) -> tuple[Step, ...]:
             break
         base = step.best
         if len(steps) > 1:
-            base = _relawed(setting, base, own, known)
+            base = relawed(setting.prepared, setting.floor, setting.pool, base, own, known)
             steps[-1] = replace(step, rivals=tuple(base if model is step.best else model for model in step.rivals))
     return tuple(steps)
-
-
-def _relawed(setting: _Setting, model: Model, own: int, known: dict[tuple[str, str, int], dict[str, float]]) -> Model:
-    """Return the model with other laws for effects that were taken before the last, where these now leave less.
-
-    What one effect's law could not follow may have been another's.
-    """
-    others = []
-    for i, place in enumerate(model.placed[own:-1], own):
-        for effect in laws().values():
-            start = known.get((effect.name, effect.law, place.joint))
-            if effect.name == place.effect.name and effect.law != place.effect.law and start is not None:
-                others.append((*model.placed[:i], Placed(effect, place.joint, start), *model.placed[i + 1 :]))
-    if not others:
-        return model
-    weights = weights_of(model.fit.residual, setting.prepared, setting.floor)
-    fits = (delayed(fit_model)(setting.prepared, placed, weights, None, evaluations=RELAWED) for placed in others)
-    fitted = [other for other in setting.pool(fits) if finite(other) and _sound(other, own, setting.prepared)]
-    best = min(fitted, key=lambda other: _left(other.fit.residual, setting.floor), default=model)
-    pairs = ((best.fit.residual, model.fit.residual), (best.held, model.held))
-    less = [_left(before, setting.floor) - _left(now, setting.floor) for now, before in pairs]
-    return best if less[0] > LEAST_GAIN and less[1] > 0.0 else model
 
 
 def _hardly(step: Step) -> bool:
@@ -169,7 +146,7 @@ def _step(
     order = list(registry())
     best_trials = sorted(best_trials, key=lambda trial: (order.index(trial.effect.name), trial.joint))
     fitted = pool(delayed(_fit_trial)(prepared, base, weights, trial, floor) for trial in best_trials)
-    rivals = _best_of_each(fitted, prepared, floor)
+    rivals = best_of_each(fitted, prepared, floor)
     floor = noise_of_best(setting.floor, [base, *rivals], prepared)
     ranking = rank(prepared, [base, *rivals], floor, setting.seed)
     random = tuple(random_joints(prepared, base, floor, setting.seed))
@@ -225,34 +202,3 @@ def _fit_trial(prepared: Prepared, base: Model, weights: Weights, trial: Trial, 
             break
         model, weights = again, own
     return model
-
-
-def _best_of_each(models: Sequence[Model | None], prepared: Prepared, floor: np.ndarray) -> list[Model]:
-    """Return of each candidate the sound law that leaves least, its placed effect carrying the fitted values.
-
-    Costs would not do: each model may have weights of its own.
-    """
-    best: dict[tuple[str, int], tuple[bool, float, Model]] = {}
-    for model in models:
-        if model is None:
-            continue
-        last = len(model.placed) - 1
-        key = (model.placed[last].effect.name, model.placed[last].joint)
-        dear = SPARING * len(model.placed[last].effect.parameters)
-        found = (not _sound(model, last, prepared), _left(model.fit.residual, floor) + dear, model)
-        if key not in best or found[:2] < best[key][:2]:
-            best[key] = found
-    return [model for _, _, model in best.values()]
-
-
-def _sound(model: Model, own: int, prepared: Prepared) -> bool:
-    """Return whether the effects from the given number on are plausible, and none rests on a bound."""
-    placed = model.placed[own:]
-    return all(place.effect.plausible(place.values, prepared.scales[place.joint]) for place in placed) and not any(
-        map(strained, placed)
-    )
-
-
-def _left(residual: np.ndarray, floor: np.ndarray) -> float:
-    """Return the logarithm of the mean squared residual (M, n), all joints multiplied."""
-    return float(np.sum(np.log(np.mean(residual**2, axis=0) + 0.5 * floor**2)))

@@ -6,10 +6,10 @@ import math
 from collections.abc import Mapping
 from typing import final
 
-import casadi as ca
 import numpy as np
 
 from stribeck.model.effect import ActuatorEffect
+from stribeck.model.overtones import slower_wave, two_waves
 from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
 from stribeck.model.waves import Trace, strongest_waves
 
@@ -37,21 +37,15 @@ class CoggingTwoWaves(ActuatorEffect):
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         size = 0.05 * scale.torque
         seen = 7.0 / scale.travel  # a period of them
-        return tuple(_start(size, size, max(n, seen)) for n in (4.0, 6.0, 12.0))
+        return tuple(slower_wave(size, size, max(n, seen)) for n in (4.0, 6.0, 12.0))
 
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
         waves = strongest_waves(trace.position, np.ones_like(trace.position), trace, scale.rates(60.0), 1)
-        return tuple(_start(-w.sine, -w.cosine, w.rate) for w in waves)
+        return tuple(slower_wave(-w.sine, -w.cosine, w.rate) for w in waves)
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
         # much less than a period is any curve over position: a spring that stiffens, a stop that is soft
         return values["harmonic"] * scale.travel > 1.5 * math.pi
 
     def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
-        phase = p["harmonic"] * s.position
-        slow = p["sine"] * ca.sin(phase) + p["cosine"] * ca.cos(phase)
-        return torque + slow + p["second_sine"] * ca.sin(2.0 * phase) + p["second_cosine"] * ca.cos(2.0 * phase)
-
-
-def _start(sine: float, cosine: float, harmonic: float) -> dict[str, float]:
-    return {"sine": sine, "cosine": cosine, "second_sine": 0.0, "second_cosine": 0.0, "harmonic": harmonic}
+        return torque + two_waves(p["harmonic"] * s.position, p)

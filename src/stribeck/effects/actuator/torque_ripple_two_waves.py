@@ -6,9 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import final
 
-import casadi as ca
-
 from stribeck.model.effect import ActuatorEffect
+from stribeck.model.overtones import slower_wave, two_waves
 from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
 from stribeck.model.waves import Trace, strongest_waves
 
@@ -35,11 +34,11 @@ class TorqueRippleTwoWaves(ActuatorEffect):
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         seen = 7.0 / scale.travel  # a period of them
-        return tuple(_start(0.05, 0.05, max(n, seen)) for n in (4.0, 6.0, 12.0))
+        return tuple(slower_wave(0.05, 0.05, max(n, seen)) for n in (4.0, 6.0, 12.0))
 
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
         waves = strongest_waves(trace.position, trace.command, trace, scale.rates(60.0), 1)
-        return tuple(_start(_inside(-w.sine), _inside(-w.cosine), w.rate) for w in waves)
+        return tuple(slower_wave(_inside(-w.sine), _inside(-w.cosine), w.rate) for w in waves)
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
         # much less than a period is any gain that changes with position
@@ -49,14 +48,8 @@ class TorqueRippleTwoWaves(ActuatorEffect):
         return torque * self.command_scale(s.position, p)
 
     def command_scale(self, position: Expression, p: Parameters) -> Expression:
-        phase = p["harmonic"] * position
-        slow = p["sine"] * ca.sin(phase) + p["cosine"] * ca.cos(phase)
-        return 1.0 + slow + p["second_sine"] * ca.sin(2.0 * phase) + p["second_cosine"] * ca.cos(2.0 * phase)
+        return 1.0 + two_waves(p["harmonic"] * position, p)
 
 
 def _inside(amplitude: float) -> float:
     return float(min(max(amplitude, -0.6), 0.6))
-
-
-def _start(sine: float, cosine: float, harmonic: float) -> dict[str, float]:
-    return {"sine": sine, "cosine": cosine, "second_sine": 0.0, "second_cosine": 0.0, "harmonic": harmonic}

@@ -6,12 +6,11 @@ import math
 from collections.abc import Mapping
 from typing import final
 
-import casadi as ca
-
 from stribeck.model.discs import discs, is_of_a_disc, waves_of_discs
 from stribeck.model.effect import SensingEffect
+from stribeck.model.overtones import faster_wave, slower_wave, two_waves
 from stribeck.model.values import Expression, Parameter, Parameters, Scale
-from stribeck.model.waves import Trace, Wave
+from stribeck.model.waves import Trace
 
 
 @final
@@ -35,36 +34,19 @@ class EncoderEccentricityTwoWaves(SensingEffect):
     )
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
-        return tuple(_start(wave, 0.0) for wave in discs()[:1])
+        return tuple(slower_wave(wave.sine, wave.cosine, wave.rate) for wave in discs()[:1])
 
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
         # the strongest wave may be either one of the two
         strongest = waves_of_discs(scale, trace, 1)[-1]
-        half = Wave(strongest.rate / 2.0, strongest.sine, strongest.cosine)
-        return (*(() if scale.prismatic else self.starts(scale)), _start(strongest, 0.0), _start(half, 1.0))
+        wave = (strongest.sine, strongest.cosine, strongest.rate)
+        return (*(() if scale.prismatic else self.starts(scale)), slower_wave(*wave), faster_wave(*wave))
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
-        first, second = math.hypot(values["sine"], values["cosine"]), _second(values)
+        first = math.hypot(values["sine"], values["cosine"])
+        second = math.hypot(values["second_sine"], values["second_cosine"])
         rate = values["harmonic"]
         return is_of_a_disc(first, rate, scale) and is_of_a_disc(second, 2.0 * rate, scale)
 
     def measured(self, position: Expression, p: Parameters) -> Expression:
-        phase = p["harmonic"] * position
-        slow = p["sine"] * ca.sin(phase) + p["cosine"] * ca.cos(phase)
-        return position + slow + p["second_sine"] * ca.sin(2.0 * phase) + p["second_cosine"] * ca.cos(2.0 * phase)
-
-
-def _second(values: Mapping[str, float]) -> float:
-    return math.hypot(values["second_sine"], values["second_cosine"])
-
-
-def _start(wave: Wave, second: float) -> dict[str, float]:
-    """Return the values where a wave is the slower one, or (``second`` 1) the faster one of the two."""
-    first = 1.0 - second
-    return {
-        "sine": first * wave.sine,
-        "cosine": first * wave.cosine,
-        "second_sine": second * wave.sine,
-        "second_cosine": second * wave.cosine,
-        "harmonic": wave.rate,
-    }
+        return position + two_waves(p["harmonic"] * position, p)
