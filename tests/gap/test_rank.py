@@ -59,7 +59,7 @@ def test_better_model_wins(prepared: Prepared) -> None:
 
 def test_model_that_changes_nothing_gains_nothing(prepared: Prepared) -> None:
     """The same residual with more parameters: the base is as likely or more."""
-    found = ranked(prepared, model(noise(prepared, 0), "joint_flexibility"), base=0.0)
+    found = ranked(prepared, model(noise(prepared, 0), "cable_spring"), base=0.0)
     assert found.gain[1] == pytest.approx([0.0, 0.0, 0.0], abs=1e-9)
     assert found.t[1] == 0.0
     assert found.probability[0] > 0.9

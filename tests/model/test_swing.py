@@ -41,7 +41,7 @@ def loads(name: str, values: dict[str, float], count: int, inertia: float = INER
 
 def followed(path: SignalPath, drive: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the load (count,) of the first joint, N m, and its link's position (count,), rad."""
-    cut, p, n, count = Cut(path, step, ()), values_of(path.entries), path.n, drive.shape[1]
+    cut, p, n, count = Cut(path, step, (), observe=False), values_of(path.entries), path.n, drive.shape[1]
     late = np.zeros((len(path.placed), count))
     start = cut.begin(drive[:, 0], p, late[:, 0])
     values = np.repeat(p[:, None], count, axis=1)

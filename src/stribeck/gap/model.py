@@ -18,11 +18,15 @@ from stribeck.model.path import SignalPath
 
 @dataclass(frozen=True)
 class Model:
-    """A fitted model: its effects with fitted values, the fit, and the residual (M, n) on held-out runs, N m."""
+    """A fitted model: its effects with fitted values, the fit, and the residual (M, n) on held-out runs, N m.
+
+    ``noise`` (2, n) is what the encoder's noise, and 1 N m of noise in the commands, leave in that residual, N m rms.
+    """
 
     placed: tuple[Placed, ...]
     fit: Fit
     held: np.ndarray
+    noise: np.ndarray | None = None
 
     def rms(self) -> np.ndarray:
         """Return the held-out residual's root mean square (n,), N m."""
@@ -74,8 +78,11 @@ def fit_model(
     residual = Residual(path, prepared.fit)
     start = start_values(path, known, trial)
     result = fit(residual, weights, start, effect_scales(path, prepared), evaluations=evaluations)
-    held, _ = Residual(path, prepared.held, ())(result.p)
-    return Model(_with_values(placed, result), result, held)
+    judged = Residual(path, prepared.held, ())
+    held, _ = judged(result.p)
+    changes = [judged.along(runs)(result.p)[0] - held for runs in prepared.loud]
+    noise = np.sqrt(np.mean(np.square(changes), axis=1))
+    return Model(_with_values(placed, result), result, held, noise)
 
 
 def _with_values(placed: Sequence[Placed], fit: Fit) -> tuple[Placed, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import casadi as ca
 import numpy as np
@@ -14,7 +15,7 @@ from stribeck.gap.sequence import in_sequence
 from stribeck.gap.spread import Noise
 from stribeck.gap.unsaid import with_unsaid
 from stribeck.grid import uniform
-from stribeck.identify.conditioning import Conditioned, condition
+from stribeck.identify.conditioning import Conditioned, condition, shaken
 from stribeck.identify.cutoff import cutoff_frequency
 from stribeck.identify.stretches import part, shortened
 from stribeck.model.layout import values_of
@@ -24,6 +25,7 @@ from stribeck.model.values import Scale
 from stribeck.run import Run
 
 HELD_SHARE = 0.3  # of the runs, or of a single run
+LOUD_SEED = 1
 BEYOND = 0.1  # of what all runs reach: further than that beyond every other run, a run stands alone
 
 
@@ -45,6 +47,18 @@ class Prepared:
     warnings: tuple[str, ...]
     noise: Noise | None = None
     stated: Arm | None = None
+
+    @cached_property
+    def loud(self) -> tuple[tuple[Conditioned, ...], tuple[Conditioned, ...]]:
+        """Held-out runs with the encoder's noise once more, and with noise of 1 N m in each command.
+
+        The latter is white, and has this root mean square behind the analysis filter.
+        """
+        rng = np.random.default_rng(LOUD_SEED)
+        moved = [shaken(self.arm, run, self.cutoff, rng.standard_normal(run.run.q.shape)) for run in self.held]
+        white = [rng.standard_normal(run.command.shape) / np.sqrt(np.sum(run.taps**2)) for run in self.held]
+        pushed = [replace(run, command=run.command + w) for run, w in zip(self.held, white, strict=True)]
+        return tuple(moved), tuple(pushed)
 
     def as_stated(self, arm: Arm) -> Arm:
         """Return an arm with no other tolerances than those of the arm file."""

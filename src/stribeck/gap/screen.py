@@ -51,7 +51,11 @@ def screen(
     own = [i for i, entry in enumerate(path.entries) if entry.owner == len(base.placed)]
     runs = _loudest(prepared, base, weights) if effect.nonlinear else list(range(len(prepared.fit)))
     same = [states[i] for i in runs] if states and not effect.delays else None
-    residual = Residual(path, [prepared.fit[i] for i in runs], own, same)
+    some = [prepared.fit[i] for i in runs]
+    # a first compliance is tried without its observer, which takes noise from a residual besides
+    residual = Residual(path, some, own, same, observe=False)
+    if SignalPath(prepared.arm, base.placed).flexible and not residual.reuses:
+        residual = Residual(path, some, own)
     unit = _units(path, prepared, own)
     projector = _Projector(base, weights, _rows_of(prepared, runs))
     names = [path.entries[i].name for i in own]

@@ -61,6 +61,7 @@ def search(
     leave_out : sequence of str
         Effects that are no candidates.
     """
+    _ = prepared.loud  # once, for all processes
     with Parallel(n_jobs=jobs) as pool:
         setting = _Setting(prepared, floor, seed, pool, tuple(leave_out), frozenset(), progress)
         steps = _believed(setting, _forward(setting, base))

@@ -31,6 +31,8 @@ class Residual:
     known : sequence of array (N, nx), or None
         States along each run at the only values that all other parameters will have: they are taken as they are where
         the path has no further state and none of the ``columns`` changes one.
+    observe : bool
+        Whether the links of flexible joints are corrected by the residual (:mod:`stribeck.model.observer`).
     """
 
     def __init__(
@@ -39,12 +41,14 @@ class Residual:
         runs: Sequence[Conditioned],
         columns: Sequence[int] | None = None,
         known: Sequence[np.ndarray] | None = None,
+        *,
+        observe: bool = True,
     ) -> None:
-        self.path, self.runs, self.known = path, tuple(runs), known
+        self.path, self.runs, self.known, self.observe = path, tuple(runs), known, observe
         free = [i for i, entry in enumerate(path.entries) if entry.sd > 0.0]
         self.columns = tuple(free if columns is None else columns)
         steps = {round(run.sample_time, 9): run.sample_time for run in runs}
-        self._machines = {key: _Machine(Cut(path, step, self.columns)) for key, step in steps.items()}
+        self._machines = {key: _Machine(Cut(path, step, self.columns, observe=observe)) for key, step in steps.items()}
 
     def _machine(self, run: Conditioned) -> _Machine:
         return self._machines[round(run.sample_time, 9)]
@@ -59,7 +63,8 @@ class Residual:
         for run in runs:
             key = round(run.sample_time, 9)
             if key not in self._machines:
-                self._machines[key] = _Machine(Cut(self.path, run.sample_time, self.columns))
+                cut = Cut(self.path, run.sample_time, self.columns, observe=self.observe)
+                self._machines[key] = _Machine(cut)
         other = copy(self)
         other.__dict__.pop("rows", None)
         other.runs, other.known = tuple(runs), None
@@ -134,11 +139,7 @@ class Residual:
         self, runs: Sequence[Conditioned], drives: Sequence[np.ndarray], p: np.ndarray, delays: np.ndarray
     ) -> list[np.ndarray]:
         """Return states and sensitivities (nx (1 + active), N) along each run."""
-        if (
-            self.known
-            and runs is self.runs
-            and all(self._same_states(machine.cut) for machine in self._machines.values())
-        ):
+        if self.known and runs is self.runs and self.reuses:
             return [states.T for states in self.known]
         out: list[np.ndarray] = [np.empty(0)] * len(runs)
         for machine in self._machines.values():
@@ -146,6 +147,11 @@ class Residual:
             for i, states in zip(mine, machine.states([drives[i] for i in mine], p, delays), strict=True):
                 out[i] = states
         return out
+
+    @cached_property
+    def reuses(self) -> bool:
+        """Whether the states that are known are taken as they are."""
+        return all(self._same_states(machine.cut) for machine in self._machines.values())
 
     def _same_states(self, cut: Cut) -> bool:
         return self.known is not None and cut.nx == self.known[0].shape[1] and not cut.active

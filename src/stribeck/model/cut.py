@@ -16,6 +16,7 @@ import numpy as np
 from stribeck.model.advance import advance
 from stribeck.model.balance import Balance
 from stribeck.model.drive import Drive
+from stribeck.model.observer import observed
 from stribeck.model.path import SignalPath
 from stribeck.model.sensitivity import Sensitivity
 
@@ -30,6 +31,8 @@ class Cut:
         Step of the uniform grid on which the states advance, s.
     columns : sequence of int or None
         Parameters whose derivatives are wanted; all where None.
+    observe : bool
+        Whether links are corrected by the residual (:mod:`stribeck.model.observer`).
 
     Attributes
     ----------
@@ -37,8 +40,10 @@ class Cut:
         Parameters on which the states depend (columns that the sensitivity recursion carries).
     """
 
-    def __init__(self, path: SignalPath, sample_time: float, columns: Sequence[int] | None = None) -> None:
-        self.path, self.sample_time, self.n = path, sample_time, path.n
+    def __init__(
+        self, path: SignalPath, sample_time: float, columns: Sequence[int] | None = None, *, observe: bool = True
+    ) -> None:
+        self.path, self.sample_time, self.n, self.observe = path, sample_time, path.n, observe
         self.columns = tuple(range(len(path.entries))) if columns is None else tuple(columns)
         self.drive = Drive.symbols(path.n)
         self._sample = Balance(path)
@@ -46,7 +51,8 @@ class Cut:
 
     def _advance(self, after: Drive, parameters: tuple[int, ...], columns: Any) -> Sensitivity:
         carried = Sensitivity(self._sample.x, parameters, columns)
-        return advance(self._sample, self.sample_time, self.drive, after, carried)
+        moved = advance(self._sample, self.sample_time, self.drive, after, carried)
+        return observed(self._sample, self.sample_time, self.drive, carried, moved) if self.observe else moved
 
     @cached_property
     def active(self) -> tuple[int, ...]:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import final
 
 from stribeck.model.effect import TransmissionEffect
 from stribeck.model.values import Expression, Parameter, Parameters, Scale
 from stribeck.model.waves import Trace, ringing
+
+DAMPED = 0.5  # of critical: a shaft rings
 
 
 @final
@@ -32,6 +35,10 @@ class JointFlexibility(TransmissionEffect):
 
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
         return (*self.starts(scale), *(_start(scale, hertz) for hertz in ringing(trace, (0.8, 40.0))))
+
+    def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
+        # more is a link that hardly follows its motor at all, and so not the noise of its encoder either
+        return values["damping"] < DAMPED * 2.0 * math.sqrt(values["stiffness"] * scale.inertia)
 
     def transmitted(self, deflection: Expression, rate: Expression, p: Parameters) -> Expression:
         return p["stiffness"] * deflection + p["damping"] * rate
