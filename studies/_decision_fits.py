@@ -98,7 +98,7 @@ def _score(prepared: Prepared, floor: np.ndarray, base: Model, rival: Model) -> 
     could do, priors included, is projected out. Derivatives are those at the rival's fit: a law's velocity or period
     has none where its amount is nothing (Davies 1977).
     """
-    scale = weights_of(base.fit.residual, prepared, floor).scale
+    scale = weights_of(base, prepared, floor).scale
     rows = base.fit.residual.size
     sd = np.array([base.fit.entries[i].sd for i in base.fit.free])
     known = np.isfinite(sd)

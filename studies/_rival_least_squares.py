@@ -70,7 +70,7 @@ def by_least_squares(
     path = SignalPath(arm, placed)
     residual = Residual(path, prepared.fit)
     x = unknowns(path, prepared, base, residual.columns)
-    sd = weights_of(base.fit.residual, prepared, floor).sd
+    sd = weights_of(base, prepared, floor).sd
     p = np.array([entry.value for entry in path.entries])
 
     def both(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

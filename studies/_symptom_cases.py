@@ -84,12 +84,12 @@ def _twice(runs: tuple[Run, ...]) -> tuple[tuple[Run, ...], tuple[Run, ...]]:
 
 
 def _named(effect: Effect, runs: Prepared, retuned: Model) -> Model:
-    weights = weights_of(retuned.fit.residual, runs, FLOOR)
+    weights = weights_of(retuned, runs, FLOOR)
     models = []
     for law in (law for law in laws().values() if law.name == effect.name):
         start = screen(runs, retuned, weights, law, 0).start
         models.append(fit_model(runs, [Placed(law, 0)], weights, retuned.fit, start, evaluations=40))
     best = min(models, key=lambda model: model.fit.misfit)
-    weights = weights_of(best.fit.residual, runs, FLOOR)  # the re-tuned model's residual was the effect's
+    weights = weights_of(best, runs, FLOOR)  # the re-tuned model's residual was the effect's
     start = dict(best.placed[0].values)
     return fit_model(runs, best.placed, weights, best.fit, start, evaluations=40)

@@ -28,7 +28,7 @@ from rich import print as show
 
 from stribeck.arm import load_arm
 from stribeck.gap import diagnose
-from stribeck.gap.model import fit_model, weights_of
+from stribeck.gap.model import fit_model, weights_from
 from stribeck.gap.prepare import prepare
 from stribeck.identify.conditioning import condition
 from stribeck.identify.residual import Residual
@@ -48,7 +48,7 @@ def main(cases: int = 20, jobs: int = 2, whole: bool = True) -> None:
     p, one = values_of(path.entries), [condition(arm, runs[0], prepared.cutoff)]
     residual, value = Residual(path, one), Residual(path, one, ())
     residual(p), value(p)  # compiles
-    weights = weights_of(Residual(path, prepared.fit, ())(p)[0], prepared, np.full(arm.n, 1e-9))
+    weights = weights_from(Residual(path, prepared.fit, ())(p)[0], prepared, np.full(arm.n, 1e-9))
     fitted = fit_model(prepared, (), weights).fit
     by_hand = least_squares_by_hand(arm, prepared.fit, weights, fitted)
     ours, theirs = in_turn(

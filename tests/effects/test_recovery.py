@@ -154,7 +154,7 @@ def fitted(label: str, case: Case) -> tuple[Prepared, Model, Model]:
     runs = recorded(name, (case.joint,), case.hidden, bend=bend)
     prepared = prepare(nominal_arm(bend), runs, runs[1:])
     base = retune(prepared, FLOOR, rounds=1)
-    weights = weights_of(base.fit.residual, prepared, FLOOR)
+    weights = weights_of(base, prepared, FLOOR)
     trial = screen(prepared, base, weights, effect, prepared.arm.names.index(case.joint))
     model = fit_model(prepared, [Placed(effect, trial.joint)], weights, base.fit, trial.start, evaluations=25)
     if name == "backlash":  # a contact that bounces is slow to polish

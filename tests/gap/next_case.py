@@ -63,13 +63,13 @@ def question(runs: Sequence[Run], names: Sequence[str]) -> Question:
     noise = noise_floor(NOMINAL, path, values_of(path.entries), prepared.held, prepared.cutoff, 0)
     floor = np.sqrt(np.mean(noise**2, axis=0))
     base = retune(prepared, floor)
-    weights = weights_of(base.fit.residual, prepared, floor)
+    weights = weights_of(base, prepared, floor)
     models = []
     for name in names:
         start = screen(prepared, base, weights, registry()[name], 0).start
         placed = (Placed(registry()[name], 0),)
         models.append(fit_model(prepared, placed, weights, base.fit, start, evaluations=30))
-    weights = weights_of(min(models, key=lambda m: m.fit.cost).fit.residual, prepared, floor)
+    weights = weights_of(min(models, key=lambda m: m.fit.cost), prepared, floor)
     models = [fit_model(prepared, m.placed, weights, m.fit, evaluations=20) for m in models]
     return Question(prepared, floor, base, tuple(sorted(models, key=lambda m: m.fit.cost)))
 

@@ -8,8 +8,8 @@ import pytest
 
 from stribeck.effects.registry import effect_named
 from stribeck.gap.floor import noise_of_rows
-from stribeck.gap.model import Model, fit_model, retune, weights_of
-from stribeck.gap.noisy import comparable
+from stribeck.gap.model import Model, fit_model, noise_in, retune, weights_of
+from stribeck.gap.noisy import put_back, quieter
 from stribeck.gap.prepare import Prepared, prepare
 from stribeck.gap.rank import rank
 from stribeck.gap.spread import Noise
@@ -34,43 +34,52 @@ def seen(hidden: bool) -> tuple[Prepared, Model, np.ndarray]:
         noise_of_rows(prepared.arm, path, base.fit.p, runs, prepared.cutoff, 0)
         for runs in (prepared.fit, prepared.held)
     ))  # fmt: skip
-    return replace(prepared, noise=noise), base, noise.rms
+    reference = noise_in(Residual(path, prepared.held, ()), base.fit.p, base.held, prepared)
+    return replace(prepared, noise=noise, reference=reference), base, noise.rms
 
 
 def with_shaft(prepared: Prepared, base: Model, floor: np.ndarray, **start: float) -> Model:
-    weights = weights_of(base.fit.residual, prepared, floor)
+    weights = weights_of(base, prepared, floor)
     placed = (Placed(effect_named("joint_flexibility"), 0),)
     model = fit_model(prepared, placed, weights, base.fit, {**SHAFT, **start}, evaluations=40)
-    return fit_model(prepared, model.placed, weights_of(model.fit.residual, prepared, floor), model.fit, evaluations=40)
+    return fit_model(prepared, model.placed, weights_of(model, prepared, floor), model.fit, evaluations=40)
 
 
-def test_residuals_without_a_compliance_stay() -> None:
+def test_a_residual_without_a_compliance_stays() -> None:
     prepared, base, floor = seen(False)
-    (plain, again) = comparable(prepared, [base, base], floor)
-    assert plain == pytest.approx(np.concatenate([base.fit.residual, base.held]))
-    assert again == pytest.approx(plain)
+    assert put_back(prepared, base.whole, base.noise, floor) == pytest.approx(base.whole)
+
+
+def test_noise_that_a_model_takes_is_put_back() -> None:
+    prepared, base, floor = seen(False)
+    exact = replace(prepared, reference=np.array([[0.03], [1.0]]))
+    less = 0.5 * floor * np.random.default_rng(0).standard_normal(base.whole.shape)
+    judged = put_back(exact, less, np.array([[0.015], [1.0]]), floor)
+    assert np.std(judged) == pytest.approx(floor[0], rel=0.05)
 
 
 def test_a_shaft_that_only_takes_noise_gains_nothing() -> None:
     """A soft link does not follow its encoder's noise: that is none of the law's merit."""
     prepared, base, floor = seen(False)
-    weights = weights_of(base.fit.residual, prepared, floor)
-    placed = (Placed(effect_named("joint_flexibility"), 0),)
-    model = fit_model(prepared, placed, weights, base.fit, {"stiffness": 700.0, "damping": 1.0}, evaluations=1)
-    assert base.noise is not None
-    assert model.noise is not None
-    assert model.noise[0] < 0.8 * base.noise[0]
-    plain, judged = np.concatenate([model.fit.residual, model.held]), comparable(prepared, [base, model], floor)[1]
-    assert judged == pytest.approx(plain * base.noise[0] / model.noise[0], rel=1e-3)
+    model = with_shaft(prepared, base, floor, stiffness=700.0)
+    assert rank(prepared, [base, model], floor, 0).gain[1, 0] < 0.05
 
 
 def test_noise_in_the_torque_counts_as_well() -> None:
-    prepared, base, floor = seen(False)
-    model = replace(base, placed=(Placed(effect_named("joint_flexibility"), 0),), noise=np.array([[0.03], [0.5]]))
-    stiff = replace(base, noise=np.array([[0.03], [1.0]]))
+    prepared, _, floor = seen(False)
+    exact = replace(prepared, reference=np.array([[0.03], [1.0]]))
     louder = np.hypot(floor, 0.04)
-    judged = comparable(prepared, [stiff, model], louder)[1]
-    assert judged[-1] == pytest.approx(base.held[-1] * np.hypot(0.03, 0.04) / np.hypot(0.03, 0.02))
+    found = quieter(exact, np.array([[0.03], [0.5]]), louder)
+    assert found == pytest.approx(np.hypot(0.03, 0.02) / np.hypot(0.03, 0.04))
+    assert quieter(exact, np.array([[0.06], [2.0]]), louder) == 1.0  # what makes more of it earns nothing by that
+
+
+def test_a_gap_far_above_the_noise_is_not_made_larger() -> None:
+    prepared, base, floor = seen(False)
+    exact = replace(prepared, reference=np.array([[0.03], [1.0]]))
+    loud = 100.0 * base.whole
+    judged = put_back(exact, loud, np.array([[0.015], [1.0]]), floor)
+    assert np.std(judged) == pytest.approx(np.std(loud), rel=0.01)
 
 
 def test_a_shaft_that_is_there_keeps_its_gain_and_its_damping() -> None:

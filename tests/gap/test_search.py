@@ -39,7 +39,7 @@ def late() -> tuple[Prepared, Model, Weights]:
     """A drive that is 20 ms late, and what re-tuning leaves of it."""
     prepared = prepare(NOMINAL, recorded(("delay", {"time": 0.02})))
     base = retune(prepared, FLOOR)
-    return prepared, base, weights_of(base.fit.residual, prepared, FLOOR)
+    return prepared, base, weights_of(base, prepared, FLOOR)
 
 
 def test_candidates() -> None:
@@ -96,7 +96,7 @@ def test_a_law_is_tried_again_once_another_effect_is_there() -> None:
         NOMINAL, recorded(("actuator_lag", {"time": 0.015, "again": 0.015}), ("torque_offset", {"offset": 1.0}))
     )
     base = retune(prepared, FLOOR)
-    weights = weights_of(base.fit.residual, prepared, FLOOR)
+    weights = weights_of(base, prepared, FLOOR)
     first, second = effect_named("actuator_lag", "one_pole"), effect_named("actuator_lag", "two_poles")
     known = {(e.name, e.law, 0): dict(screen(prepared, base, weights, e, 0).start) for e in (first, second)}
     placed = (
@@ -155,7 +155,7 @@ def test_what_was_taken_first_may_be_outdone_later(hidden: str, first: str, inst
     values = {"torque_offset": {"offset": 1.0}, "asymmetric_friction": {"C0": 3.0}}[hidden]
     prepared = prepare(NOMINAL, recorded((hidden, values), ("delay", {"time": 0.02})))
     base = retune(prepared, FLOOR)
-    weights = weights_of(base.fit.residual, prepared, FLOOR)
+    weights = weights_of(base, prepared, FLOOR)
 
     def fitted(model: Model, *names: str) -> Model:
         placed = (*model.placed, *(Placed(effect_named(name), 0) for name in names))
@@ -179,7 +179,7 @@ def test_a_resonance_between_the_starts_is_found(stiffness: float, inertia: floa
     hidden = {"stiffness": stiffness, "inertia": inertia, "damping": 1.0}
     prepared = prepare(NOMINAL, recorded(("base_flexibility", hidden)))
     base = retune(prepared, FLOOR)
-    weights = weights_of(base.fit.residual, prepared, FLOOR)
+    weights = weights_of(base, prepared, FLOOR)
     trial = screen(prepared, base, weights, effect_named("base_flexibility"), 0)
     assert trial.start["stiffness"] == pytest.approx(stiffness, rel=0.3)
     assert trial.promise > 0.5 * base.fit.cost
@@ -191,7 +191,7 @@ def test_a_start_is_followed_for_where_it_leads(monkeypatch: pytest.MonkeyPatch)
     hidden = {"stiffness": 100.0, "inertia": 1.2, "damping": 1.0}
     prepared = prepare(NOMINAL, recorded(("base_flexibility", hidden)))
     base = retune(prepared, FLOOR)
-    weights = weights_of(base.fit.residual, prepared, FLOOR)
+    weights = weights_of(base, prepared, FLOOR)
     assert screen(prepared, base, weights, effect_named("base_flexibility"), 0).promise > 0.4 * base.fit.cost
 
 
@@ -215,7 +215,7 @@ def test_a_large_gap_is_weighed_anew_as_it_closes() -> None:
     tight = replace(NOMINAL, tolerance=replace(NOMINAL.tolerance, friction=0.1))
     prepared = prepare(tight, recorded(("asymmetric_friction", {"C0": 4.0})))
     base = retune(prepared, FLOOR)
-    weights = weights_of(base.fit.residual, prepared, FLOOR)
+    weights = weights_of(base, prepared, FLOOR)
     trial = screen(prepared, base, weights, effect_named("asymmetric_friction"), 0)
     once = fit_model(prepared, [Placed(trial.effect, 0)], weights, base.fit, trial.start)
     model = _fit_trial(prepared, base, weights, trial, FLOOR)
@@ -275,9 +275,7 @@ def test_weights_are_spread_and_correlation(late: tuple[Prepared, Model, Weights
     rms = np.sqrt(np.mean(base.fit.residual**2, axis=0))
     assert weights.sd == pytest.approx(np.full_like(base.fit.residual, rms[0]))
     assert weights.correlation[0] > 2.0  # a late torque leaves a coloured residual
-    assert weights_of(base.fit.residual, prepared, np.array([50.0])).sd == pytest.approx(
-        np.full_like(base.fit.residual, 50.0)
-    )
+    assert weights_of(base, prepared, np.array([50.0])).sd == pytest.approx(np.full_like(base.fit.residual, 50.0))
 
 
 def test_retuning_starts_from_nominal_and_improves(late: tuple[Prepared, Model, Weights]) -> None:
@@ -319,7 +317,10 @@ def test_half_of_the_runs_that_says_most(late: tuple[Prepared, Model, Weights]) 
 
 @pytest.mark.parametrize("name", ["torque_offset", "encoder_eccentricity", "presliding"])
 def test_known_states_change_no_trial(late: tuple[Prepared, Model, Weights], name: str) -> None:
-    """Whether or not a candidate has a say in the states that the base model has, the trial is the same."""
+    """Whether or not a candidate has a say in the states that the base model has, the trial is the same.
+
+    Nearly: the link's observer would follow what the candidate changes of the residual.
+    """
     prepared, base, weights = late
     assert _states(prepared, base) is None
     flexible = fit_model(prepared, [Placed(effect_named("joint_flexibility"), 0)], weights, base.fit, evaluations=5)
@@ -327,8 +328,8 @@ def test_known_states_change_no_trial(late: tuple[Prepared, Model, Weights], nam
     assert states is not None
     assert [len(part) for part in states] == [len(run.time) for run in prepared.fit]
     trials = [screen(prepared, flexible, weights, effect_named(name), 0, None, given) for given in (None, states)]
-    assert trials[0].start == pytest.approx(trials[1].start, rel=1e-9, abs=1e-12)
-    assert trials[0].promise == pytest.approx(trials[1].promise, rel=1e-9, abs=1e-9)
+    assert trials[0].start == pytest.approx(trials[1].start, rel=1e-4)
+    assert trials[0].promise == pytest.approx(trials[1].promise, rel=1e-4)
 
 
 def test_worth_beside_the_others(late: tuple[Prepared, Model, Weights]) -> None:

@@ -22,7 +22,7 @@ def pendulum(gravity: float = G) -> Arm:
 
 
 def instant(q: float, dq: float, ddq: float, u: float, sd: float = 1e-9) -> np.ndarray:
-    known = {"position": q, "velocity": dq, "acceleration": ddq, "command": u, "velocity_sd": sd}
+    known = {"position": q, "velocity": dq, "acceleration": ddq, "command": u, "velocity_sd": sd, "sliding": 1.0}
     return np.array([known.get(name, 0.0) for name in DRIVE])
 
 

@@ -50,7 +50,7 @@ def cut_drive(path: SignalPath, p: np.ndarray, y: np.ndarray, rates: np.ndarray,
 def record_of(position: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray, command: np.ndarray) -> np.ndarray:
     """One instant as the cut takes it, known exactly."""
     known = {"time": np.zeros(1), "position": position, "velocity": velocity, "acceleration": acceleration}
-    known |= {"command": command, "velocity_sd": np.full(len(position), 1e-12)}
+    known |= {"command": command, "velocity_sd": np.full(len(position), 1e-12), "sliding": np.ones(len(position))}
     return np.concatenate([known.get(name, np.zeros(len(position))) for name in DRIVE])
 
 

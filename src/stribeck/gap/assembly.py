@@ -135,7 +135,7 @@ class Assembly:
             placed = (*self.base.placed, *kept[: i + 1])
             model = chain[-1]
             for evaluations in (40, 20, 20):  # weights of what is left before, then of what is left after
-                weights = weights_of(model.fit.residual, self.prepared, self.floor)
+                weights = weights_of(model, self.prepared, self.floor)
                 model = fit_model(self.prepared, placed, weights, model.fit, evaluations=evaluations)
             chain.append(model)
         return chain
@@ -171,7 +171,7 @@ class Assembly:
         return closes_estimate(before.held, after.held, self.floor, self.block, self.draws)
 
     def _intervals(self, model: Model) -> Intervals:
-        weights = weights_of(model.fit.residual, self.prepared, self.floor)
+        weights = weights_of(model, self.prepared, self.floor)
         return intervals(model.fit, weights, block_of_rows(self.prepared.fit))
 
     def _with_details(self, cause: Cause, chain: Sequence[Model]) -> Cause:

@@ -28,7 +28,7 @@ def weighed(prepared: Prepared, steps: Sequence[Step], pool: Any, seed: int) -> 
     final, own, count = last_model(steps), len(steps[0].base.placed), sum(step.taken for step in steps)
     without = [steps[0].base] * count
     if count > 1:
-        weights = weights_of(final.fit.residual, prepared, floor)
+        weights = weights_of(final, prepared, floor)
         rests = [(*final.placed[:i], *final.placed[i + 1 :]) for i in range(own, own + count)]
         fits = (delayed(fit_model)(prepared, rest, weights, None, evaluations=WEIGHING) for rest in rests)
         without = pool(fits)
@@ -56,7 +56,7 @@ def outdone(
     if len(taken) < 2:
         return None
     floor, final, own = steps[-1].floor, last_model(steps), len(steps[0].base.placed)
-    weights = weights_of(final.fit.residual, prepared, floor)
+    weights = weights_of(final, prepared, floor)
     places, fits = [], []
     for i, step in enumerate(taken, own):
         rest = (*final.placed[:i], *final.placed[i + 1 :])

@@ -35,7 +35,7 @@ def in_step(prepared: Prepared, base: Model) -> Prepared:
     clocks stay.
     """
     runs = (*prepared.fit, *prepared.held)
-    rows = np.concatenate([base.fit.residual, base.held])
+    rows = base.whole
     edges = np.cumsum([len(run.analysis_index) for run in runs])[:-1]
     parts = np.split(rows, edges)
     steps = [run.decimation * run.sample_time for run in runs]

@@ -14,7 +14,7 @@ from stribeck.gap.assembly import Assembly
 from stribeck.gap.clocks import in_step
 from stribeck.gap.floor import noise_of_rows
 from stribeck.gap.lateness import on_time
-from stribeck.gap.model import retune
+from stribeck.gap.model import noise_in, retune
 from stribeck.gap.observed import observe
 from stribeck.gap.prepare import Prepared, prepare
 from stribeck.gap.result import Diagnosis
@@ -107,6 +107,8 @@ def searched(
     noise = _noise_along(path, base.fit.p, prepared, seed)
     prepared = replace(prepared, noise=noise)
     base = on_time(prepared, base, noise.rms, seed, leave_out)
+    through = Residual(SignalPath(prepared.arm, base.placed), prepared.held, ())
+    prepared = replace(prepared, reference=noise_in(through, base.fit.p, base.held, prepared))
     steps = search(prepared, base, noise.rms, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
     more = np.maximum(steps[-1].floor ** 2 - noise.rms**2, 0.0)
     return Searched(prepared, given, np.sqrt(noise.held**2 + more), steps)

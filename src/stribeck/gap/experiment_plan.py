@@ -66,8 +66,8 @@ class Plan:
 
     def __init__(self, prepared: Prepared, models: tuple[Model, ...], floor: np.ndarray) -> None:
         self.prepared, self.models = prepared, models
-        self.weights = weights_of(models[0].fit.residual, prepared, floor)
-        before = weights_of(models[-1].fit.residual, prepared, floor)
+        self.weights = weights_of(models[0], prepared, floor)
+        before = weights_of(models[-1], prepared, floor)
         self.base = fit_model(prepared, models[0].placed[:-1], before, models[0].fit, evaluations=30)
         runs = (*prepared.fit, *prepared.held)
         self.seen = reaches(runs, prepared.cutoff)

@@ -95,7 +95,7 @@ def relawed(
                 others.append((*model.placed[:i], Placed(effect, place.joint, start), *model.placed[i + 1 :]))
     if not others:
         return model
-    weights = weights_of(model.fit.residual, prepared, floor)
+    weights = weights_of(model, prepared, floor)
     fits = (delayed(fit_model)(prepared, placed, weights, None, evaluations=RELAWED) for placed in others)
     fitted = [other for other in pool(fits) if finite(other) and _sound(other, own, prepared)]
     best = min(fitted, key=lambda other: _left(other.fit.residual, floor), default=model)

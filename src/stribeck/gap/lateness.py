@@ -42,7 +42,7 @@ def on_time(prepared: Prepared, base: Model, floor: np.ndarray, seed: int, leave
     if delay.name in leave_out or not joints:
         return base
     trial = [Placed(delay, joint, {"time": START}) for joint in joints]
-    weights = weights_of(base.fit.residual, prepared, floor)
+    weights = weights_of(base, prepared, floor)
     tried = fit_model(prepared, (*base.placed, *trial), weights, base.fit, evaluations=EVALUATIONS)
     fitted = tried.placed[len(base.placed) :]
     kept = [place for place in fitted if place.values["time"] > LEAST and delay.ordinary(place.values)]

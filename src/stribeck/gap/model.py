@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stribeck.gap.blocks import correlation_rows
+from stribeck.gap.noisy import quieter
 from stribeck.gap.prepare import Prepared
 from stribeck.gap.spread import noise_power, spread
 from stribeck.identify.map_fit import Fit, Weights, fit
@@ -20,13 +21,19 @@ from stribeck.model.path import SignalPath
 class Model:
     """A fitted model: its effects with fitted values, the fit, and the residual (M, n) on held-out runs, N m.
 
-    ``noise`` (2, n) is what the encoder's noise, and 1 N m of noise in the commands, leave in that residual, N m rms.
+    ``noise`` (2, n) is what the encoder's noise, and 1 N m of noise in the commands, leave in that residual, N m rms,
+    where the model has a compliance.
     """
 
     placed: tuple[Placed, ...]
     fit: Fit
     held: np.ndarray
     noise: np.ndarray | None = None
+
+    @property
+    def whole(self) -> np.ndarray:
+        """The residual on all runs, fitted ones first, N m."""
+        return np.concatenate([self.fit.residual, self.held])
 
     def rms(self) -> np.ndarray:
         """Return the held-out residual's root mean square (n,), N m."""
@@ -80,9 +87,14 @@ def fit_model(
     result = fit(residual, weights, start, effect_scales(path, prepared), evaluations=evaluations)
     judged = Residual(path, prepared.held, ())
     held, _ = judged(result.p)
-    changes = [judged.along(runs)(result.p)[0] - held for runs in prepared.loud]
-    noise = np.sqrt(np.mean(np.square(changes), axis=1))
+    noise = noise_in(judged, result.p, held, prepared) if path.flexible else None
     return Model(_with_values(placed, result), result, held, noise)
+
+
+def noise_in(judged: Residual, p: np.ndarray, held: np.ndarray, prepared: Prepared) -> np.ndarray:
+    """Return what encoder noise, and 1 N m of noise in the commands, leave (2, n) in a held-out residual, N m rms."""
+    changes = [judged.along(runs)(p)[0] - held for runs in prepared.loud]
+    return np.asarray(np.sqrt(np.mean(np.square(changes), axis=1)))
 
 
 def _with_values(placed: Sequence[Placed], fit: Fit) -> tuple[Placed, ...]:
@@ -93,9 +105,16 @@ def _with_values(placed: Sequence[Placed], fit: Fit) -> tuple[Placed, ...]:
     return tuple(replace(place, values=own) for place, own in zip(placed, values, strict=True))
 
 
-def weights_of(residual: np.ndarray, prepared: Prepared, floor: np.ndarray) -> Weights:
-    """Return weights from a residual on the fit runs (M, n): its spread, at least the noise, and correlation."""
-    sd = spread(residual, noise_power(prepared.noise, floor, len(residual)))
+def weights_of(model: Model, prepared: Prepared, floor: np.ndarray) -> Weights:
+    """Return weights from a model's residual on the fit runs: its spread, at least its noise, and correlation."""
+    return weights_from(model.fit.residual, prepared, floor, quieter(prepared, model.noise, floor))
+
+
+def weights_from(
+    residual: np.ndarray, prepared: Prepared, floor: np.ndarray, part: np.ndarray | float = 1.0
+) -> Weights:
+    """Return weights from a residual (M, n) on the fit runs that holds a part (n,) of the re-tuned model's noise."""
+    sd = spread(residual, noise_power(prepared.noise, floor, len(residual)) * part**2)
     return Weights(sd, correlation_rows(residual / sd, prepared.fit))
 
 
@@ -103,9 +122,7 @@ def retune(prepared: Prepared, floor: np.ndarray, placed: Sequence[Placed] = (),
     """Return the re-tuned model: weights and fit in turn until the weights hold."""
     path = SignalPath(prepared.arm, placed)
     residual, _ = Residual(path, prepared.fit, ())(values_of(path.entries))
-    known: Fit | None = None
-    for _ in range(rounds):
-        weights = weights_of(residual, prepared, floor)
-        model = fit_model(prepared, placed, weights, known)
-        residual, known = model.fit.residual, model.fit
+    model = fit_model(prepared, placed, weights_from(residual, prepared, floor))
+    for _ in range(rounds - 1):
+        model = fit_model(prepared, placed, weights_of(model, prepared, floor), model.fit)
     return model

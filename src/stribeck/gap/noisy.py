@@ -2,53 +2,49 @@
 
 The same encoder and torque noise leaves less in the residual of a model with a compliance: its link does not follow all
 that the motor seems to do, and its observer (:mod:`stribeck.model.observer`) takes out what rings. That is no merit of
-the law. Each model is judged by its residual over what noise leaves in it.
+the law: what a model takes of the noise is put back before it is compared.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from stribeck.gap.model import Model
 from stribeck.gap.prepare import Prepared
-from stribeck.model.effect import TransmissionEffect
+
+NOISE_TO = 2.0  # of a model's own noise, squared: what is left up to there may be noise that is underrated
 
 
-def comparable(prepared: Prepared, models: Sequence[Model], floor: np.ndarray) -> list[np.ndarray]:
-    """Return the residuals (M, n) of models on all runs, fitted ones first, N m, as they compare.
-
-    Where some models have a compliance that others lack, theirs are multiplied, joint by joint, by the noise in the
-    residual of the first one without it over the noise in their own, the same noise in both.
+def quieter(prepared: Prepared, noise: np.ndarray | None, floor: np.ndarray) -> np.ndarray:
+    """Return the noise in a model's residual over that in the re-tuned model's (n,); at most 1, and 1 where not known.
 
     Parameters
     ----------
+    noise : array (2, n) or None
+        What the encoder's noise, and 1 N m of noise in the commands, leave in the model's residual, N m rms.
     floor : array (n,)
-        Noise floor, N m rms: what it has beyond encoder noise is in the torque.
+        Noise floor of the re-tuned model, N m rms: what it has beyond encoder noise is in the torque.
     """
-    plain = [np.concatenate([model.fit.residual, model.held]) for model in models]
-    soft = [_soft(model) for model in models]
-    shared = set.intersection(*soft)
-    stiff = next((model for model, joints in zip(models, soft, strict=True) if joints == shared), models[0])
+    if noise is None or prepared.reference is None:
+        return np.ones(len(floor))
     own = floor if prepared.noise is None else prepared.noise.rms
     torque = np.sqrt(np.maximum(floor**2 - own**2, 0.0))
-    return [
-        residual if joints == shared else residual * _ratio(stiff, model, torque)
-        for residual, model, joints in zip(plain, models, soft, strict=True)
-    ]
+    here, there = (np.hypot(encoder, push * torque) for encoder, push in (noise, prepared.reference))
+    known = np.isfinite(here) & (here > 0.0) & (there > 0.0)
+    return np.asarray(np.where(known, np.minimum(here / np.where(known, there, 1.0), 1.0), 1.0))
 
 
-def _soft(model: Model) -> set[tuple[str, int]]:
-    """Return name and joint of a model's compliances."""
-    places = [place for place in model.placed if isinstance(place.effect, TransmissionEffect)]
-    return {(place.effect.name, place.joint) for place in places}
+def put_back(prepared: Prepared, residual: np.ndarray, noise: np.ndarray | None, floor: np.ndarray) -> np.ndarray:
+    """Return a model's residual (M, n), N m, as it would be had the model left all noise in it.
 
+    Joint by joint all rows are multiplied: where no more is left than noise, as the noise is; a gap that is larger
+    only by what the noise adds to it.
 
-def _ratio(stiff: Model, model: Model, torque: np.ndarray) -> np.ndarray:
-    """Return the noise in one model's residual over that in another's (n,); 1 where it is not known of both."""
-    if stiff.noise is None or model.noise is None:
-        return np.ones(len(torque))
-    before, after = (np.hypot(encoder, push * torque) for encoder, push in (stiff.noise, model.noise))
-    known = np.isfinite(before) & np.isfinite(after) & (before > 0.0) & (after > 0.0)
-    return np.asarray(np.where(known, before / np.where(known, after, 1.0), 1.0))
+    Parameters
+    ----------
+    noise, floor : array
+        As of :func:`quieter`.
+    """
+    part = quieter(prepared, noise, floor)
+    power = np.mean(residual**2, axis=0)
+    taken = np.minimum(NOISE_TO * (part * floor) ** 2 / np.maximum(power, 1e-300), 1.0)
+    return np.asarray(residual * np.sqrt(1.0 + taken * (1.0 / part**2 - 1.0)))

@@ -27,7 +27,7 @@ def nominal_intervals(model: Model, prepared: Prepared, floor: np.ndarray) -> In
     floor : array (n,)
         Noise floor of the residual, N m rms.
     """
-    fit, weights = model.fit, weights_of(model.fit.residual, prepared, floor)
+    fit, weights = model.fit, weights_of(model, prepared, floor)
     residual = Residual(SignalPath(prepared.arm, model.placed), prepared.fit, [int(i) for i in fit.free])
     pull = noise_pull(fit, weights, residual, prepared.cutoff)
     return intervals(fit, weights, block_of_rows(prepared.fit), pull=pull, margin=FEW_BLOCKS)

@@ -34,8 +34,9 @@ class Prepared:
     """Runs ready for the search.
 
     ``fit`` and ``held`` are conditioned runs; ``scales`` typical magnitudes per joint; ``cutoff`` in Hz; ``noise`` that
-    of every row of the residual, once a model is there to tell; ``arm`` has tolerances for what its file, as
-    ``stated``, says nothing of.
+    of every row of the residual, once a model is there to tell, and ``reference`` (2, n) what noise leaves in the
+    re-tuned model's (:class:`stribeck.gap.model.Model`); ``arm`` has tolerances for what its file, as ``stated``, says
+    nothing of.
     """
 
     arm: Arm
@@ -47,6 +48,7 @@ class Prepared:
     warnings: tuple[str, ...]
     noise: Noise | None = None
     stated: Arm | None = None
+    reference: np.ndarray | None = None
 
     @cached_property
     def loud(self) -> tuple[tuple[Conditioned, ...], tuple[Conditioned, ...]]:

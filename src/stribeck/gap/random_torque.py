@@ -86,7 +86,7 @@ def random_joints(prepared: Prepared, model: Model, floor: Floats, seed: int = 0
     Galdrikian & Farmer 1992), as strong in every run, where the joint moves: at rest, stiction hides what shakes it.
     """
     runs = (*prepared.fit, *prepared.held)
-    residual = np.concatenate([model.fit.residual, model.held])
+    residual = model.whole
     even = residual / spread(residual, noise_power(prepared.noise, floor, len(residual)))
     found = {}
     for j in (int(j) for j in np.flatnonzero(np.mean(residual**2, axis=0) > (HUSHED * floor) ** 2)):

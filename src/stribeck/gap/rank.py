@@ -9,7 +9,7 @@ import numpy as np
 
 from stribeck.gap.blocks import bayesian_bootstrap, block_of_rows, block_sums, correlation_rows, t_value
 from stribeck.gap.model import Model
-from stribeck.gap.noisy import comparable
+from stribeck.gap.noisy import put_back
 from stribeck.gap.prepare import Prepared
 from stribeck.gap.spread import levels, noise_power
 from stribeck.identify.conditioning import Conditioned
@@ -106,7 +106,7 @@ def rank(prepared: Prepared, models: Sequence[Model], floor: np.ndarray, seed: i
     Model weights by pseudo-BMA with the Bayesian bootstrap: Yao, Vehtari, Simpson & Gelman (2018).
     """
     runs = (*prepared.fit, *prepared.held)
-    plain = comparable(prepared, models, floor)
+    plain = [put_back(prepared, model.whole, model.noise, floor) for model in models]
     least = plain[int(np.argmin([np.sum(np.log(np.mean(r**2, axis=0) + 0.5 * floor**2)) for r in plain]))]
     level = levels(least, noise_power(prepared.noise, floor, len(least)), floor)
     whole = [residual * level for residual in plain]

@@ -128,7 +128,7 @@ def _step(
     setting: _Setting, base: Model, taken: Sequence[Placed], known: dict[tuple[str, str, int], dict[str, float]]
 ) -> Step:
     prepared, floor, pool = setting.prepared, setting.floor, setting.pool
-    weights = weights_of(base.fit.residual, prepared, floor)
+    weights = weights_of(base, prepared, floor)
     base = fit_model(prepared, base.placed, weights, base.fit)
     possible = candidates(prepared.arm, base.placed, setting.leave_out)
     possible = [(effect, joint) for effect, joint in possible if (effect.name, joint) not in setting.barred]
@@ -195,7 +195,7 @@ def _fit_trial(prepared: Prepared, base: Model, weights: Weights, trial: Trial, 
         return None
     # a gap that is gone had made the whole joint count for little: what is left deserves its own weights, in turn
     for _ in range(AGAIN):
-        own = weights_of(model.fit.residual, prepared, floor)
+        own = weights_of(model, prepared, floor)
         if np.all(np.mean(own.sd**2, axis=0) > RELIEVED**2 * np.mean(weights.sd**2, axis=0)):
             break
         again = fit_model(prepared, model.placed, own, model.fit, evaluations=15)

@@ -13,7 +13,7 @@ import numpy as np
 from scipy import optimize, signal
 
 from stribeck.gap.model import Model
-from stribeck.gap.noisy import comparable
+from stribeck.gap.noisy import put_back
 from stribeck.gap.prepare import Prepared
 from stribeck.identify.conditioning import Conditioned
 
@@ -36,7 +36,7 @@ def noise_of_best(floor: np.ndarray, models: Sequence[Model], prepared: Prepared
     prepared : Prepared
     """
     runs = (*prepared.fit, *prepared.held)
-    whole = comparable(prepared, models, floor)
+    whole = [put_back(prepared, model.whole, model.noise, floor) for model in models]
     best = np.argmin([np.mean(residual**2, axis=0) for residual in whole], axis=0)
     white = [white_rms(whole[best[j]][:, j], runs, prepared.cutoff) for j in range(len(floor))]
     return np.asarray(np.maximum(floor, white))

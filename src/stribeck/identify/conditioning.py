@@ -14,6 +14,7 @@ from scipy.interpolate import make_interp_spline
 from stribeck.arm import Arm
 from stribeck.identify.cutoff import MOST_OF_MOTION, motion_cutoff
 from stribeck.identify.noise import position_noise
+from stribeck.identify.sliding import sliding
 from stribeck.run import Run
 
 OVERSAMPLING = 3.0  # analysis samples per second over the cutoff
@@ -42,11 +43,11 @@ class Past:
 class Conditioned:
     """One run on its uniform grid of N samples, with its M analysis samples.
 
-    ``position``, ``velocity``, ``acceleration``, ``command``, ``stuck`` are (N, n);
-    ``velocity_sd`` and ``noise`` (n,), what encoder noise leaves in the velocity and its own; ``instant`` the time to
-    either side for which a sample stands, s; ``analysis_time`` (M,); ``taps`` the low-pass (odd length). ``clock`` is
-    the time of the first sample by the clock of what acts from outside, s (set in ``gap.clocks``); None: its own.
-    ``past`` is what was recorded before it (set in ``gap.sequence``).
+    ``position``, ``velocity``, ``acceleration``, ``command``, ``stuck`` are (N, n); so is ``sliding``, the part of the
+    motion that is no noise; ``velocity_sd`` and ``noise`` (n,), what encoder noise leaves in the velocity and its own;
+    ``instant`` the time to either side for which a sample stands, s; ``analysis_time`` (M,); ``taps`` the low-pass (odd
+    length). ``clock`` is the time of the first sample by the clock of what acts from outside, s (set in
+    ``gap.clocks``); None: its own. ``past`` is what was recorded before it (set in ``gap.sequence``).
     """
 
     name: str
@@ -55,6 +56,7 @@ class Conditioned:
     velocity: np.ndarray
     acceleration: np.ndarray
     command: np.ndarray
+    sliding: np.ndarray
     velocity_sd: np.ndarray
     instant: float
     stuck: np.ndarray
@@ -124,7 +126,7 @@ def condition(
     if noise is None:
         noise = np.array([position_noise(run.q[:, j], h, arm.joints[j].encoder_resolution) for j in range(run.n)])
     sharp = min(motion_cutoff(run, noise, cutoff), MOST_OF_MOTION / (keep * h))
-    smooth, gain = _smoother(sharpness * sharp, h)
+    smooth, passed, gain = _smoother(sharpness * sharp, h)
     position = smooth(run.q)
     curve = make_interp_spline(run.t, position, k=5)
     velocity, acceleration = curve(run.t, 1), curve(run.t, 2)
@@ -141,6 +143,7 @@ def condition(
         velocity=velocity[::keep],
         acceleration=acceleration[::keep],
         command=command[::keep],
+        sliding=sliding(position[::keep], louder * passed * noise),
         velocity_sd=velocity_sd,
         instant=INSTANT[0] * keep * h + INSTANT[1] / (sharpness * sharp),
         stuck=stuck[::keep],
@@ -161,18 +164,18 @@ def shaken(arm: Arm, run: Conditioned, cutoff: float, draw: np.ndarray) -> Condi
 
 
 def _smoother(cutoff: float, h: float):  # type: ignore[no-untyped-def]
-    """Return a zero-phase low-pass for positions and the velocity noise that unit position noise leaves."""
+    """Return a zero-phase low-pass for positions, and what unit position noise leaves in position and velocity."""
     sos = signal.butter(3, cutoff, fs=1.0 / h, output="sos")
     frequency = np.linspace(0.0, 0.5 / h, 400)
     amplitude = 1.0 / (1.0 + (frequency / cutoff) ** 6)
     slope = amplitude * 2 * np.pi * frequency
-    gain = float(np.sqrt(np.mean(slope**2)))
+    passed, gain = (float(np.sqrt(np.mean(part**2))) for part in (amplitude, slope))
 
     def smooth(values: np.ndarray) -> np.ndarray:
         pad = min(len(values) - 1, int(3.0 / (cutoff * h)) + 1)
         return np.asarray(signal.sosfiltfilt(sos, values, axis=0, padlen=pad))
 
-    return smooth, gain
+    return smooth, passed, gain
 
 
 def held_command(tau: np.ndarray) -> np.ndarray:

@@ -121,9 +121,9 @@ class Residual:
         return states[: self._machine(run).cut.nx].T
 
     def _drive(self, run: Conditioned, delays: np.ndarray) -> np.ndarray:
-        """Return the drive (1 + 15 n, N), the command delayed and a late record moved back."""
+        """Return the drive (1 + 16 n, N), the command delayed and a late record moved back."""
         motion = ("position", "velocity", "acceleration")
-        signals = {name: getattr(run, name) for name in (*motion, "command")}
+        signals = {name: getattr(run, name) for name in (*motion, "command", "sliding")}
         signals |= {name: np.zeros_like(run.command) for name in RATES}
         for name in ("velocity_sd", "instant"):
             signals[name] = np.broadcast_to(getattr(run, name), run.position.shape)
@@ -133,6 +133,9 @@ class Residual:
                 _shift(signals, run.time, -delays[k], place.joint, ("command",))
             elif place.effect.delays == "position":
                 _shift(signals, run.time, delays[k], place.joint, motion)
+                signals["sliding"] = signals["sliding"].copy()
+                later = np.interp(run.time + delays[k], run.time, run.sliding[:, place.joint])
+                signals["sliding"][:, place.joint] = later
         return np.concatenate([run.told_time[:, None], *(signals[name] for name in DRIVE[1:])], axis=1).T
 
     def _states(

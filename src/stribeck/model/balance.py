@@ -78,8 +78,8 @@ class Balance:
         for j in range(self.n):
             y, dy, ddy = self._recorded(d, j)
             q, dq, ddq = self._true(j, y, dy, ddy)
-            past = {name: getattr(d, name)[j] for name in PAST}
-            signals.append(Signals(d.time, q, dq, ddq, q, dq, **past))
+            known = {name: getattr(d, name)[j] for name in ("sliding", *PAST)}
+            signals.append(Signals(d.time, q, dq, ddq, q, dq, **known))
         return signals
 
     def _true(self, joint: int, y: Expression, dy: Expression, ddy: Expression) -> tuple[Expression, ...]:

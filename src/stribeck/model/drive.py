@@ -9,7 +9,7 @@ import casadi as ca
 
 PAST = ("recordings", "recorded", "travelled", "lead", "led")
 RATES = ("position_rate", "velocity_rate", "acceleration_rate", "command_rate")
-DRIVE = ("time", "position", "velocity", "acceleration", "command", *RATES, "velocity_sd", "instant", *PAST)
+DRIVE = ("time", "position", "velocity", "acceleration", "command", *RATES, "sliding", "velocity_sd", "instant", *PAST)
 
 
 @dataclass(frozen=True)
@@ -18,10 +18,10 @@ class Drive:
 
     ``command`` is the command averaged over the sample before and after, as zero-order hold implies. The rates are
     time derivatives of signals that an effect delays, zero for others: those of the curves that are read off, from
-    sample to sample, so that they differ a little from ``velocity`` and ``acceleration``. ``velocity_sd`` is the
-    uncertainty of the velocity, ``instant`` the time to either side for which a sample stands. What was before: how
-    many recordings, how long they were and how far the joint had gone in them; then the same two of this recording,
-    where only a part of it is here.
+    sample to sample, so that they differ a little from ``velocity`` and ``acceleration``. ``sliding`` is the part of the motion
+    that is surely no noise, ``velocity_sd`` the uncertainty of the velocity, ``instant`` the time to either side for
+    which a sample stands. What was before: how many recordings, how long they were and how far the joint had gone in
+    them; then the same two of this recording, where only a part of it is here.
     """
 
     time: Any
@@ -33,6 +33,7 @@ class Drive:
     velocity_rate: Any
     acceleration_rate: Any
     command_rate: Any
+    sliding: Any
     velocity_sd: Any
     instant: Any
     recordings: Any
@@ -48,7 +49,7 @@ class Drive:
 
     @property
     def stacked(self) -> Any:
-        """All signals, one column (1 + 15 n, 1)."""
+        """All signals, one column (1 + 16 n, 1)."""
         return ca.vertcat(*[getattr(self, name) for name in DRIVE])
 
     def at(self, **changes: Any) -> Drive:

@@ -126,6 +126,7 @@ class Signals:
     ``link_velocity`` those of the link; ``torque`` is the actuator's, ``load`` the torque handed to the link. As for
     the past: ``recordings`` were made before, of ``recorded`` s together, in which the joint had gone ``travelled``.
     This one had lasted for ``lead`` s before what is here of it, and the joint gone ``led``. A simulation has no past.
+    Of a recorded motion the part ``sliding`` is surely no noise.
     """
 
     time: Expression
@@ -136,11 +137,17 @@ class Signals:
     link_velocity: Expression
     torque: Expression = 0.0
     load: Expression = 0.0
+    sliding: Expression = 1.0
     recordings: Expression = 0.0
     recorded: Expression = 0.0
     travelled: Expression = 0.0
     lead: Expression = 0.0
     led: Expression = 0.0
+
+    @property
+    def slide(self) -> Expression:
+        """The speed, rad/s, for laws in the distance gone: of noise at rest there would be no end."""
+        return self.sliding * abs(self.velocity)
 
     def at(self, **changes: Expression) -> Signals:
         """Return a copy with some signals replaced."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import final
 
-import casadi as ca
-
 from stribeck.model.effect import FrictionEffect
 from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
 
@@ -39,4 +37,4 @@ class DwellTime(FrictionEffect):
 
     def derivatives(self, s: Signals, x: States, p: Parameters) -> dict[str, Expression]:
         a = x["age"]
-        return {"age": (1.0 - a) / p["time"] - ca.fabs(s.velocity) * a / p["distance"]}
+        return {"age": (1.0 - a) / p["time"] - s.slide * a / p["distance"]}

@@ -54,7 +54,7 @@ class History(FrictionEffect):
         return torque * _factor(x, p)
 
     def derivatives(self, s: Signals, x: States, p: Parameters) -> dict[str, Expression]:
-        return {"warmth": (ca.fabs(s.velocity) - x["warmth"]) / p["time"]}
+        return {"warmth": (s.slide - x["warmth"]) / p["time"]}
 
     def initial(self, s: Signals, p: Parameters) -> dict[str, Expression]:
         left = p["kept"] * ca.exp(-s.recorded / (ca.fmax(s.recordings, 1.0) * p["time"]))  # of one mean recording

@@ -46,7 +46,7 @@ class HistoryRunningIn(FrictionEffect):
         return torque * _factor(x, p)
 
     def derivatives(self, s: Signals, x: States, p: Parameters) -> dict[str, Expression]:
-        return {"newness": -ca.fabs(s.velocity) * x["newness"] / p["distance"]}
+        return {"newness": -s.slide * x["newness"] / p["distance"]}
 
     def initial(self, s: Signals, p: Parameters) -> dict[str, Expression]:
         return {"newness": ca.exp(-(s.travelled + s.led) / p["distance"])}

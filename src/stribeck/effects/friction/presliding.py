@@ -44,7 +44,7 @@ class Presliding(FrictionEffect):
         return x["torque"] + p["damping"] * (s.velocity - ca.fabs(s.velocity) * x["torque"] / _floor(level))
 
     def bristle_derivatives(self, level: Expression, s: Signals, x: States, p: Parameters) -> dict[str, Expression]:
-        return {"torque": p["stiffness"] * (s.velocity - ca.fabs(s.velocity) * x["torque"] / _floor(level))}
+        return {"torque": p["stiffness"] * (s.velocity - s.slide * x["torque"] / _floor(level))}
 
 
 def _floor(level: Expression) -> Expression:
