@@ -51,9 +51,9 @@ def at_null(effect: Effect) -> list[Placed]:
 
 
 def changes(effect: Effect, placed: list[Placed], runs: Sequence[Conditioned]) -> np.ndarray:
-    """What placed effects change of the residual, rms (n,), N m."""
+    """What placed effects change of the residual, rms (n,), N m: by their law, not by what their observer follows."""
     path, plain = SignalPath(arm_for(effect), placed), SignalPath(arm_for(effect))
-    found, expected = (Residual(one, runs, ())(values_of(one.entries))[0] for one in (path, plain))
+    found, expected = (Residual(one, runs, (), observe=False)(values_of(one.entries))[0] for one in (path, plain))
     return np.asarray(np.sqrt(np.mean((found - expected) ** 2, axis=0)))
 
 

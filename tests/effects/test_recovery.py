@@ -91,7 +91,7 @@ CASES = {
         0.3,
     ),
     "joint_flexibility": Case(
-        "B", {"stiffness": 150.0, "damping": 1.0}, {"stiffness": (150.0, 4.0), "damping": (1.0, 0.1)}, 0.3
+        "B", {"stiffness": 150.0, "damping": 1.0}, {"stiffness": (150.0, 2.0), "damping": (1.0, 0.05)}, 0.1, 2
     ),
     "backlash": Case("B", {"gap": 0.06, "stiffness": 1500.0, "damping": 6.0}, {"gap": (0.06, 0.01)}, 0.6),
     "encoder_eccentricity/one_wave": Case("B", {"amplitude": 0.08, "phase": 0.7}, wave(0.08, 0.7, 1.0, 0.2), 0.65, 2),

@@ -200,13 +200,14 @@ class Balance:
         lower, upper = (chance * forward - (1.0 - chance) * backward for chance in chances)
         return ca.fmin(ca.fmax(needed, lower), upper)
 
-    def residual(self, d: Drive, x: Any) -> tuple[Any, dict[str, Any]]:
+    def residual(self, d: Drive, x: Any, *, settled: bool = True) -> tuple[Any, dict[str, Any]]:
         """Return the unbalanced torque (n, 1) in units of the command, and the torques of each stage (n, 1).
 
-        With contacts, the last of the states ``x`` are those of :meth:`stribeck.model.cut.Cut.settled`, rad/s^2.
+        With contacts, the last of the states ``x`` are those of :meth:`stribeck.model.cut.Cut.settled`, rad/s^2, unless
+        they are not ``settled`` yet.
         """
         path = self.path
-        signals, _ = self.signals(d, x, x[path.x.numel() :] if self.contacts else None)
+        signals, _ = self.signals(d, x, x[path.x.numel() :] if self.contacts and settled else None)
         rows, stages = [], []
         for j, s in enumerate(signals):
             rotor = path.rotor(j) * s.acceleration

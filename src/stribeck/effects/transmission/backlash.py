@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import final
 
 import casadi as ca
@@ -10,6 +11,7 @@ import casadi as ca
 from stribeck.model.effect import TransmissionEffect
 from stribeck.model.values import Expression, Parameter, Parameters, Scale
 
+LEAST_GAP = 0.05  # of what the typical torque winds up: a play that is less is a spring
 ONSET = 0.3  # of the gap: the penetration over which the damper comes in; less is too sudden for a simulation
 
 
@@ -39,6 +41,9 @@ class Backlash(TransmissionEffect):
         stiffness, damping = scale.inertia * rate**2, scale.inertia * rate
         gaps = (0.004 * scale.travel, 0.01 * scale.travel, 0.03 * scale.travel)
         return tuple({"gap": gap, "stiffness": stiffness, "damping": damping} for gap in gaps)
+
+    def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
+        return values["gap"] * values["stiffness"] > LEAST_GAP * scale.torque
 
     def transmitted(self, deflection: Expression, rate: Expression, p: Parameters) -> Expression:
         half = 0.5 * p["gap"]
