@@ -21,7 +21,7 @@ from stribeck.model.path import SignalPath
 class Model:
     """A fitted model: its effects with fitted values, the fit, and the residual (M, n) on held-out runs, N m.
 
-    ``noise`` (2, n) is what the encoder's noise, and 1 N m of noise in the commands, leave in that residual, N m rms,
+    ``noise`` (2, M, n) is what the encoder's noise, and white noise of 1 N m in the commands, add to that residual,
     where the model has a compliance.
     """
 
@@ -92,9 +92,8 @@ def fit_model(
 
 
 def noise_in(judged: Residual, p: np.ndarray, held: np.ndarray, prepared: Prepared) -> np.ndarray:
-    """Return what encoder noise, and 1 N m of noise in the commands, leave (2, n) in a held-out residual, N m rms."""
-    changes = [judged.along(runs)(p)[0] - held for runs in prepared.loud]
-    return np.asarray(np.sqrt(np.mean(np.square(changes), axis=1)))
+    """Return what encoder noise, and 1 N m of noise in the commands, add (2, M, n) to a held-out residual, N m."""
+    return np.array([judged.along(runs)(p)[0] - held for runs in prepared.loud])
 
 
 def _with_values(placed: Sequence[Placed], fit: Fit) -> tuple[Placed, ...]:

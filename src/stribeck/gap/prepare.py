@@ -34,7 +34,7 @@ class Prepared:
     """Runs ready for the search.
 
     ``fit`` and ``held`` are conditioned runs; ``scales`` typical magnitudes per joint; ``cutoff`` in Hz; ``noise`` that
-    of every row of the residual, once a model is there to tell, and ``reference`` (2, n) what noise leaves in the
+    of every row of the residual, once a model is there to tell, and ``reference`` (2, M, n) what noise adds to the
     re-tuned model's (:class:`stribeck.gap.model.Model`); ``arm`` has tolerances for what its file, as ``stated``, says
     nothing of.
     """

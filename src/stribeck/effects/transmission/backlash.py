@@ -7,10 +7,12 @@ from collections.abc import Mapping
 from typing import final
 
 import casadi as ca
+import numpy as np
 
 from stribeck.model.effect import TransmissionEffect
 from stribeck.model.values import Expression, Parameter, Parameters, Scale
 
+GAPS = (3e-4, 0.03, 9)  # of the travel: from a wrong one no derivative leads to the right one, half as large again
 LEAST_GAP = 0.05  # of what the typical torque winds up: a play that is less is a spring
 ONSET = 0.3  # of the gap: the penetration over which the damper comes in; less is too sudden for a simulation
 
@@ -36,11 +38,12 @@ class Backlash(TransmissionEffect):
     )
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
-        # the contact of a play is as stiff as its motor and link are unlike: some 20 Hz
-        rate = 6.2832 * 20.0
+        # the contact of a play is as stiff as its motor and link are unlike: some 30 Hz
+        rate = 6.2832 * 30.0
         stiffness, damping = scale.inertia * rate**2, scale.inertia * rate
-        gaps = (0.004 * scale.travel, 0.01 * scale.travel, 0.03 * scale.travel)
-        return tuple({"gap": gap, "stiffness": stiffness, "damping": damping} for gap in gaps)
+        gaps = [part * scale.travel for part in np.geomspace(*GAPS)]
+        trials = tuple({"gap": gap, "stiffness": stiffness, "damping": damping} for gap in gaps)
+        return tuple(trial for trial in trials if self.plausible(trial, scale)) or trials[-1:]
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
         return values["gap"] * values["stiffness"] > LEAST_GAP * scale.torque
