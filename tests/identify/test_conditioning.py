@@ -97,7 +97,7 @@ def test_short_record_gives_no_rows_rather_than_wrong_ones() -> None:
 def test_no_nan_whatever_the_motion(q: np.ndarray) -> None:
     t = np.arange(500) / 500.0
     run = condition(pendulum(), Run("still", t, q[:, None], np.zeros((500, 1))), 20.0)
-    for name in ("position", "velocity", "acceleration", "command", "velocity_sd", "stuck", "noise", "taps"):
+    for name in ("position", "velocity", "acceleration", "command", "sliding", "velocity_sd", "stuck", "noise", "taps"):
         assert np.isfinite(getattr(run, name)).all()
     assert (run.velocity_sd > 0.0).all()
 

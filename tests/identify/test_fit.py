@@ -173,7 +173,7 @@ def test_several_joints_and_runs() -> None:
         lagged = np.roll(np.arange(len(one.time)), 97)
         both = {
             name: np.concatenate([getattr(one, name), getattr(other, name)[lagged]], axis=1)
-            for name in ("position", "velocity", "acceleration", "command", "stuck")
+            for name in ("position", "velocity", "acceleration", "command", "stuck", "sliding")
         }
         spread = {name: np.repeat(getattr(one, name), 2) for name in ("velocity_sd", "noise")}
         made.append(made_by(path, truth, replace(one, **both, **spread)))

@@ -119,7 +119,7 @@ def condition(
     sharpness : float
         Factor on the motion filter's cutoff, to see how much a residual owes to it.
     louder : float
-        Noise of the run over ``noise``, for ``velocity_sd`` alone: the filters are those of ``noise``.
+        Noise of the run over ``noise``, for ``velocity_sd`` and ``sliding`` alone: the filters are those of ``noise``.
     """
     h = run.sample_time
     keep = max(1, int(1.0 / (RATE_OVER_CUTOFF * cutoff * h))) if thin else 1
