@@ -24,7 +24,7 @@ def speed_of(position: np.ndarray, step: float) -> np.ndarray:
 def test_noise_at_rest_does_not_slide() -> None:
     position = SD * np.random.default_rng(0).standard_normal((4000, 1))
     gone = np.mean(sliding(position, np.array([SD])) * speed_of(position, 1.0))
-    assert gone < 0.01 * np.mean(speed_of(position, 1.0))
+    assert gone < 0.02 * np.mean(speed_of(position, 1.0))
 
 
 def test_motion_slides_wholly() -> None:

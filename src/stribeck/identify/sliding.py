@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-REACH = 3.5  # standard deviations of position, to either side
+REACH = 2.5  # standard deviations of position, to either side: a hundredth of the noise at rest passes for motion
 
 
 def sliding(position: np.ndarray, sd: np.ndarray) -> np.ndarray:
