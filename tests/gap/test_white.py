@@ -4,7 +4,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from scipy import signal
 
 from stribeck.gap.white import white_rms
 from stribeck.identify.conditioning import Conditioned, condition
@@ -37,21 +36,6 @@ def noise(seed: int) -> np.ndarray:
 def test_white_noise_is_all_noise(seed: int) -> None:
     seen = rows(noise(seed))
     assert white_rms(seen, [still()], CUTOFF) == pytest.approx(np.sqrt(np.mean(seen**2)), rel=0.1)
-
-
-def notched(torque: np.ndarray) -> np.ndarray:
-    """What the observer of a shaft that rings at 5 Hz leaves of a torque."""
-    return np.asarray(signal.lfilter(*signal.iirnotch(5.0, 0.7, 1.0 / still().sample_time), torque))
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_white_noise_is_known_behind_a_notch(seed: int) -> None:
-    whole = float(np.sqrt(np.mean(rows(noise(seed)) ** 2)))
-    seen, unit = rows(notched(noise(seed))), np.sqrt(np.sum(still().taps ** 2))
-    heard = rows(notched(noise(seed + 10) / SIZE / unit))
-    assert np.sqrt(np.mean(seen**2)) < 0.8 * whole
-    assert white_rms(seen, [still()], CUTOFF) < 0.85 * whole
-    assert white_rms(seen, [still()], CUTOFF, (heard, [still()])) == pytest.approx(whole, rel=0.1)
 
 
 @pytest.mark.parametrize("hertz", [0.3, 1.0, 3.0])

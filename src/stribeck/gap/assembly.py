@@ -17,6 +17,7 @@ from stribeck.gap.lateness import told_late
 from stribeck.gap.listing import candidates_of, traces_of
 from stribeck.gap.margins import widened
 from stribeck.gap.model import Model, fit_model, weights_of
+from stribeck.gap.noisy import put_back
 from stribeck.gap.nominal import nominal_intervals
 from stribeck.gap.observed import Observation
 from stribeck.gap.places import places
@@ -144,7 +145,7 @@ class Assembly:
         self, final: Model, named: tuple[str, ...], causes: list[Cause], left_over: float
     ) -> tuple[str, list[Cause]]:
         """Return the verdict, and the causes with what is left for ``none`` and ``unknown``."""
-        ratio = float(np.max(final.rms() / self.floor))
+        ratio = float(np.max(np.sqrt(np.mean(self._held(final) ** 2, axis=0)) / self.floor))
         if named:
             verdict = (
                 "explained" if ratio < AT_FLOOR or self._closes(self.base, final).value > 0.9 else "partly_explained"
@@ -168,7 +169,11 @@ class Assembly:
         return next_experiment(self.prepared, models, self.floor) if models else None
 
     def _closes(self, before: Model, after: Model) -> Estimate:
-        return closes_estimate(before.held, after.held, self.floor, self.block, self.draws)
+        return closes_estimate(self._held(before), self._held(after), self.floor, self.block, self.draws)
+
+    def _held(self, model: Model) -> np.ndarray:
+        """Return a model's residual (M, n) on the held-out runs with all noise in it: less of it closes no gap."""
+        return put_back(self.prepared, model.whole, model.noise, self.floor)[-len(model.held) :]
 
     def _intervals(self, model: Model) -> Intervals:
         weights = weights_of(model, self.prepared, self.floor)

@@ -21,8 +21,8 @@ from stribeck.model.path import SignalPath
 class Model:
     """A fitted model: its effects with fitted values, the fit, and the residual (M, n) on held-out runs, N m.
 
-    ``noise`` (2, M, n) is what the encoder's noise, and white noise of 1 N m in the commands, add to that residual,
-    where the model has a compliance.
+    ``noise`` (2, n) is what the encoder's noise, and 1 N m of white noise in the commands, add to that residual, N m
+    rms, where the model has a compliance.
     """
 
     placed: tuple[Placed, ...]
@@ -92,8 +92,9 @@ def fit_model(
 
 
 def noise_in(judged: Residual, p: np.ndarray, held: np.ndarray, prepared: Prepared) -> np.ndarray:
-    """Return what encoder noise, and 1 N m of noise in the commands, add (2, M, n) to a held-out residual, N m."""
-    return np.array([judged.along(runs)(p)[0] - held for runs in prepared.loud])
+    """Return what encoder noise, and 1 N m of noise in the commands, add (2, n) to a held-out residual, N m rms."""
+    moved, pushed = (np.std(judged.along(runs)(p)[0] - held, axis=0) for runs in prepared.loud)
+    return np.array([moved, pushed / prepared.push])
 
 
 def _with_values(placed: Sequence[Placed], fit: Fit) -> tuple[Placed, ...]:

@@ -19,8 +19,8 @@ def quieter(prepared: Prepared, noise: np.ndarray | None, floor: np.ndarray) -> 
 
     Parameters
     ----------
-    noise : array (2, M, n) or None
-        What the encoder's noise, and 1 N m of noise in the commands, add to the model's residual, N m.
+    noise : array (2, n) or None
+        What the encoder's noise, and 1 N m of noise in the commands, add to the model's residual, N m rms.
     floor : array (n,)
         Noise floor of the re-tuned model, N m rms: what it has beyond encoder noise is in the torque.
     """
@@ -28,8 +28,7 @@ def quieter(prepared: Prepared, noise: np.ndarray | None, floor: np.ndarray) -> 
         return np.ones(len(floor))
     own = floor if prepared.noise is None else prepared.noise.rms
     torque = np.sqrt(np.maximum(floor**2 - own**2, 0.0))
-    rms = (np.sqrt(np.mean(changes**2, axis=1)) for changes in (noise, prepared.reference))
-    here, there = (np.hypot(encoder, push * torque) for encoder, push in rms)
+    here, there = (np.hypot(encoder, push * torque) for encoder, push in (noise, prepared.reference))
     known = np.isfinite(here) & (here > 0.0) & (there > 0.0)
     return np.asarray(np.where(known, np.minimum(here / np.where(known, there, 1.0), 1.0), 1.0))
 

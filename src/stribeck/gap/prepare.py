@@ -26,6 +26,7 @@ from stribeck.run import Run
 
 HELD_SHARE = 0.3  # of the runs, or of a single run
 LOUD_SEED = 1
+PUSH = 0.01  # of the typical torque: less than stiction holds would be lost at rest at one arm and not at another
 BEYOND = 0.1  # of what all runs reach: further than that beyond every other run, a run stands alone
 
 
@@ -34,7 +35,7 @@ class Prepared:
     """Runs ready for the search.
 
     ``fit`` and ``held`` are conditioned runs; ``scales`` typical magnitudes per joint; ``cutoff`` in Hz; ``noise`` that
-    of every row of the residual, once a model is there to tell, and ``reference`` (2, M, n) what noise adds to the
+    of every row of the residual, once a model is there to tell, and ``reference`` (2, n) what noise adds to the
     re-tuned model's (:class:`stribeck.gap.model.Model`); ``arm`` has tolerances for what its file, as ``stated``, says
     nothing of.
     """
@@ -50,16 +51,21 @@ class Prepared:
     stated: Arm | None = None
     reference: np.ndarray | None = None
 
+    @property
+    def push(self) -> np.ndarray:
+        """A small torque (n,) at each joint, N m."""
+        return PUSH * np.array([scale.torque for scale in self.scales])
+
     @cached_property
     def loud(self) -> tuple[tuple[Conditioned, ...], tuple[Conditioned, ...]]:
-        """Held-out runs with the encoder's noise once more, and with noise of 1 N m in each command.
+        """Held-out runs with the encoder's noise once more, and with white noise in the commands.
 
-        The latter is white, and has this root mean square behind the analysis filter.
+        The latter is ``push``, N m rms, behind the analysis filter.
         """
         rng = np.random.default_rng(LOUD_SEED)
         moved = [shaken(self.arm, run, self.cutoff, rng.standard_normal(run.run.q.shape)) for run in self.held]
         white = [rng.standard_normal(run.command.shape) / np.sqrt(np.sum(run.taps**2)) for run in self.held]
-        pushed = [replace(run, command=run.command + w) for run, w in zip(self.held, white, strict=True)]
+        pushed = [replace(run, command=run.command + self.push * w) for run, w in zip(self.held, white, strict=True)]
         return tuple(moved), tuple(pushed)
 
     def as_stated(self, arm: Arm) -> Arm:

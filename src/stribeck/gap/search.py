@@ -107,7 +107,7 @@ def _forward(setting: _Setting, base: Model) -> tuple[Step, ...]:
     known: dict[tuple[str, str, int], dict[str, float]] = {}
     own = len(base.placed)
     while len(steps) < MOST_EFFECTS:
-        step = _step(setting, base, base.placed[own:], known)
+        step = _step(setting, base, base.placed[own:], known, steps[-1].floor if steps else None)
         steps.append(step)
         if not step.taken or step.best is None or _hardly(step):
             break
@@ -125,7 +125,11 @@ def _hardly(step: Step) -> bool:
 
 
 def _step(
-    setting: _Setting, base: Model, taken: Sequence[Placed], known: dict[tuple[str, str, int], dict[str, float]]
+    setting: _Setting,
+    base: Model,
+    taken: Sequence[Placed],
+    known: dict[tuple[str, str, int], dict[str, float]],
+    before: np.ndarray | None,
 ) -> Step:
     prepared, floor, pool = setting.prepared, setting.floor, setting.pool
     weights = weights_of(base, prepared, floor)
@@ -148,7 +152,8 @@ def _step(
     best_trials = sorted(best_trials, key=lambda trial: (order.index(trial.effect.name), trial.joint))
     fitted = pool(delayed(_fit_trial)(prepared, base, weights, trial, floor) for trial in best_trials)
     rivals = best_of_each(fitted, prepared, floor)
-    floor = noise_of_best(setting.floor, [base, *rivals], prepared)
+    stiff = [model for model in (base, *rivals) if model.noise is None]
+    floor = noise_of_best(floor, stiff or [base, *rivals], prepared) if before is None or stiff else before
     ranking = rank(prepared, [base, *rivals], floor, setting.seed)
     random = tuple(random_joints(prepared, base, floor, setting.seed))
     passing = tuple(

@@ -125,7 +125,7 @@ class Candidate:
         self.unit = np.where(known, [entry.sd if known[k] else 1.0 for k, entry in enumerate(entries)], slope * size)
         path = SignalPath(arm, change.around(model.placed))
         self.residual = Residual(path, (), tuple(int(i) for i in fit.free))
-        self.balance = Residual(path, (), ())
+        self.balance = Residual(path, (), (), observe=False)
         columns = self._columns(fit.jacobian)
         self.known = columns.T @ columns + np.diag(np.where(known, 1.0, 1e-6))
 

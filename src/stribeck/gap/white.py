@@ -13,7 +13,6 @@ import numpy as np
 from scipy import optimize, signal
 
 from stribeck.gap.model import Model
-from stribeck.gap.noisy import put_back
 from stribeck.gap.prepare import Prepared
 from stribeck.identify.conditioning import Conditioned
 
@@ -32,27 +31,19 @@ def noise_of_best(floor: np.ndarray, models: Sequence[Model], prepared: Prepared
     floor : array (n,)
         What encoder noise and filters leave, N m rms.
     models : sequence of Model
-        Fitted to the same runs; each joint is judged by the one that leaves it least.
+        Fitted to the same runs; each joint is judged by the one that leaves it least. Noise in the torque is whole in
+        those without a compliance alone.
     prepared : Prepared
     """
-    whole = [put_back(prepared, model.whole, model.noise, floor) for model in models]
+    runs = (*prepared.fit, *prepared.held)
+    whole = [model.whole for model in models]
     best = np.argmin([np.mean(residual**2, axis=0) for residual in whole], axis=0)
-    white = [_white_of(models[best[j]], j, prepared) for j in range(len(floor))]
+    white = [white_rms(whole[best[j]][:, j], runs, prepared.cutoff) for j in range(len(floor))]
     return np.asarray(np.maximum(floor, white))
 
 
-def _white_of(model: Model, joint: int, prepared: Prepared) -> float:
-    heard = None if model.noise is None else (model.noise[1, :, joint], prepared.held)
-    return white_rms(model.whole[:, joint], (*prepared.fit, *prepared.held), prepared.cutoff, heard)
-
-
-def white_rms(
-    residual: np.ndarray,
-    runs: Sequence[Conditioned],
-    cutoff: float,
-    heard: tuple[np.ndarray, Sequence[Conditioned]] | None = None,
-) -> float:
-    """Return the root mean square, N m, of the white noise that is in a residual.
+def white_rms(residual: np.ndarray, runs: Sequence[Conditioned], cutoff: float) -> float:
+    """Return the root mean square of a residual's white part.
 
     Parameters
     ----------
@@ -61,8 +52,6 @@ def white_rms(
     runs : sequence of Conditioned
     cutoff : float
         Of the analysis, Hz.
-    heard : (array (K,), sequence of Conditioned) or None
-        What a model with a compliance makes of white noise of 1 N m, along some runs; others leave it as it is.
 
     Notes
     -----
@@ -77,16 +66,9 @@ def white_rms(
     power = float(correlation[0])
     if power <= 0.0:
         return 0.0
-    atoms, steady, unit = _atoms(runs[0], cutoff), _steady_rms(pieces, runs[0], cutoff), 1.0
-    echoes = [] if heard is None else _pieces(*heard)
-    if echoes:
-        echo = np.sum([_lagged(piece) for piece in echoes], axis=0)
-        atoms[:, 0] = echo / echo[0]
-        unit = float(np.sqrt(echo[0] / sum(map(len, echoes))))
-        steady /= _steady_rms(echoes, runs[0], cutoff)
-    share, _ = optimize.nnls(atoms, correlation / power)
-    rms = float(np.sqrt(min(share[0], 1.0) * power / sum(map(len, pieces)))) / unit
-    return min(rms, STEADY * steady)
+    share, _ = optimize.nnls(_atoms(runs[0], cutoff), correlation / power)
+    rms = float(np.sqrt(min(share[0], 1.0) * power / sum(map(len, pieces))))
+    return min(rms, STEADY * _steady_rms(pieces, runs[0], cutoff))
 
 
 def _pieces(residual: np.ndarray, runs: Sequence[Conditioned]) -> list[np.ndarray]:

@@ -12,6 +12,8 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, ClassVar, Literal, TypeAlias
 
+import casadi as ca
+
 from stribeck.model.values import Body, Expression, Observed, Parameter, Parameters, Record, Scale, Signals, States
 from stribeck.model.waves import Trace
 
@@ -133,6 +135,11 @@ class TransmissionEffect(Effect):
     @abstractmethod
     def transmitted(self, deflection: Expression, rate: Expression, p: Parameters) -> Expression:
         """Return the torque handed to the link from the deflection (motor minus link, rad) and its rate."""
+
+    def touching(self, deflection: Expression, rate: Expression, p: Parameters) -> tuple[Expression, Expression]:
+        """Return stiffness, N m/rad, and damping, N m s/rad, at a deflection (SX symbols); of faces, as if they met."""
+        torque = self.transmitted(deflection, rate, p)
+        return ca.jacobian(torque, deflection), ca.jacobian(torque, rate)
 
     def carrier(self, p: Parameters) -> Expression | None:
         """Return the inertia (kg m^2) that carries the motor and yields with it; None where the motor stands firm."""

@@ -41,7 +41,7 @@ class Presliding(FrictionEffect):
         return tuple({"stiffness": level / (part * scale.travel), "damping": 0.0} for part in (0.003, 0.015, 0.06))
 
     def bristle_torque(self, level: Expression, s: Signals, x: States, p: Parameters) -> Expression:
-        return x["torque"] + p["damping"] * (s.velocity - ca.fabs(s.velocity) * x["torque"] / _floor(level))
+        return x["torque"] + p["damping"] * (s.velocity - s.slide * x["torque"] / _floor(level))
 
     def bristle_derivatives(self, level: Expression, s: Signals, x: States, p: Parameters) -> dict[str, Expression]:
         return {"torque": p["stiffness"] * (s.velocity - s.slide * x["torque"] / _floor(level))}

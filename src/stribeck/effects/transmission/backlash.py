@@ -55,5 +55,8 @@ class Backlash(TransmissionEffect):
         push = p["stiffness"] * over + p["damping"] * rate * pressed
         return ca.if_else(over > 0.0, ca.fmax(push, 0.0), ca.fmin(push, 0.0))
 
+    def touching(self, deflection: Expression, rate: Expression, p: Parameters) -> tuple[Expression, Expression]:
+        return p["stiffness"], p["damping"]
+
     def deflection(self, torque: Expression, p: Parameters) -> Expression:
         return torque / p["stiffness"] + 0.5 * p["gap"] * ca.sign(torque)
