@@ -34,7 +34,8 @@ class Prediction:
         Predicted record of position and velocity, rad and rad/s. Where a window ended early its last values are held.
     tau : array (N, n)
         Torque that the model needs along the recorded motion, N m of command; it departs from the command only below
-        the cutoff up to which the recording's noise allows accelerations to be told.
+        the cutoff up to which the recording's noise allows accelerations to be told. The link of a flexible joint is
+        corrected by what was missing before (:mod:`stribeck.model.observer`): it is a prediction one sample ahead.
     status : tuple of str
         Of each window: ``ok``, or why it ended early.
     """
