@@ -425,7 +425,7 @@ def test_a_start_that_led_nowhere_is_not_the_next_one(
     known: dict[tuple[str, str, int], dict[str, float]] = {}
     with Parallel(n_jobs=1) as pool:
         setting = _Setting(prepared, FLOOR, 0, pool, (), frozenset(), lambda text: None)
-        step = search_module._step(setting, base, (), known)
+        step = search_module._step(setting, base, (), known, None)
     assert known == {}
     assert not step.taken
     assert len(step.screened_out) == len({(e.name, j) for e, j in candidates(prepared.arm, ())})
