@@ -104,6 +104,7 @@ def test_starts_are_plausible(effect: Effect, scale: Scale) -> None:
         ("encoder_eccentricity", {"sine": 0.01, "cosine": 0.0, "harmonic": 2.5}),  # what no disc has, hardly seen
         ("encoder_eccentricity/two_waves", OVAL | {"sine": 0.2}),
         ("encoder_eccentricity/two_waves", OVAL | {"second_cosine": 0.2}),  # beyond nine degrees, the second wave too
+        ("backlash", {"gap": 1e-5, "stiffness": 200.0, "damping": 0.1}),  # a fiftieth of the wind-up under 0.1 N m
         ("joint_flexibility", {"stiffness": 40.0, "damping": 0.3}),  # half as much again as would let it ring
         ("negative_damping", {"amount": 47.0, "velocity": 0.002}),  # the same at rest
         ("cogging", {"sine": 0.02, "cosine": 0.0, "harmonic": 15.0}),  # two thirds of a period: any curve over position
