@@ -56,6 +56,23 @@ def test_recursion(runs: int) -> None:
             np.testing.assert_allclose(out[k + 1, :, run], state, rtol=1e-13)
 
 
+def test_one_drive_of_many_values() -> None:
+    """What is not fixed may differ from run to run; a drive may be that of all runs."""
+    x, now, after, p, q = ca.SX.sym("x"), ca.SX.sym("now", 2), ca.SX.sym("after", 2), ca.SX.sym("p", 2), ca.SX.sym("q")
+    function = ca.Function("f", [x, now, after, p, q], [ca.cos(q) * p[0] * x + ca.sin(now[1]) * p[1] + after[0]])
+    rng = np.random.default_rng(2)
+    start, drive = rng.normal(size=(1, LANES + 3)), rng.normal(size=(20, 2, 1))
+    values, fixed = rng.uniform(0.1, 0.9, (2, LANES + 3)), np.array([0.4])
+    tape = Tape(function, fixed=(4,))
+    out = tape.march(start, drive, values, fixed)
+    for run in range(LANES + 3):
+        alone = tape.march(start[:, [run]], drive, values[:, [run]], fixed)
+        state = start[:, run]
+        for k in range(19):
+            state = function(state, drive[k, :, 0], drive[k + 1, :, 0], values[:, run], fixed).full().ravel()
+        np.testing.assert_allclose([out[-1, :, run], alone[-1, :, 0]], [state, state], rtol=1e-13)
+
+
 def test_outputs_that_no_sample_changes() -> None:
     x, p = ca.SX.sym("x"), ca.SX.sym("p")
     tape = Tape(ca.Function("f", [x, p], [ca.densify(ca.vertcat(p**2, 0, 4, x))]), fixed=(1,))

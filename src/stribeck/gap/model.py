@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,10 +11,14 @@ from stribeck.gap.blocks import correlation_rows
 from stribeck.gap.noisy import quieter
 from stribeck.gap.prepare import Prepared
 from stribeck.gap.spread import noise_power, spread
+from stribeck.identify.conditioning import Conditioned
 from stribeck.identify.map_fit import Fit, Weights, fit
 from stribeck.identify.residual import Residual
-from stribeck.model.layout import Placed, values_of
+from stribeck.identify.secants import Secants
+from stribeck.model.layout import Entry, Placed, values_of
 from stribeck.model.path import SignalPath
+
+NOMINAL_STEP = 0.5  # standard deviations of a nominal value, half the width of its secant where one is taken
 
 
 @dataclass(frozen=True)
@@ -71,6 +75,31 @@ def effect_scales(path: SignalPath, prepared: Prepared) -> dict[str, float]:
     return scales
 
 
+def differentiable(
+    path: SignalPath,
+    prepared: Prepared,
+    runs: Sequence[Conditioned],
+    columns: Sequence[int] | None = None,
+    *,
+    observe: bool = True,
+) -> Residual:
+    """Return the residual of a path along runs for a fit; with secants where its derivatives would mislead."""
+    if not path.rough:
+        return Residual(path, runs, columns, observe=observe)
+    scales = effect_scales(path, prepared)
+    steps = [_step(path, entry, scales) for entry in path.entries]
+    return Secants(path, runs, np.array(steps), columns, observe=observe)
+
+
+def _step(path: SignalPath, entry: Entry, scales: Mapping[str, float]) -> float:
+    """Return half a secant's width: relative for a logarithm."""
+    if entry.log:
+        return path.rough
+    if np.isfinite(entry.sd):
+        return NOMINAL_STEP * entry.sd
+    return path.rough * scales[entry.key]
+
+
 def fit_model(
     prepared: Prepared,
     placed: Sequence[Placed],
@@ -82,7 +111,7 @@ def fit_model(
 ) -> Model:
     """Fit a model to the fit runs and evaluate it on the held-out runs."""
     path = SignalPath(prepared.arm, placed)
-    residual = Residual(path, prepared.fit)
+    residual = differentiable(path, prepared, prepared.fit)
     start = start_values(path, known, trial)
     result = fit(residual, weights, start, effect_scales(path, prepared), evaluations=evaluations)
     judged = Residual(path, prepared.held, ())

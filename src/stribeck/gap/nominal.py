@@ -6,11 +6,10 @@ import numpy as np
 
 from stribeck.gap.blocks import block_of_rows
 from stribeck.gap.margins import FEW_BLOCKS
-from stribeck.gap.model import Model, weights_of
+from stribeck.gap.model import Model, differentiable, weights_of
 from stribeck.gap.prepare import Prepared
 from stribeck.identify.confidence import Intervals, intervals
 from stribeck.identify.noise_pull import noise_pull
-from stribeck.identify.residual import Residual
 from stribeck.model.path import SignalPath
 
 
@@ -28,6 +27,7 @@ def nominal_intervals(model: Model, prepared: Prepared, floor: np.ndarray) -> In
         Noise floor of the residual, N m rms.
     """
     fit, weights = model.fit, weights_of(model, prepared, floor)
-    residual = Residual(SignalPath(prepared.arm, model.placed), prepared.fit, [int(i) for i in fit.free])
+    path = SignalPath(prepared.arm, model.placed)
+    residual = differentiable(path, prepared, prepared.fit, [int(i) for i in fit.free])
     pull = noise_pull(fit, weights, residual, prepared.cutoff)
     return intervals(fit, weights, block_of_rows(prepared.fit), pull=pull, margin=FEW_BLOCKS)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stribeck.gap.candidates import Trial
-from stribeck.gap.model import Model, effect_scales, start_values
+from stribeck.gap.model import Model, differentiable, effect_scales, start_values
 from stribeck.gap.prepare import Prepared
 from stribeck.identify.map_fit import Weights
 from stribeck.identify.residual import Residual
@@ -54,8 +54,9 @@ def screen(
     some = [prepared.fit[i] for i in runs]
     # a first compliance is tried without its observer, which takes noise from a residual besides
     residual = Residual(path, some, own, same, observe=False)
-    if SignalPath(prepared.arm, base.placed).flexible and not residual.reuses:
-        residual = Residual(path, some, own)
+    first = not SignalPath(prepared.arm, base.placed).flexible
+    if path.rough or not (first or residual.reuses):
+        residual = differentiable(path, prepared, some, own, observe=not first)
     unit = _units(path, prepared, own)
     projector = _Projector(base, weights, _rows_of(prepared, runs))
     names = [path.entries[i].name for i in own]

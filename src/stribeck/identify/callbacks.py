@@ -18,6 +18,13 @@ class Problem(Protocol):
     free: np.ndarray
     evaluations: int
 
+    @property
+    def stuck(self) -> bool:
+        """Whether going on leads nowhere."""
+
+    def cost(self, z: np.ndarray) -> float:
+        """Return the cost at z (f,)."""
+
     def evaluate(self, z: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
         """Return cost, gradient (f,) and Gauss-Newton Hessian (f, f) at z (f,)."""
 
@@ -73,7 +80,7 @@ class Stop(ca.Callback):  # type: ignore[misc]
 
     def eval(self, arg: Sequence[Any]) -> list[Any]:
         """Return the results."""
-        return [1 if self.problem.evaluations >= self.limit else 0]
+        return [1 if self.problem.evaluations >= self.limit or self.problem.stuck else 0]
 
 
 class Cost(ca.Callback):  # type: ignore[misc]
@@ -90,7 +97,7 @@ class Cost(ca.Callback):  # type: ignore[misc]
 
     def eval(self, arg: Sequence[Any]) -> list[Any]:
         """Return the results."""
-        return [self.problem.evaluate(arg[0].full().ravel())[0]]
+        return [self.problem.cost(arg[0].full().ravel())]
 
 
 class Hessian(ca.Callback):  # type: ignore[misc]

@@ -15,6 +15,7 @@ from stribeck.model.layout import Entry, values_of
 
 PRIOR_LIMIT = 3.0  # standard deviations that re-tuning may move a nominal value; more is a gap of its own
 FRICTION_LIMIT = 6.0  # the same for friction, which its prior alone holds: other laws would stand in for its level
+PATIENCE, WORTH = 6, 1e-3  # evaluations of dear derivatives in which the cost must fall by that part
 GOOD = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
 
 
@@ -89,6 +90,7 @@ class _Problem:
         self.start = np.clip(self._scaled(start), *self.bounds())
         self._cache: tuple[bytes, Any] | None = None
         self.evaluations = 0
+        self.improved = 0
         self.best = (np.inf, self.start)
 
     @staticmethod
@@ -119,14 +121,35 @@ class _Problem:
         limit = np.where(self.has_prior, np.where(friction, FRICTION_LIMIT, PRIOR_LIMIT), np.inf)
         return np.maximum(low, -limit), np.minimum(high, limit)
 
+    def cost(self, z: np.ndarray) -> float:
+        """Return the cost at z; alone where derivatives are dear, as a search along a line asks for no more."""
+        if not self.residual.dear or (self._cache is not None and self._cache[0] == z.tobytes()):
+            return float(self.evaluate(z)[0])
+        weighted = self.residual.value(self.physical(z)) * self.weights.scale
+        return self._tried(0.5 * float(np.sum(weighted**2)) + 0.5 * float(np.sum(self.prior(z) ** 2)), z)
+
+    def _tried(self, cost: float, z: np.ndarray) -> float:
+        if cost < self.best[0] - WORTH * abs(self.best[0]) or not np.isfinite(self.best[0]):
+            self.improved = self.evaluations
+        if cost < self.best[0]:
+            self.best = (cost, z)
+        return cost
+
+    @property
+    def stuck(self) -> bool:
+        """Whether dear derivatives have led nowhere for a while."""
+        return self.residual.dear and self.evaluations - self.improved >= PATIENCE
+
+    def prior(self, z: np.ndarray) -> np.ndarray:
+        return np.where(self.has_prior, z, 0.0)
+
     def evaluate(self, z: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
         """Return cost, gradient and Gauss-Newton Hessian at z."""
         key = z.tobytes()
         if self._cache is None or self._cache[0] != key:
             self._cache = (key, self._compute(z))
             self.evaluations += 1
-            if self._cache[1][0] < self.best[0]:
-                self.best = (self._cache[1][0], z)
+            self._tried(self._cache[1][0], z)
         return self._cache[1]
 
     def _compute(self, z: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
@@ -135,7 +158,7 @@ class _Problem:
         slope = np.where(self.log, p[self.free], self.unit)
         weighted = (r * self.weights.scale).ravel()
         columns = (jacobian * self.weights.scale[..., None]).reshape(len(weighted), -1) * slope
-        prior = np.where(self.has_prior, z, 0.0)
+        prior = self.prior(z)
         cost = 0.5 * float(weighted @ weighted) + 0.5 * float(prior @ prior)
         return cost, columns.T @ weighted + prior, columns.T @ columns + np.diag(self.has_prior.astype(float))
 
@@ -213,7 +236,7 @@ def _result(problem: _Problem, z: np.ndarray, stats: Mapping[str, Any]) -> Fit:
     p = problem.physical(z)
     r, jacobian = problem.residual(p)
     weighted = r * problem.weights.scale
-    prior = np.where(problem.has_prior, z, 0.0)
+    prior = problem.prior(z)
     pushed = np.abs(prior) > PRIOR_LIMIT - 1e-2
     keys = tuple(problem.entries[i].key for i, flag in zip(problem.free, pushed, strict=True) if flag)
     return Fit(

@@ -35,6 +35,9 @@ class Residual:
         Whether the links of flexible joints are corrected by the residual (:mod:`stribeck.model.observer`).
     """
 
+    dear = False
+    """Whether derivatives cost many times as much as :meth:`value`."""
+
     def __init__(
         self,
         path: SignalPath,
@@ -47,11 +50,16 @@ class Residual:
         self.path, self.runs, self.known, self.observe = path, tuple(runs), known, observe
         free = [i for i, entry in enumerate(path.entries) if entry.sd > 0.0]
         self.columns = tuple(free if columns is None else columns)
-        steps = {round(run.sample_time, 9): run.sample_time for run in runs}
-        self._machines = {key: _Machine(Cut(path, step, self.columns, observe=observe)) for key, step in steps.items()}
+        self._machines: dict[float, _Machine] = {}
 
     def _machine(self, run: Conditioned) -> _Machine:
-        return self._machines[round(run.sample_time, 9)]
+        key = round(run.sample_time, 9)
+        if key not in self._machines:
+            self._machines[key] = _Machine(self._cut(run.sample_time))
+        return self._machines[key]
+
+    def _cut(self, sample_time: float) -> Cut:
+        return Cut(self.path, sample_time, self.columns, observe=self.observe)
 
     @cached_property
     def rows(self) -> int:
@@ -60,11 +68,6 @@ class Residual:
 
     def along(self, runs: Sequence[Conditioned]) -> Residual:
         """Return the same residual along other runs; what was compiled for a sample time is used again."""
-        for run in runs:
-            key = round(run.sample_time, 9)
-            if key not in self._machines:
-                cut = Cut(self.path, run.sample_time, self.columns, observe=self.observe)
-                self._machines[key] = _Machine(cut)
         other = copy(self)
         other.__dict__.pop("rows", None)
         other.runs, other.known = tuple(runs), None
@@ -78,10 +81,14 @@ class Residual:
         parts = [self._one(*one, p, delays) for one in zip(self.runs, drives, states, strict=True)]
         return np.concatenate([r for r, _ in parts]), np.concatenate([jacobian for _, jacobian in parts])
 
+    def value(self, p: np.ndarray) -> np.ndarray:
+        """Return the residual (M, n) alone."""
+        return self(p)[0]
+
     def _one(
         self, run: Conditioned, drive: np.ndarray, states: np.ndarray, p: np.ndarray, delays: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        n, width = self.path.n, len(self.columns)
+        n = self.path.n
         outputs = []
         half = len(run.taps)
         for begin in range(0, len(run.time), SAMPLES):
@@ -89,6 +96,7 @@ class Residual:
             values = self._machine(run).evaluate.map([drive[:, lo:hi], states[:, lo:hi], p, delays]).T
             outputs.append(_keep(run, values, lo, begin, min(begin + SAMPLES, len(run.time))))
         merged = np.concatenate(outputs)
+        width = merged.shape[1] // n - 1
         return merged[:, :n], merged[:, n:].reshape(len(merged), width, n).transpose(0, 2, 1)
 
     def stages(self, run: Conditioned, p: np.ndarray) -> dict[str, np.ndarray]:
@@ -145,8 +153,9 @@ class Residual:
         if self.known and runs is self.runs and self.reuses:
             return [states.T for states in self.known]
         out: list[np.ndarray] = [np.empty(0)] * len(runs)
-        for machine in self._machines.values():
-            mine = [i for i, run in enumerate(runs) if self._machine(run) is machine]
+        machines = [self._machine(run) for run in runs]
+        for machine in dict.fromkeys(machines):
+            mine = [i for i, its in enumerate(machines) if its is machine]
             for i, states in zip(mine, machine.states([drives[i] for i in mine], p, delays), strict=True):
                 out[i] = states
         return out
@@ -154,7 +163,7 @@ class Residual:
     @cached_property
     def reuses(self) -> bool:
         """Whether the states that are known are taken as they are."""
-        return all(self._same_states(machine.cut) for machine in self._machines.values())
+        return all(self._same_states(self._machine(run).cut) for run in self.runs)
 
     def _same_states(self, cut: Cut) -> bool:
         return self.known is not None and cut.nx == self.known[0].shape[1] and not cut.active
@@ -174,20 +183,36 @@ class _Machine:
     def follow(self) -> Tape:
         return Tape(self.cut.follow, fixed=(3, 4))
 
+    @cached_property
+    def follow_each(self) -> Tape:
+        return Tape(self.cut.follow, fixed=(4,))
+
     def states(self, drives: Sequence[np.ndarray], p: np.ndarray, delays: np.ndarray) -> list[np.ndarray]:
         """Return states and sensitivities (nx (1 + active), N) for each drive, advanced side by side."""
         cut, lengths = self.cut, [drive.shape[1] for drive in drives]
         if cut.nx == 0 or not drives:
             return [np.zeros((0, length)) for length in lengths]
         start = np.hstack([cut.begin(drive[:, 0], p, delays).full() for drive in drives])
-        rows = slice(1 + 3 * cut.n, 1 + 4 * cut.n)
         together = np.empty((max(lengths), drives[0].shape[0], len(drives)))
         for i, drive in enumerate(drives):
-            together[: lengths[i], :, i] = drive.T
-            together[: lengths[i], rows, i] = emphasised(drive[rows].T)  # between samples it runs straight, and droops
+            together[: lengths[i], :, i] = self._between(drive)
             together[lengths[i] :, :, i] = together[lengths[i] - 1, :, i]
         out = self.follow.march(start, together, p, delays)
         return [cut.settled(out[:length, :, i].T) for i, length in enumerate(lengths)]
+
+    def states_at(self, drive: np.ndarray, values: Sequence[np.ndarray], delays: np.ndarray) -> list[np.ndarray]:
+        """Return states and sensitivities (nx (1 + active), N) along one drive at each of some parameter values."""
+        cut = self.cut
+        start = np.hstack([cut.begin(drive[:, 0], p, delays).full() for p in values])
+        out = self.follow_each.march(start, self._between(drive)[:, :, None], np.transpose(values), delays)
+        return [cut.settled(out[:, :, i].T) for i in range(len(values))]
+
+    def _between(self, drive: np.ndarray) -> np.ndarray:
+        """Return a drive (N, rows) whose acceleration does not droop between samples, where it runs straight."""
+        rows = slice(1 + 3 * self.cut.n, 1 + 4 * self.cut.n)
+        out = drive.T.copy()
+        out[:, rows] = emphasised(drive[rows].T)
+        return out
 
 
 def _keep(run: Conditioned, values: np.ndarray, lo: int, begin: int, end: int) -> np.ndarray:

@@ -68,32 +68,40 @@ class Tape:
         _library().tape_map(*call, ctypes.c_longlong(samples), _work(self._each.slots))
         return out
 
-    def march(self, start: Floats, drive: Floats, *fixed: Floats) -> Floats:
-        """Return the states (T, rows, R) of a recursion (states, drive now, drive after, fixed...) -> states.
+    def march(self, start: Floats, drive: Floats, *others: Floats) -> Floats:
+        """Return the states (T, rows, R) of a recursion (states, drive now, drive after, others...) -> states.
 
         Parameters
         ----------
         start : array (rows, R)
             States at the first sample, R runs side by side.
-        drive : array (T, d, R)
-        fixed : array (rows,)
-            The remaining inputs.
+        drive : array (T, d, R) or (T, d, 1)
+            Each run's own, or that of all.
+        others : array
+            The remaining inputs, the same at all samples: (rows,) where fixed, else (rows, R).
         """
-        samples, rows, runs = drive.shape
+        (samples, rows, drives), runs = drive.shape, start.shape[1]
         if runs > LANES:
-            parts = [slice(lo, lo + LANES) for lo in range(0, runs, LANES)]
-            return np.concatenate([self.march(start[:, p], drive[:, :, p], *fixed) for p in parts], axis=2)
+            parts = []
+            for lo in range(0, runs, LANES):
+                here = slice(lo, lo + LANES)
+                own = (v if v.ndim == 1 else v[:, here] for v in others)
+                parts.append(self.march(start[:, here], drive[:, :, here] if drives > 1 else drive, *own))
+            return np.concatenate(parts, axis=2)
         lanes = -(-runs // FEW) * FEW if runs > 1 else 1
         index = np.minimum(np.arange(lanes), runs - 1)
-        drive = np.ascontiguousarray(drive[:, :, index], dtype=float)
+        drive = np.ascontiguousarray(drive[:, :, index] if drives > 1 else drive, dtype=float)
         out = np.empty((samples, self.rows_out, lanes))
         out[0] = start[:, index]
-        values = [np.ascontiguousarray(v, dtype=float) for v in fixed]
-        known = self._known([out[0, :, :1], drive[0, :, :1], drive[0, :, :1], *values])
-        moving = [Argument(None, lanes, 1), Argument(drive.ctypes.data, lanes, 1), Argument(None, lanes, 1)]
-        still = [_argument(v, 1, repeated=True) for v in (*values, known)]
-        call = self._each.call([*moving, *still], out)
-        sizes = [ctypes.c_longlong(size) for size in (samples - 1, self.rows_out, rows, lanes)]
+        values = [np.ascontiguousarray(v if v.ndim == 1 else v[:, index], dtype=float) for v in others]
+        firsts = [out[0], drive[0], drive[0], *(v.reshape(len(v), -1) for v in values)]
+        known = self._known([first[:, :1] for first in firsts])
+        shared = drive.shape[2] == 1
+        pushed = Argument(drive.ctypes.data, drive.shape[2], 0 if shared else 1)
+        moving = [Argument(None, lanes, 1), pushed, Argument(None, pushed.row, pushed.column)]
+        still = [_argument(v, lanes, repeated=v.ndim == 1) for v in values]
+        call = self._each.call([*moving, *still, _argument(known, 1, repeated=True)], out)
+        sizes = [ctypes.c_longlong(size) for size in (samples - 1, self.rows_out, rows * drive.shape[2], lanes)]
         _library().tape_march(*call, *sizes, _work(self._each.slots))
         return out[:, :, :runs]
 

@@ -132,6 +132,9 @@ class ActuatorEffect(Effect):
 class TransmissionEffect(Effect):
     """A compliance between motor and link; the link then has a position and velocity of its own."""
 
+    rough: ClassVar[float] = 0.0
+    """Relative step over which a residual is smooth, where blows make derivatives at a point useless; else 0."""
+
     @abstractmethod
     def transmitted(self, deflection: Expression, rate: Expression, p: Parameters) -> Expression:
         """Return the torque handed to the link from the deflection (motor minus link, rad) and its rate."""

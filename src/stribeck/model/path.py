@@ -68,6 +68,11 @@ class SignalPath:
             raise StribeckError("two transmission effects at one joint", do="keep one of them")
         return tuple(sorted(joints))
 
+    @property
+    def rough(self) -> float:
+        """Relative step over which a residual along the path is smooth; 0 where its derivatives are."""
+        return max((e.effect.rough for e in self.placed if isinstance(e.effect, TransmissionEffect)), default=0.0)
+
     def _state_names(self) -> tuple[str, ...]:
         links = [f"link[{j}].{what}" for j in self.flexible for what in ("position", "velocity")]
         own = [f"{k}.{state}" for k, place in enumerate(self.placed) for state in place.effect.states]

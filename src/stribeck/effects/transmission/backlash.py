@@ -14,6 +14,7 @@ from stribeck.model.values import Expression, Parameter, Parameters, Scale
 
 GAPS = (3e-4, 0.03, 9)  # of the travel: from a wrong one no derivative leads to the right one, half as large again
 LEAST_GAP = 0.05  # of what the typical torque winds up: a play that is less is a spring
+ROUGH = 0.15  # of each value: less is as rough as a point, and so much is as near as a fit has to start
 ONSET = 0.3  # of the gap: the penetration over which the damper comes in; less is too sudden for a simulation
 
 
@@ -31,8 +32,9 @@ class Backlash(TransmissionEffect):
     shows = "load reversal"
     source = "Nordin & Gutman (2002)"
     nonlinear = True
+    rough = ROUGH
     parameters = (
-        Parameter("gap", "rad", "full width of the play", 0.0, 0.0, 0.5),
+        Parameter("gap", "rad", "full width of the play", 0.0, 1e-7, 0.5, log=True),
         Parameter("stiffness", "N m/rad", "contact stiffness", math.inf, 1e-2, 1e8, log=True),
         Parameter("damping", "N m s/rad", "contact damping", 0.0, 1e-6, 1e5, log=True),
     )

@@ -1,0 +1,80 @@
+"""A residual with secants for derivatives, where those at a point say nothing of what lies a step away.
+
+A link that has play strikes its motor again and again; when it does next depends on all blows before. The derivative
+of a residual along a recording is that of a few blows that are about to fall a little sooner, hundreds of times too
+large, and a fit by it stands still wherever it starts. Over steps as large as a fit takes, the same residual is smooth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from stribeck.identify.conditioning import Conditioned
+from stribeck.identify.residual import Residual
+from stribeck.model.cut import Cut
+from stribeck.model.path import SignalPath
+
+
+class Secants(Residual):
+    """As :class:`Residual`, its Jacobian by central secants.
+
+    Parameters
+    ----------
+    steps : array (p,)
+        Half the width of each parameter's secant, relative to its value where it is fitted as a logarithm.
+    """
+
+    dear = True
+
+    def __init__(
+        self,
+        path: SignalPath,
+        runs: Sequence[Conditioned],
+        steps: np.ndarray,
+        columns: Sequence[int] | None = None,
+        *,
+        observe: bool = True,
+    ) -> None:
+        super().__init__(path, runs, columns, observe=observe)
+        self.steps = steps
+
+    def _cut(self, sample_time: float) -> Cut:
+        return Cut(self.path, sample_time, (), observe=self.observe)
+
+    def __call__(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the residual (M, n) and its Jacobian (M, n, columns) at physical parameter values (p,)."""
+        trials = [p]
+        for i in self.columns:
+            entry = self.path.entries[i]
+            step = self.steps[i] * (p[i] if entry.log else 1.0)
+            for moved in (p[i] - step, p[i] + step):
+                trials.append(p.copy())
+                trials[-1][i] = np.clip(moved, entry.lower, entry.upper)
+        values = self._values(trials)
+        jacobian = np.empty((*values[0].shape, len(self.columns)))
+        for k, i in enumerate(self.columns):
+            below, above = 1 + 2 * k, 2 + 2 * k
+            jacobian[..., k] = (values[above] - values[below]) / (trials[above][i] - trials[below][i])
+        return values[0], jacobian
+
+    def value(self, p: np.ndarray) -> np.ndarray:
+        """Return the residual (M, n) alone."""
+        return self._values([p])[0]
+
+    def _values(self, trials: Sequence[np.ndarray]) -> list[np.ndarray]:
+        """Return the residual (M, n) at each of some parameter values, which advance side by side."""
+        parts: list[list[np.ndarray]] = [[] for _ in trials]
+        late: dict[bytes, list[int]] = {}
+        for k, p in enumerate(trials):
+            late.setdefault(self._delays(p).tobytes(), []).append(k)
+        for run in self.runs:
+            machine = self._machine(run)
+            for together in late.values():
+                delays = self._delays(trials[together[0]])
+                drive = self._drive(run, delays)
+                states = machine.states_at(drive, [trials[k] for k in together], delays)
+                for k, along in zip(together, states, strict=True):
+                    parts[k].append(self._one(run, drive, along, trials[k], delays)[0])
+        return [np.concatenate(own) for own in parts]

@@ -1,0 +1,60 @@
+"""Secants in a derivative's place: the same where the law is smooth, and the way to a play's width where it is not."""
+
+import numpy as np
+import pytest
+
+from stribeck.effects.registry import registry
+from stribeck.identify.conditioning import condition
+from stribeck.identify.residual import Residual
+from stribeck.identify.secants import Secants
+from stribeck.model.layout import Placed, values_of
+from stribeck.model.path import SignalPath
+
+from .conftest import pendulum, recorded
+
+SMOOTH = (
+    Placed(registry()["joint_flexibility"], 0, {"stiffness": 60.0, "damping": 0.8}),
+    Placed(registry()["actuator_lag"], 0, {"time_constant": 0.02}),
+)
+
+
+def test_narrow_secants_are_derivatives() -> None:
+    """By logarithms as well; along runs of different rates."""
+    runs = [condition(pendulum(), recorded(rate=rate, duration=3.0, noise=1e-5), 20.0) for rate in (250.0, 500.0)]
+    path = SignalPath(pendulum(), SMOOTH)
+    p = values_of(path.entries)
+    steps = np.array(
+        [1e-5 if entry.log else 1e-5 * max(abs(value), 0.1) for entry, value in zip(path.entries, p, strict=True)]
+    )
+    exact, secants = Residual(path, runs), Secants(path, runs, steps)
+    (r, jacobian), (same, approximate) = exact(p), secants(p)
+    assert same == pytest.approx(r, abs=1e-12)
+    assert secants.value(p) == pytest.approx(r, abs=1e-12)
+    scale = np.abs(jacobian).max(axis=(0, 1))
+    assert (scale > 0.0).all()
+    assert approximate / scale == pytest.approx(jacobian / scale, abs=1e-3)
+    again = secants.along(runs[:1])(p)[1]
+    assert again == pytest.approx(approximate[: len(again)], abs=1e-9 * scale.max())
+
+
+def test_a_delay_moves_the_record_under_its_secant() -> None:
+    run = condition(pendulum(), recorded(duration=3.0, noise=1e-5), 20.0)
+    path = SignalPath(pendulum(), [SMOOTH[0], Placed(registry()["delay"], 0, {"time": 0.013})])
+    p = values_of(path.entries)
+    late = [i for i, entry in enumerate(path.entries) if entry.name == "time"]
+    residual = Secants(path, [run], np.full(len(p), 0.002), late)
+    ahead, behind = p.copy(), p.copy()
+    ahead[late], behind[late] = 0.015, 0.011
+    secant = (Residual(path, [run], ())(ahead)[0] - Residual(path, [run], ())(behind)[0]) / 0.004
+    assert residual(p)[1][..., 0] == pytest.approx(secant, abs=1e-9 * np.abs(secant).max())
+
+
+def test_secants_stay_within_bounds() -> None:
+    """A parameter at its bound has a secant to one side."""
+    run = condition(pendulum(), recorded(duration=3.0), 20.0)
+    path = SignalPath(pendulum(), [Placed(registry()["load_dependent_friction"], 0, {"ratio": 0.0})])
+    p = values_of(path.entries)
+    (own,) = [i for i, entry in enumerate(path.entries) if entry.owner == 0]
+    _, jacobian = Secants(path, [run], np.full(len(p), 0.1), [own])(p)
+    assert np.isfinite(jacobian).all()
+    assert np.abs(jacobian).max() > 0.0
