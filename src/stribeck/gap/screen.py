@@ -55,7 +55,7 @@ def screen(
     # a first compliance is tried without its observer, which takes noise from a residual besides
     residual = Residual(path, some, own, same, observe=False)
     first = not SignalPath(prepared.arm, base.placed).flexible
-    if path.rough or not (first or residual.reuses):
+    if not residual.reuses and (path.rough or not first):
         residual = differentiable(path, prepared, some, own, observe=not first)
     unit = _units(path, prepared, own)
     projector = _Projector(base, weights, _rows_of(prepared, runs))

@@ -184,6 +184,10 @@ class _Machine:
         return Tape(self.cut.follow, fixed=(3, 4))
 
     @cached_property
+    def begin_each(self) -> Tape:
+        return Tape(self.cut.begin, fixed=(0, 2))
+
+    @cached_property
     def follow_each(self) -> Tape:
         return Tape(self.cut.follow, fixed=(4,))
 
@@ -203,7 +207,7 @@ class _Machine:
     def states_at(self, drive: np.ndarray, values: Sequence[np.ndarray], delays: np.ndarray) -> list[np.ndarray]:
         """Return states and sensitivities (nx (1 + active), N) along one drive at each of some parameter values."""
         cut = self.cut
-        start = np.hstack([cut.begin(drive[:, 0], p, delays).full() for p in values])
+        start = self.begin_each.map([drive[:, 0], np.transpose(values), delays])
         out = self.follow_each.march(start, self._between(drive)[:, :, None], np.transpose(values), delays)
         return [cut.settled(out[:, :, i].T) for i in range(len(values))]
 

@@ -45,19 +45,31 @@ class Secants(Residual):
 
     def __call__(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the residual (M, n) and its Jacobian (M, n, columns) at physical parameter values (p,)."""
-        trials = [p]
+        trials, ends = [p], []
         for i in self.columns:
-            entry = self.path.entries[i]
-            step = self.steps[i] * (p[i] if entry.log else 1.0)
-            for moved in (p[i] - step, p[i] + step):
-                trials.append(p.copy())
-                trials[-1][i] = np.clip(moved, entry.lower, entry.upper)
+            ends.append([self._trial(trials, i, side) for side in self._sides(i)])
         values = self._values(trials)
         jacobian = np.empty((*values[0].shape, len(self.columns)))
-        for k, i in enumerate(self.columns):
-            below, above = 1 + 2 * k, 2 + 2 * k
+        for k, (i, (below, above)) in enumerate(zip(self.columns, ends, strict=True)):
             jacobian[..., k] = (values[above] - values[below]) / (trials[above][i] - trials[below][i])
         return values[0], jacobian
+
+    def _sides(self, i: int) -> tuple[float, float]:
+        """Return where a parameter's secant ends, in steps: a nominal value's, which is all but a line, starts here."""
+        return (0.0, 1.0) if np.isfinite(self.path.entries[i].sd) else (-1.0, 1.0)
+
+    def _trial(self, trials: list[np.ndarray], i: int, side: float) -> int:
+        """Return the place of the values with one parameter moved, added to the trials where it is not there."""
+        if side == 0.0:
+            return 0
+        entry, p = self.path.entries[i], trials[0].copy()
+        step = self.steps[i] * (p[i] if entry.log else 1.0)
+        ahead, back = (np.clip(p[i] + way * step, entry.lower, entry.upper) for way in (side, -side))
+        if ahead == p[i] and not np.isfinite(entry.sd):
+            return 0  # at its bound
+        p[i] = ahead if ahead != p[i] else back
+        trials.append(p)
+        return len(trials) - 1
 
     def value(self, p: np.ndarray) -> np.ndarray:
         """Return the residual (M, n) alone."""
