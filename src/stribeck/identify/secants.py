@@ -45,9 +45,8 @@ class Secants(Residual):
 
     def __call__(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the residual (M, n) and its Jacobian (M, n, columns) at physical parameter values (p,)."""
-        trials, ends = [p], []
-        for i in self.columns:
-            ends.append([self._trial(trials, i, side) for side in self._sides(i)])
+        trials = [p]
+        ends = [[self._trial(trials, i, side) for side in self._sides(i)] for i in self.columns]
         values = self._values(trials)
         jacobian = np.empty((*values[0].shape, len(self.columns)))
         for k, (i, (below, above)) in enumerate(zip(self.columns, ends, strict=True)):
