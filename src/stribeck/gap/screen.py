@@ -60,18 +60,21 @@ def screen(
     unit = _units(path, prepared, own)
     projector = _Projector(base, weights, _rows_of(prepared, runs))
     names = [path.entries[i].name for i in own]
-    best = Trial(effect, joint, dict(effect.starts(prepared.scales[joint])[0]), -np.inf)
+    scale = prepared.scales[joint]
+    best, sound = Trial(effect, joint, dict(effect.starts(scale)[0]), -np.inf), False
     trace = _trace(prepared, base, joint)
     starts = [known] if known else []
     if not (known and effect.nonlinear):
-        starts += effect.starts_from(prepared.scales[joint], trace)
+        starts += effect.starts_from(scale, trace)
     tried = [_descend(residual, projector, start_values(path, base.fit, start), own, unit, LOOK) for start in starts]
     # by where they are about to go: what has run away to nothing loses nothing either, and leads nowhere
     hopeful = [way for way in tried if way.ahead > -HOPELESS * projector.cost]
     for way in sorted(hopeful, key=lambda way: -way.ahead)[:FOLLOWED]:
         way = _descend(residual, projector, way.p, own, unit, STEPS)
-        if way.saved > best.promise:
-            best = Trial(effect, joint, dict(zip(names, map(float, way.p[own]), strict=True)), way.saved)
+        values = dict(zip(names, map(float, way.p[own]), strict=True))
+        plausible = effect.plausible(values, scale)  # else it stands for another law, which is tried itself
+        if (plausible, way.saved) > (sound, best.promise):
+            best, sound = Trial(effect, joint, values, way.saved), plausible
     return best
 
 
