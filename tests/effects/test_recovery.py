@@ -13,10 +13,12 @@ import numpy as np
 import pytest
 
 from stribeck.effects.registry import effect_named, laws
-from stribeck.gap.model import Model, fit_model, retune, weights_of
+from stribeck.gap.model import Model, differentiable, fit_model, retune, start_values, weights_of
 from stribeck.gap.prepare import Prepared, prepare
 from stribeck.gap.screen import screen
+from stribeck.identify.residual import Residual
 from stribeck.model.layout import Placed
+from stribeck.model.path import SignalPath
 
 from .bench import nominal_arm, recorded
 
@@ -174,20 +176,46 @@ def test_recovery(label: str, case: Case) -> None:
         assert found[parameter] == pytest.approx(value, abs=allowed), (parameter, found)
 
 
-@pytest.mark.parametrize("gap", [0.05, 0.12])
-def test_a_play_is_found_from_far(gap: float) -> None:
-    """The derivatives of a moment, by blows about to fall, lead nowhere from either side."""
+def beside_a_play() -> tuple[Prepared, Model, dict[str, float]]:
+    """A recording with play at joint B, the re-tuned model, and the play."""
     case = CASES["backlash"]
     runs = recorded("backlash", (case.joint,), case.hidden)
     prepared = prepare(nominal_arm(), runs, runs[1:])
-    base = retune(prepared, FLOOR, rounds=1)
-    weights, play = weights_of(base, prepared, FLOOR), [Placed(effect_named("backlash"), 1)]
+    return prepared, retune(prepared, FLOOR, rounds=1), {"gap": 0.06, "stiffness": 1000.0, "damping": 6.0}
+
+
+def test_a_play_is_found_from_far() -> None:
+    """Derivatives of a moment, by blows about to fall, end at nearly three times the cost."""
+    prepared, base, play = beside_a_play()
+    weights = weights_of(base, prepared, FLOOR)
     near, far = (
-        fit_model(prepared, play, weights, base.fit, {"gap": start, "stiffness": 1000.0, "damping": 6.0})
-        for start in (0.06, gap)
+        fit_model(prepared, [Placed(effect_named("backlash"), 1)], weights, base.fit, play | {"gap": start})
+        for start in (0.06, 0.12)
     )
     assert far.placed[0].values["gap"] == pytest.approx(0.06, abs=0.002)
     assert far.fit.cost < 1.3 * near.fit.cost
+
+
+@pytest.mark.parametrize(
+    ("name", "key", "start"),
+    [
+        ("cogging", "harmonic", {"sine": 0.3, "cosine": 0.2, "harmonic": 12.0}),
+        ("input_disturbance", "frequency", {"sine": 0.3, "cosine": 0.2, "frequency": 3.0}),
+    ],
+)
+def test_waves_beside_a_play_keep_their_pitch(name: str, key: str, start: dict[str, float]) -> None:
+    """A secant over many turns of a wave would know nothing of it."""
+    prepared, _, play = beside_a_play()
+    placed = [Placed(effect_named("backlash"), 1, play), Placed(effect_named(name), 0, start)]
+    path = SignalPath(prepared.arm, placed)
+    p = start_values(path, None, start)
+    columns = [i for i, entry in enumerate(path.entries) if entry.owner == 1]
+    secant, exact = (
+        residual(p)[1][:, 0]
+        for residual in (differentiable(path, prepared, prepared.fit, columns), Residual(path, prepared.fit, columns))
+    )
+    own = [path.entries[i].name for i in columns].index(key)
+    assert np.corrcoef(secant[:, own], exact[:, own])[0, 1] > 0.98
 
 
 @pytest.mark.slow

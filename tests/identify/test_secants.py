@@ -1,10 +1,13 @@
 """Secants in a derivative's place: the same where the law is smooth, and the way to a play's width where it is not."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
 from stribeck.effects.registry import registry
 from stribeck.identify.conditioning import condition
+from stribeck.identify.map_fit import Weights, fit
 from stribeck.identify.residual import Residual
 from stribeck.identify.secants import Secants
 from stribeck.model.layout import Placed, values_of
@@ -49,12 +52,53 @@ def test_a_delay_moves_the_record_under_its_secant() -> None:
     assert residual(p)[1][..., 0] == pytest.approx(secant, abs=1e-9 * np.abs(secant).max())
 
 
-def test_secants_stay_within_bounds() -> None:
-    """A parameter at its bound has a secant to one side."""
+class Watched(Secants):
+    """Remembers what it evaluates."""
+
+    def _values(self, trials: Sequence[np.ndarray]) -> list[np.ndarray]:
+        self.trials = np.array(trials)
+        return super()._values(trials)
+
+
+@pytest.mark.parametrize("ratio", [0.0, 0.05, 0.9])
+def test_secants_stay_within_bounds(ratio: float) -> None:
+    """At a bound there is one to the other side; where both ends are the bound there is none."""
     run = condition(pendulum(), recorded(duration=3.0), 20.0)
-    path = SignalPath(pendulum(), [Placed(registry()["load_dependent_friction"], 0, {"ratio": 0.0})])
+    path = SignalPath(pendulum(), [Placed(registry()["load_dependent_friction"], 0, {"ratio": ratio})])
     p = values_of(path.entries)
     (own,) = [i for i, entry in enumerate(path.entries) if entry.owner == 0]
-    _, jacobian = Secants(path, [run], np.full(len(p), 0.1), [own])(p)
-    assert np.isfinite(jacobian).all()
-    assert np.abs(jacobian).max() > 0.0
+    entry = path.entries[own]
+    secants = Watched(path, [run], np.full(len(p), 0.1), [own])
+    _, jacobian = secants(p)
+    assert entry.lower <= secants.trials[:, own].min() < secants.trials[:, own].max() <= entry.upper
+    exact = Residual(path, [run], [own])(p)[1]
+    assert jacobian == pytest.approx(exact, abs=0.2 * np.abs(exact).max())
+    assert not Secants(path, [run], np.zeros(len(p)), [own])(p)[1].any()
+
+
+class Rough(Residual):
+    """A residual with a cost that is rough all over: a fit by its derivatives goes nowhere."""
+
+    dear = True
+    calls = 0
+
+    def __call__(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        self.calls += 1
+        r, jacobian = super().__call__(p)
+        return r, jacobian * (-1.0 if self.calls % 2 else 1.0)
+
+    def value(self, p: np.ndarray) -> np.ndarray:
+        return super().__call__(p)[0]
+
+
+def test_a_fit_that_leads_nowhere_ends_and_says_so() -> None:
+    """And gives the best that it met."""
+    run = condition(pendulum(), recorded(duration=3.0, noise=1e-5), 20.0)
+    path = SignalPath(pendulum(), [Placed(registry()["actuator_lag"], 0, {"time_constant": 0.02})])
+    weights = Weights(np.full(1, 0.01), np.ones(1))
+    rough = Rough(path, [run])
+    found = fit(rough, weights)
+    assert found.status == "No_Further_Descent"
+    assert rough.calls < 40
+    start = rough.value(values_of(path.entries))
+    assert found.cost <= 0.5 * float(np.sum((start * weights.scale) ** 2))

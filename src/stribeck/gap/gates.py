@@ -74,10 +74,11 @@ def needed(ranking: Ranking) -> bool:
 
 
 def strained(place: Placed) -> bool:
-    """Return whether an effect's fit rests on a bound of its parameters that is not their null."""
+    """Return whether an effect's fit rests on a bound of its parameters that is not their null, nor as good as it."""
     for parameter in place.effect.parameters:
         value = place.values.get(parameter.name, parameter.null)
-        for bound in (parameter.upper,) if parameter.firm else (parameter.lower, parameter.upper):
+        none = parameter.log and parameter.null == 0.0  # which has no logarithm: the lower bound stands for it
+        for bound in (parameter.upper,) if parameter.firm or none else (parameter.lower, parameter.upper):
             if np.isfinite(bound) and bound != parameter.null and abs(value - bound) <= 1e-3 * abs(bound):
                 return True
     return False

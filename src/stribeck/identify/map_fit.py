@@ -15,7 +15,7 @@ from stribeck.model.layout import Entry, values_of
 
 PRIOR_LIMIT = 3.0  # standard deviations that re-tuning may move a nominal value; more is a gap of its own
 FRICTION_LIMIT = 6.0  # the same for friction, which its prior alone holds: other laws would stand in for its level
-PATIENCE, WORTH = 6, 1e-3  # evaluations of dear derivatives in which the cost must fall by that part
+PATIENCE, WORTH = 10, 1e-3  # evaluations of dear derivatives in which the cost must fall by that part
 GOOD = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
 
 
@@ -90,8 +90,9 @@ class _Problem:
         self.start = np.clip(self._scaled(start), *self.bounds())
         self._cache: tuple[bytes, Any] | None = None
         self.evaluations = 0
-        self.improved = 0
+        self.fallen = (np.inf, 0)
         self.best = (np.inf, self.start)
+        self.last: tuple[bytes, np.ndarray, np.ndarray] = (b"", np.empty(0), np.empty(0))
 
     @staticmethod
     def _unit(entry: Entry, scales: Mapping[str, float]) -> float:
@@ -129,8 +130,8 @@ class _Problem:
         return self._tried(0.5 * float(np.sum(weighted**2)) + 0.5 * float(np.sum(self.prior(z) ** 2)), z)
 
     def _tried(self, cost: float, z: np.ndarray) -> float:
-        if cost < self.best[0] - WORTH * abs(self.best[0]) or not np.isfinite(self.best[0]):
-            self.improved = self.evaluations
+        if cost < self.fallen[0] - WORTH * abs(cost):
+            self.fallen = (cost, self.evaluations)
         if cost < self.best[0]:
             self.best = (cost, z)
         return cost
@@ -138,7 +139,7 @@ class _Problem:
     @property
     def stuck(self) -> bool:
         """Whether dear derivatives have led nowhere for a while."""
-        return self.residual.dear and self.evaluations - self.improved >= PATIENCE
+        return self.residual.dear and self.evaluations - self.fallen[1] >= PATIENCE
 
     def prior(self, z: np.ndarray) -> np.ndarray:
         return np.where(self.has_prior, z, 0.0)
@@ -155,6 +156,7 @@ class _Problem:
     def _compute(self, z: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
         p = self.physical(z)
         r, jacobian = self.residual(p)
+        self.last = (z.tobytes(), r, jacobian)
         slope = np.where(self.log, p[self.free], self.unit)
         weighted = (r * self.weights.scale).ravel()
         columns = (jacobian * self.weights.scale[..., None]).reshape(len(weighted), -1) * slope
@@ -190,7 +192,9 @@ def fit(
 
     Notes
     -----
-    Gauss-Newton Hessian, exact gradient; nominal values stay within PRIOR_LIMIT prior standard deviations, those of
+    Gauss-Newton Hessian, gradient as the residual has it. Where derivatives are dear, they alone are counted as
+    evaluations, and PATIENCE of them that lead nowhere end the fit: its status is No_Further_Descent. Nominal values
+    stay within PRIOR_LIMIT prior standard deviations, those of
     friction within FRICTION_LIMIT.
     """
     p0 = values_of(residual.path.entries) if start is None else start
@@ -234,7 +238,9 @@ def fit(
 
 def _result(problem: _Problem, z: np.ndarray, stats: Mapping[str, Any]) -> Fit:
     p = problem.physical(z)
-    r, jacobian = problem.residual(p)
+    key, r, jacobian = problem.last
+    if key != z.tobytes():
+        r, jacobian = problem.residual(p)
     weighted = r * problem.weights.scale
     prior = problem.prior(z)
     pushed = np.abs(prior) > PRIOR_LIMIT - 1e-2
@@ -247,7 +253,7 @@ def _result(problem: _Problem, z: np.ndarray, stats: Mapping[str, Any]) -> Fit:
         jacobian=jacobian,
         misfit=0.5 * float(np.sum(weighted**2)),
         prior=0.5 * float(prior @ prior),
-        status=str(stats["return_status"]),
+        status="No_Further_Descent" if problem.stuck else str(stats["return_status"]),
         iterations=int(stats["iter_count"]),
         at_limit=keys,
     )

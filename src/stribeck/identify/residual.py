@@ -69,7 +69,8 @@ class Residual:
     def along(self, runs: Sequence[Conditioned]) -> Residual:
         """Return the same residual along other runs; what was compiled for a sample time is used again."""
         other = copy(self)
-        other.__dict__.pop("rows", None)
+        for what in ("rows", "reuses"):
+            other.__dict__.pop(what, None)
         other.runs, other.known = tuple(runs), None
         return other
 

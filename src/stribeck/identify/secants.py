@@ -2,7 +2,7 @@
 
 A link that has play strikes its motor again and again; when it does next depends on all blows before. The derivative
 of a residual along a recording is that of a few blows that are about to fall a little sooner, hundreds of times too
-large, and a fit by it stands still wherever it starts. Over steps as large as a fit takes, the same residual is smooth.
+large, and a fit by it may stand still far from anywhere. Over steps as large as a fit takes, the residual is smooth.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from stribeck.model.path import SignalPath
 
 
 class Secants(Residual):
-    """As :class:`Residual`, its Jacobian by central secants.
+    """As :class:`Residual`, its Jacobian by secants; a column whose secant is none, or no number, is zero.
 
     Parameters
     ----------
@@ -46,16 +46,21 @@ class Secants(Residual):
     def __call__(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the residual (M, n) and its Jacobian (M, n, columns) at physical parameter values (p,)."""
         trials = [p]
-        ends = [[self._trial(trials, i, side) for side in self._sides(i)] for i in self.columns]
+        ends = [[self._trial(trials, i, side) for side in self._sides(i, p)] for i in self.columns]
         values = self._values(trials)
         jacobian = np.empty((*values[0].shape, len(self.columns)))
         for k, (i, (below, above)) in enumerate(zip(self.columns, ends, strict=True)):
-            jacobian[..., k] = (values[above] - values[below]) / (trials[above][i] - trials[below][i])
+            width = trials[above][i] - trials[below][i]
+            change = values[above] - values[below]
+            jacobian[..., k] = change / width if width > 0.0 and np.all(np.isfinite(change)) else 0.0
         return values[0], jacobian
 
-    def _sides(self, i: int) -> tuple[float, float]:
-        """Return where a parameter's secant ends, in steps: a nominal value's, which is all but a line, starts here."""
-        return (0.0, 1.0) if np.isfinite(self.path.entries[i].sd) else (-1.0, 1.0)
+    def _sides(self, i: int, p: np.ndarray) -> tuple[float, float]:
+        """Return where a parameter's secant ends, in steps: a nominal value's, all but a line, is one-sided."""
+        entry = self.path.entries[i]
+        if not np.isfinite(entry.sd):
+            return -1.0, 1.0
+        return (0.0, 1.0) if p[i] < entry.upper else (-1.0, 0.0)
 
     def _trial(self, trials: list[np.ndarray], i: int, side: float) -> int:
         """Return the place of the values with one parameter moved, added to the trials where it is not there."""
@@ -63,16 +68,16 @@ class Secants(Residual):
             return 0
         entry, p = self.path.entries[i], trials[0].copy()
         step = self.steps[i] * (p[i] if entry.log else 1.0)
-        ahead, back = (np.clip(p[i] + way * step, entry.lower, entry.upper) for way in (side, -side))
-        if ahead == p[i] and not np.isfinite(entry.sd):
+        moved = np.clip(p[i] + side * step, entry.lower, entry.upper)
+        if moved == p[i]:
             return 0  # at its bound
-        p[i] = ahead if ahead != p[i] else back
+        p[i] = moved
         trials.append(p)
         return len(trials) - 1
 
     def value(self, p: np.ndarray) -> np.ndarray:
-        """Return the residual (M, n) alone."""
-        return self._values([p])[0]
+        """Return the residual (M, n) alone, all runs side by side."""
+        return super().__call__(p)[0]
 
     def _values(self, trials: Sequence[np.ndarray]) -> list[np.ndarray]:
         """Return the residual (M, n) at each of some parameter values, which advance side by side."""
