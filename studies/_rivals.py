@@ -11,7 +11,8 @@ from scipy.optimize import OptimizeResult, least_squares
 from stribeck.arm import Arm
 from stribeck.gap.corrected import arm_of
 from stribeck.identify.conditioning import Conditioned
-from stribeck.identify.map_fit import PRIOR_LIMIT, Fit, Weights
+from stribeck.identify.map_fit import Fit
+from stribeck.identify.problem import PRIOR_LIMIT, Weights
 from stribeck.model.layout import values_of
 from stribeck.withheld.excitation import needed_torque
 

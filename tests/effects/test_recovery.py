@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from stribeck.effects.registry import effect_named, laws
-from stribeck.gap.model import Model, differentiable, fit_model, retune, start_values, weights_of
+from stribeck.gap.differentiable import differentiable
+from stribeck.gap.model import Model, fit_model, retune, start_values, weights_of
 from stribeck.gap.prepare import Prepared, prepare
 from stribeck.gap.screen import screen
 from stribeck.identify.residual import Residual

@@ -23,7 +23,7 @@ from stribeck.gap.rank import rank
 from stribeck.gap.screen import _loudest, screen
 from stribeck.gap.search import _fit_trial, _Setting, _states, _survivors
 from stribeck.gap.step import Step
-from stribeck.identify.map_fit import Weights
+from stribeck.identify.problem import Weights
 from stribeck.identify.residual import Residual
 from stribeck.model import cut as cut_module
 from stribeck.model.effect import Effect

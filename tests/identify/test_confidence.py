@@ -7,7 +7,8 @@ import pytest
 from scipy.signal import lfilter
 
 from stribeck.identify.confidence import Intervals, intervals
-from stribeck.identify.map_fit import Fit, Weights
+from stribeck.identify.map_fit import Fit
+from stribeck.identify.problem import Weights
 from stribeck.model.layout import Entry
 
 ROWS, JOINTS, BLOCK = 1200, 2, 60

@@ -8,7 +8,8 @@ import pytest
 from stribeck.arm import Arm, Friction, Joint, Tolerance
 from stribeck.effects.registry import registry
 from stribeck.identify.conditioning import Conditioned, condition
-from stribeck.identify.map_fit import FRICTION_LIMIT, PRIOR_LIMIT, Weights, fit
+from stribeck.identify.map_fit import fit
+from stribeck.identify.problem import FRICTION_LIMIT, PRIOR_LIMIT, Weights
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath

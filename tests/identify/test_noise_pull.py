@@ -12,8 +12,9 @@ from stribeck.identify import noise_pull as module
 from stribeck.identify.blocks import block_of_rows
 from stribeck.identify.conditioning import Conditioned, condition
 from stribeck.identify.confidence import intervals
-from stribeck.identify.map_fit import Fit, Weights, fit
+from stribeck.identify.map_fit import Fit, fit
 from stribeck.identify.noise_pull import noise_pull
+from stribeck.identify.problem import Weights
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import values_of
 from stribeck.model.path import SignalPath

@@ -7,7 +7,8 @@ import pytest
 
 from stribeck.effects.registry import registry
 from stribeck.identify.conditioning import condition
-from stribeck.identify.map_fit import Weights, fit
+from stribeck.identify.map_fit import fit
+from stribeck.identify.problem import Weights
 from stribeck.identify.residual import Residual
 from stribeck.identify.secants import Secants
 from stribeck.model.layout import Placed, values_of

@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from stribeck.gap.blocks import correlation_rows
+from stribeck.gap.differentiable import differentiable
 from stribeck.gap.noisy import quieter
 from stribeck.gap.prepare import Prepared
+from stribeck.gap.sizes import effect_scales
 from stribeck.gap.spread import noise_power, spread
-from stribeck.identify.conditioning import Conditioned
-from stribeck.identify.map_fit import Fit, Weights, fit
+from stribeck.identify.map_fit import Fit, fit
+from stribeck.identify.problem import Weights
 from stribeck.identify.residual import Residual
-from stribeck.identify.secants import Secants
-from stribeck.model.layout import Entry, Placed, values_of
+from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
-
-PHASE_STEP = 0.15  # rad, by which a wave may turn from end to end of what it is seen along
-NOMINAL_STEP = 0.5  # standard deviations of a nominal value, half the width of its secant where one is taken
 
 
 @dataclass(frozen=True)
@@ -61,48 +59,6 @@ def start_values(path: SignalPath, known: Fit | None, trial: dict[str, float] | 
         if trial is not None and entry.owner == last:
             values[i] = trial[entry.name]
     return values
-
-
-def effect_scales(path: SignalPath, prepared: Prepared) -> dict[str, float]:
-    """Return a typical size of every effect parameter, by key, from the effects' own trial values."""
-    scales: dict[str, float] = {}
-    for entry in path.entries:
-        if isinstance(entry.owner, int):
-            trials = path.placed[entry.owner].effect.starts(prepared.scales[entry.joint])
-            null = next(p.null for p in path.placed[entry.owner].effect.parameters if p.name == entry.name)
-            sizes = [abs(trial[entry.name] - null) for trial in trials if np.isfinite(null)]
-            sizes = [size for size in sizes if size > 0.0]
-            scales[entry.key] = max(sizes) if sizes else 1.0
-    return scales
-
-
-def differentiable(
-    path: SignalPath,
-    prepared: Prepared,
-    runs: Sequence[Conditioned],
-    columns: Sequence[int] | None = None,
-    *,
-    observe: bool = True,
-) -> Residual:
-    """Return the residual of a path along runs for a fit; with secants where its derivatives would mislead."""
-    if not path.rough:
-        return Residual(path, runs, columns, observe=observe)
-    scales = effect_scales(path, prepared)
-    steps = [_step(path, entry, scales, prepared) for entry in path.entries]
-    return Secants(path, runs, np.array(steps), columns, observe=observe)
-
-
-def _step(path: SignalPath, entry: Entry, scales: Mapping[str, float], prepared: Prepared) -> float:
-    """Return half a secant's width: relative for a logarithm."""
-    if entry.log:
-        return path.rough
-    if np.isfinite(entry.sd):
-        return NOMINAL_STEP * entry.sd
-    if entry.unit == "Hz":  # a wave is a line for a part of a radian only
-        return PHASE_STEP / (2.0 * np.pi * max(run.run.duration for run in prepared.fit))
-    if entry.unit.startswith("1/"):
-        return PHASE_STEP / prepared.scales[entry.joint].travel
-    return path.rough * scales[entry.key]
 
 
 def fit_model(

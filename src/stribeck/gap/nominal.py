@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from stribeck.gap.blocks import block_of_rows
+from stribeck.gap.differentiable import differentiable
 from stribeck.gap.margins import FEW_BLOCKS
-from stribeck.gap.model import Model, differentiable, weights_of
+from stribeck.gap.model import Model, weights_of
 from stribeck.gap.prepare import Prepared
 from stribeck.identify.confidence import Intervals, intervals
 from stribeck.identify.noise_pull import noise_pull

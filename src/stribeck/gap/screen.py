@@ -8,9 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from stribeck.gap.candidates import Trial
-from stribeck.gap.model import Model, differentiable, effect_scales, start_values
+from stribeck.gap.differentiable import differentiable
+from stribeck.gap.model import Model, start_values
 from stribeck.gap.prepare import Prepared
-from stribeck.identify.map_fit import Weights
+from stribeck.gap.sizes import effect_scales
+from stribeck.identify.problem import Weights
 from stribeck.identify.residual import Residual
 from stribeck.model.effect import Effect
 from stribeck.model.layout import Placed

@@ -22,7 +22,7 @@ from stribeck.gap.rank import rank
 from stribeck.gap.screen import screen
 from stribeck.gap.step import Step, last_model
 from stribeck.gap.white import noise_of_best
-from stribeck.identify.map_fit import Weights
+from stribeck.identify.problem import Weights
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import Placed
 from stribeck.model.path import SignalPath

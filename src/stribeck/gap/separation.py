@@ -15,7 +15,7 @@ from stribeck.arm import Arm
 from stribeck.gap.changes import Change
 from stribeck.gap.model import Model
 from stribeck.identify.conditioning import Conditioned
-from stribeck.identify.map_fit import Weights
+from stribeck.identify.problem import Weights
 from stribeck.identify.residual import Residual
 from stribeck.model.path import SignalPath
 

@@ -6,27 +6,11 @@ The methods named ``eval`` are CasADi's hook for a function of one's own; no tex
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import Any
 
 import casadi as ca
-import numpy as np
 
-
-class Problem(Protocol):
-    """What is minimised: ``free`` indices (f,), ``evaluations`` so far."""
-
-    free: np.ndarray
-    evaluations: int
-
-    @property
-    def stuck(self) -> bool:
-        """Whether going on leads nowhere."""
-
-    def cost(self, z: np.ndarray) -> float:
-        """Return the cost at z (f,)."""
-
-    def evaluate(self, z: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-        """Return cost, gradient (f,) and Gauss-Newton Hessian (f, f) at z (f,)."""
+from stribeck.identify.problem import Problem
 
 
 class Gradient(ca.Callback):  # type: ignore[misc]

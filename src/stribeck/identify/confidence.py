@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from stribeck.identify.map_fit import Fit, Weights
+from stribeck.identify.map_fit import Fit
+from stribeck.identify.problem import Weights
 from stribeck.model.layout import Entry
 
 FLAT = 0.5  # posterior over prior deviation above which the data have not identified a value

@@ -10,26 +10,11 @@ import casadi as ca
 import numpy as np
 
 from stribeck.identify.callbacks import Cost, Gradient, Hessian, Stop
+from stribeck.identify.problem import PRIOR_LIMIT, Problem, Weights
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import Entry, values_of
 
-PRIOR_LIMIT = 3.0  # standard deviations that re-tuning may move a nominal value; more is a gap of its own
-FRICTION_LIMIT = 6.0  # the same for friction, which its prior alone holds: other laws would stand in for its level
-PATIENCE, WORTH = 10, 1e-3  # evaluations of dear derivatives in which the cost must fall by that part
 GOOD = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
-
-
-@dataclass(frozen=True)
-class Weights:
-    """How much a residual row counts: ``sd`` (n,) or, row by row, (M, n), N m, and the rows that count as one, (n,)."""
-
-    sd: np.ndarray
-    correlation: np.ndarray
-
-    @property
-    def scale(self) -> np.ndarray:
-        """Factor, of the shape of ``sd``, that turns a residual in N m into one of unit information."""
-        return np.asarray(1.0 / (self.sd * np.sqrt(self.correlation)))
 
 
 @dataclass(frozen=True)
@@ -76,95 +61,6 @@ class Fit:
         return float(self.p[[entry.key for entry in self.entries].index(key)])
 
 
-class _Problem:
-    """The fit in scaled coordinates z: nominal values in standard deviations, effect parameters in their scale."""
-
-    def __init__(self, residual: Residual, weights: Weights, start: np.ndarray, scales: Mapping[str, float]) -> None:
-        self.residual, self.weights, self.entries = residual, weights, residual.path.entries
-        self.p0 = values_of(self.entries)
-        self.free = np.array(residual.columns, dtype=int)
-        self.log = np.array([self.entries[i].log for i in self.free], dtype=bool)
-        self.has_prior = np.array([np.isfinite(self.entries[i].sd) for i in self.free], dtype=bool)
-        self.unit = np.array([self._unit(self.entries[i], scales) for i in self.free])
-        self.origin = np.where(self.has_prior, self.p0[self.free], 0.0)
-        self.start = np.clip(self._scaled(start), *self.bounds())
-        self._cache: tuple[bytes, Any] | None = None
-        self.evaluations = 0
-        self.fallen = (np.inf, 0)
-        self.best = (np.inf, self.start)
-        self.last: tuple[bytes, np.ndarray, np.ndarray] = (b"", np.empty(0), np.empty(0))
-
-    @staticmethod
-    def _unit(entry: Entry, scales: Mapping[str, float]) -> float:
-        if np.isfinite(entry.sd):
-            return entry.sd
-        return 1.0 if entry.log else scales.get(entry.key, 1.0)
-
-    def _scaled(self, p: np.ndarray) -> np.ndarray:
-        values = p[self.free]
-        linear = (values - self.origin) / self.unit
-        return np.where(self.log, np.log(np.where(self.log, np.maximum(values, 1e-300), 1.0)), linear)
-
-    def physical(self, z: np.ndarray) -> np.ndarray:
-        """Return all parameter values (p,) at scaled coordinates."""
-        p = self.p0.copy()
-        p[self.free] = np.where(self.log, np.exp(np.where(self.log, z, 0.0)), self.origin + self.unit * z)
-        return p
-
-    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return lower and upper bounds of z."""
-        lower = np.array([self.entries[i].lower for i in self.free])
-        upper = np.array([self.entries[i].upper for i in self.free])
-        safe = np.where(self.log, np.maximum(lower, 1e-300), 1.0)
-        low = np.where(self.log, np.log(safe), (lower - self.origin) / self.unit)
-        high = np.where(self.log, np.log(np.where(self.log, upper, 1.0)), (upper - self.origin) / self.unit)
-        friction = np.array([self.entries[i].owner == "friction" for i in self.free], dtype=bool)
-        limit = np.where(self.has_prior, np.where(friction, FRICTION_LIMIT, PRIOR_LIMIT), np.inf)
-        return np.maximum(low, -limit), np.minimum(high, limit)
-
-    def cost(self, z: np.ndarray) -> float:
-        """Return the cost at z; alone where derivatives are dear, as a search along a line asks for no more."""
-        if not self.residual.dear or (self._cache is not None and self._cache[0] == z.tobytes()):
-            return float(self.evaluate(z)[0])
-        weighted = self.residual.value(self.physical(z)) * self.weights.scale
-        return self._tried(0.5 * float(np.sum(weighted**2)) + 0.5 * float(np.sum(self.prior(z) ** 2)), z)
-
-    def _tried(self, cost: float, z: np.ndarray) -> float:
-        if cost < self.fallen[0] - WORTH * abs(cost):
-            self.fallen = (cost, self.evaluations)
-        if cost < self.best[0]:
-            self.best = (cost, z)
-        return cost
-
-    @property
-    def stuck(self) -> bool:
-        """Whether dear derivatives have led nowhere for a while."""
-        return self.residual.dear and self.evaluations - self.fallen[1] >= PATIENCE
-
-    def prior(self, z: np.ndarray) -> np.ndarray:
-        return np.where(self.has_prior, z, 0.0)
-
-    def evaluate(self, z: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-        """Return cost, gradient and Gauss-Newton Hessian at z."""
-        key = z.tobytes()
-        if self._cache is None or self._cache[0] != key:
-            self._cache = (key, self._compute(z))
-            self.evaluations += 1
-            self._tried(self._cache[1][0], z)
-        return self._cache[1]
-
-    def _compute(self, z: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-        p = self.physical(z)
-        r, jacobian = self.residual(p)
-        self.last = (z.tobytes(), r, jacobian)
-        slope = np.where(self.log, p[self.free], self.unit)
-        weighted = (r * self.weights.scale).ravel()
-        columns = (jacobian * self.weights.scale[..., None]).reshape(len(weighted), -1) * slope
-        prior = self.prior(z)
-        cost = 0.5 * float(weighted @ weighted) + 0.5 * float(prior @ prior)
-        return cost, columns.T @ weighted + prior, columns.T @ columns + np.diag(self.has_prior.astype(float))
-
-
 def fit(
     residual: Residual,
     weights: Weights,
@@ -198,7 +94,7 @@ def fit(
     friction within FRICTION_LIMIT.
     """
     p0 = values_of(residual.path.entries) if start is None else start
-    problem = _Problem(residual, weights, p0, scales or {})
+    problem = Problem(residual, weights, p0, scales or {})
     cost, gradient, hessian = Cost(problem), Gradient(problem), Hessian(problem)
     z = ca.MX.sym("z", len(problem.free))
     stop = Stop(problem, evaluations)
@@ -236,7 +132,7 @@ def fit(
     return _result(problem, found, solver.stats())
 
 
-def _result(problem: _Problem, z: np.ndarray, stats: Mapping[str, Any]) -> Fit:
+def _result(problem: Problem, z: np.ndarray, stats: Mapping[str, Any]) -> Fit:
     p = problem.physical(z)
     key, r, jacobian = problem.last
     if key != z.tobytes():

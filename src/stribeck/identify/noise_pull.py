@@ -10,7 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from stribeck.identify.conditioning import shaken
-from stribeck.identify.map_fit import Fit, Weights
+from stribeck.identify.map_fit import Fit
+from stribeck.identify.problem import Weights
 from stribeck.identify.residual import Residual
 
 PAIRS = 2  # of draws

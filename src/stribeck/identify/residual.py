@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from stribeck.identify.conditioning import Conditioned, emphasised
-from stribeck.identify.tape import Tape
+from stribeck.identify.conditioning import Conditioned
+from stribeck.identify.machine import Machine
 from stribeck.model.cut import Cut
 from stribeck.model.drive import DRIVE, PAST, RATES
 from stribeck.model.path import SignalPath
@@ -50,12 +50,12 @@ class Residual:
         self.path, self.runs, self.known, self.observe = path, tuple(runs), known, observe
         free = [i for i, entry in enumerate(path.entries) if entry.sd > 0.0]
         self.columns = tuple(free if columns is None else columns)
-        self._machines: dict[float, _Machine] = {}
+        self._machines: dict[float, Machine] = {}
 
-    def _machine(self, run: Conditioned) -> _Machine:
+    def _machine(self, run: Conditioned) -> Machine:
         key = round(run.sample_time, 9)
         if key not in self._machines:
-            self._machines[key] = _Machine(self._cut(run.sample_time))
+            self._machines[key] = Machine(self._cut(run.sample_time))
         return self._machines[key]
 
     def _cut(self, sample_time: float) -> Cut:
@@ -168,56 +168,6 @@ class Residual:
 
     def _same_states(self, cut: Cut) -> bool:
         return self.known is not None and cut.nx == self.known[0].shape[1] and not cut.active
-
-
-class _Machine:
-    """A cut's functions as programs."""
-
-    def __init__(self, cut: Cut) -> None:
-        self.cut = cut
-
-    @cached_property
-    def evaluate(self) -> Tape:
-        return Tape(self.cut.evaluate, fixed=(2, 3))
-
-    @cached_property
-    def follow(self) -> Tape:
-        return Tape(self.cut.follow, fixed=(3, 4))
-
-    @cached_property
-    def begin_each(self) -> Tape:
-        return Tape(self.cut.begin, fixed=(0, 2))
-
-    @cached_property
-    def follow_each(self) -> Tape:
-        return Tape(self.cut.follow, fixed=(4,))
-
-    def states(self, drives: Sequence[np.ndarray], p: np.ndarray, delays: np.ndarray) -> list[np.ndarray]:
-        """Return states and sensitivities (nx (1 + active), N) for each drive, advanced side by side."""
-        cut, lengths = self.cut, [drive.shape[1] for drive in drives]
-        if cut.nx == 0 or not drives:
-            return [np.zeros((0, length)) for length in lengths]
-        start = np.hstack([cut.begin(drive[:, 0], p, delays).full() for drive in drives])
-        together = np.empty((max(lengths), drives[0].shape[0], len(drives)))
-        for i, drive in enumerate(drives):
-            together[: lengths[i], :, i] = self._between(drive)
-            together[lengths[i] :, :, i] = together[lengths[i] - 1, :, i]
-        out = self.follow.march(start, together, p, delays)
-        return [cut.settled(out[:length, :, i].T) for i, length in enumerate(lengths)]
-
-    def states_at(self, drive: np.ndarray, values: Sequence[np.ndarray], delays: np.ndarray) -> list[np.ndarray]:
-        """Return states and sensitivities (nx (1 + active), N) along one drive at each of some parameter values."""
-        cut = self.cut
-        start = self.begin_each.map([drive[:, 0], np.transpose(values), delays])
-        out = self.follow_each.march(start, self._between(drive)[:, :, None], np.transpose(values), delays)
-        return [cut.settled(out[:, :, i].T) for i in range(len(values))]
-
-    def _between(self, drive: np.ndarray) -> np.ndarray:
-        """Return a drive (N, rows) whose acceleration does not droop between samples, where it runs straight."""
-        rows = slice(1 + 3 * self.cut.n, 1 + 4 * self.cut.n)
-        out = drive.T.copy()
-        out[:, rows] = emphasised(drive[rows].T)
-        return out
 
 
 def _keep(run: Conditioned, values: np.ndarray, lo: int, begin: int, end: int) -> np.ndarray:

@@ -18,7 +18,8 @@ from stribeck.identify.blocks import BLOCK, block_of_rows, correlation_rows
 from stribeck.identify.conditioning import Conditioned
 from stribeck.identify.confidence import Intervals, intervals
 from stribeck.identify.fitted import arm_with
-from stribeck.identify.map_fit import Fit, Weights, fit
+from stribeck.identify.map_fit import Fit, fit
+from stribeck.identify.problem import Weights
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import FRICTION, values_of
 from stribeck.simulate.engine import path_of

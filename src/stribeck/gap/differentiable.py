@@ -1,0 +1,47 @@
+"""A residual that a fit can follow downhill: with secants, and how wide they are, where derivatives mislead."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from stribeck.gap.prepare import Prepared
+from stribeck.gap.sizes import effect_scales
+from stribeck.identify.conditioning import Conditioned
+from stribeck.identify.residual import Residual
+from stribeck.identify.secants import Secants
+from stribeck.model.layout import Entry
+from stribeck.model.path import SignalPath
+
+PHASE_STEP = 0.15  # rad, by which a wave may turn from end to end of what it is seen along
+NOMINAL_STEP = 0.5  # standard deviations of a nominal value, half the width of its secant where one is taken
+
+
+def differentiable(
+    path: SignalPath,
+    prepared: Prepared,
+    runs: Sequence[Conditioned],
+    columns: Sequence[int] | None = None,
+    *,
+    observe: bool = True,
+) -> Residual:
+    """Return the residual of a path along runs for a fit; with secants where its derivatives would mislead."""
+    if not path.rough:
+        return Residual(path, runs, columns, observe=observe)
+    scales = effect_scales(path, prepared)
+    steps = [_step(path, entry, scales, prepared) for entry in path.entries]
+    return Secants(path, runs, np.array(steps), columns, observe=observe)
+
+
+def _step(path: SignalPath, entry: Entry, scales: Mapping[str, float], prepared: Prepared) -> float:
+    """Return half a secant's width: relative for a logarithm."""
+    if entry.log:
+        return path.rough
+    if np.isfinite(entry.sd):
+        return NOMINAL_STEP * entry.sd
+    if entry.unit == "Hz":  # a wave is a line for a part of a radian only
+        return PHASE_STEP / (2.0 * np.pi * max(run.run.duration for run in prepared.fit))
+    if entry.unit.startswith("1/"):
+        return PHASE_STEP / prepared.scales[entry.joint].travel
+    return path.rough * scales[entry.key]

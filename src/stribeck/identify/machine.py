@@ -1,0 +1,66 @@
+"""A cut's functions as programs of the vector machine: states along recordings, side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+
+from stribeck.identify.conditioning import emphasised
+from stribeck.identify.tape import Tape
+from stribeck.model.cut import Cut
+
+
+class Machine:
+    """A cut's functions as programs."""
+
+    def __init__(self, cut: Cut) -> None:
+        self.cut = cut
+
+    @cached_property
+    def evaluate(self) -> Tape:
+        """Residual and Jacobian of each sample."""
+        return Tape(self.cut.evaluate, fixed=(2, 3))
+
+    @cached_property
+    def follow(self) -> Tape:
+        """States one sample later, at the same values on all lanes."""
+        return Tape(self.cut.follow, fixed=(3, 4))
+
+    @cached_property
+    def begin_each(self) -> Tape:
+        """States at the first sample, at values of each lane's own."""
+        return Tape(self.cut.begin, fixed=(0, 2))
+
+    @cached_property
+    def follow_each(self) -> Tape:
+        """States one sample later, at values of each lane's own."""
+        return Tape(self.cut.follow, fixed=(4,))
+
+    def states(self, drives: Sequence[np.ndarray], p: np.ndarray, delays: np.ndarray) -> list[np.ndarray]:
+        """Return states and sensitivities (nx (1 + active), N) for each drive, advanced side by side."""
+        cut, lengths = self.cut, [drive.shape[1] for drive in drives]
+        if cut.nx == 0 or not drives:
+            return [np.zeros((0, length)) for length in lengths]
+        start = np.hstack([cut.begin(drive[:, 0], p, delays).full() for drive in drives])
+        together = np.empty((max(lengths), drives[0].shape[0], len(drives)))
+        for i, drive in enumerate(drives):
+            together[: lengths[i], :, i] = self._between(drive)
+            together[lengths[i] :, :, i] = together[lengths[i] - 1, :, i]
+        out = self.follow.march(start, together, p, delays)
+        return [cut.settled(out[:length, :, i].T) for i, length in enumerate(lengths)]
+
+    def states_at(self, drive: np.ndarray, values: Sequence[np.ndarray], delays: np.ndarray) -> list[np.ndarray]:
+        """Return states and sensitivities (nx (1 + active), N) along one drive at each of some parameter values."""
+        cut = self.cut
+        start = self.begin_each.map([drive[:, 0], np.transpose(values), delays])
+        out = self.follow_each.march(start, self._between(drive)[:, :, None], np.transpose(values), delays)
+        return [cut.settled(out[:, :, i].T) for i in range(len(values))]
+
+    def _between(self, drive: np.ndarray) -> np.ndarray:
+        """Return a drive (N, rows) whose acceleration does not droop between samples, where it runs straight."""
+        rows = slice(1 + 3 * self.cut.n, 1 + 4 * self.cut.n)
+        out = drive.T.copy()
+        out[:, rows] = emphasised(drive[rows].T)
+        return out
