@@ -1,11 +1,13 @@
 """What is white through the analysis filter is noise; what has a memory, or comes in bursts, is not."""
 
 from functools import cache
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from stribeck.gap.white import white_rms
+from stribeck.gap.white import noise_of_best, white_rms
 from stribeck.identify.conditioning import Conditioned, condition
 from stribeck.run import Run
 
@@ -61,3 +63,17 @@ def test_bursts_are_no_noise() -> None:
 def test_nothing_is_nothing() -> None:
     assert white_rms(np.zeros(len(still().analysis_index)), [still()], CUTOFF) == 0.0
     assert white_rms(np.zeros(0), [], CUTOFF) == 0.0
+
+
+def test_noise_in_the_torque_is_judged_by_models_without_a_compliance() -> None:
+    """These hold all of it. Where there is none, what an earlier step's models told stands."""
+    whole, part = rows(noise(8)), 0.3 * rows(noise(9))
+    stiff: Any = SimpleNamespace(whole=whole[:, None], noise=None)
+    soft: Any = SimpleNamespace(whole=part[:, None], noise=np.zeros((2, 1)))
+    prepared: Any = SimpleNamespace(fit=(still(),), held=(), cutoff=CUTOFF)
+    floor, size = np.array([0.01]), np.sqrt(np.mean(whole**2))
+    assert noise_of_best(floor, [soft, stiff], prepared) == pytest.approx([size], rel=0.1)
+    assert noise_of_best(floor, [soft, stiff], prepared, np.array([9.0])) == pytest.approx([size], rel=0.1)
+    assert noise_of_best(floor, [soft], prepared, np.array([9.0])) == [9.0]
+    assert noise_of_best(floor, [soft], prepared) == pytest.approx([0.3 * size], rel=0.1)
+    assert noise_of_best(np.array([7.0]), [stiff], prepared) == [7.0]

@@ -152,8 +152,7 @@ def _step(
     best_trials = sorted(best_trials, key=lambda trial: (order.index(trial.effect.name), trial.joint))
     fitted = pool(delayed(_fit_trial)(prepared, base, weights, trial, floor) for trial in best_trials)
     rivals = best_of_each(fitted, prepared, floor)
-    stiff = [model for model in (base, *rivals) if model.noise is None]
-    floor = noise_of_best(floor, stiff or [base, *rivals], prepared) if before is None or stiff else before
+    floor = noise_of_best(floor, [base, *rivals], prepared, before)
     ranking = rank(prepared, [base, *rivals], floor, setting.seed)
     random = tuple(random_joints(prepared, base, floor, setting.seed))
     passing = tuple(

@@ -23,7 +23,9 @@ UPPER = (0.55, 0.95)  # of the cutoff: the band where motions leave least
 STEADY = 1.5  # a moment's violence (stops, knocks) is no noise: it may exceed the median moment's by this much
 
 
-def noise_of_best(floor: np.ndarray, models: Sequence[Model], prepared: Prepared) -> np.ndarray:
+def noise_of_best(
+    floor: np.ndarray, models: Sequence[Model], prepared: Prepared, before: np.ndarray | None = None
+) -> np.ndarray:
     """Return the noise floor (n,), N m rms, raised to what is white in the residual of each joint's best model.
 
     Parameters
@@ -31,10 +33,16 @@ def noise_of_best(floor: np.ndarray, models: Sequence[Model], prepared: Prepared
     floor : array (n,)
         What encoder noise and filters leave, N m rms.
     models : sequence of Model
-        Fitted to the same runs; each joint is judged by the one that leaves it least. Noise in the torque is whole in
-        those without a compliance alone.
+        Fitted to the same runs; each joint is judged by the one that leaves it least, of those without a compliance:
+        noise in the torque is whole in these alone.
     prepared : Prepared
+    before : array (n,) or None
+        The floor as other models told it, which stands where all of these have a compliance.
     """
+    stiff = [model for model in models if model.noise is None]
+    if before is not None and not stiff:
+        return before
+    models = stiff or models
     runs = (*prepared.fit, *prepared.held)
     whole = [model.whole for model in models]
     best = np.argmin([np.mean(residual**2, axis=0) for residual in whole], axis=0)
