@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from stribeck.effects.registry import effect_named
-from stribeck.gap.gates import LEAST_GAIN, LEAST_T, MOST_LOST, earns_its_place, needed
+from stribeck.gap.gates import LEAST_GAIN, LEAST_T, MOST_LOST, earns_its_place, needed, strained
 from stribeck.model.layout import Placed
 from stribeck.model.values import Scale
 
@@ -50,6 +50,16 @@ def test_good_figures_are_taken() -> None:
 )
 def test_one_poor_figure_keeps_it_out(bad: dict[str, Any]) -> None:
     assert not taken(**bad)
+
+
+def test_a_bound_is_a_strain_but_for_one_that_stands_for_none() -> None:
+    shaft = effect_named("joint_flexibility")
+    bounds = {parameter.name: (parameter.lower, parameter.upper) for parameter in shaft.parameters}
+    fitted = {"stiffness": 60.0, "damping": 0.8}
+    assert not strained(Placed(shaft, 0, fitted))
+    assert not strained(Placed(shaft, 0, fitted | {"damping": bounds["damping"][0]}))  # no damping has no logarithm
+    assert strained(Placed(shaft, 0, fitted | {"damping": bounds["damping"][1]}))
+    assert strained(Placed(shaft, 0, fitted | {"stiffness": bounds["stiffness"][0]}))
 
 
 def test_held_out_runs_that_hardly_excite_it_need_not_confirm() -> None:

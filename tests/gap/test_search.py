@@ -196,6 +196,25 @@ def test_a_start_is_followed_for_where_it_leads(monkeypatch: pytest.MonkeyPatch)
     assert screen(prepared, base, weights, effect_named("base_flexibility"), 0).promise > 0.4 * base.fit.cost
 
 
+def test_a_start_that_ends_as_another_law_stands_back(
+    late: tuple[Prepared, Model, Weights], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A play that has closed is a spring, which is tried itself: what stays a play is taken, though it saves less."""
+    ends = iter([(1e-6, 5.0), (0.02, 3.0)])
+
+    def descend(residual: Any, projector: Any, p: np.ndarray, own: Any, unit: Any, steps: int) -> Any:
+        if steps == screening.LOOK:
+            return screening._Way(0.0, p, 0.0)
+        p = p.copy()
+        p[own[0]], saved = next(ends)
+        return screening._Way(saved, p, 0.0)
+
+    monkeypatch.setattr(screening, "_descend", descend)
+    prepared, base, weights = late
+    trial = screen(prepared, base, weights, effect_named("backlash"), 0)
+    assert (trial.start["gap"], trial.promise) == (0.02, 3.0)
+
+
 def test_a_law_that_runs_away_leads_nowhere(late: tuple[Prepared, Model, Weights]) -> None:
     """An unstable law's residual is finite and its squares are not."""
     prepared, base, weights = late

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -126,17 +125,17 @@ def fit(
     solver = ca.nlpsol("fit", "ipopt", {"x": z, "f": cost(z)}, options)
     lower, upper = problem.bounds()
     solution = solver(x0=problem.start, lbx=lower, ubx=upper)
+    stats = solver.stats()
+    status = "No_Further_Descent" if problem.stuck else str(stats["return_status"])
     found = solution["x"].full().ravel()
     if problem.evaluate(found)[0] > problem.best[0]:
         found = problem.best[1]
-    return _result(problem, found, solver.stats())
+    return _result(problem, found, status, int(stats["iter_count"]))
 
 
-def _result(problem: Problem, z: np.ndarray, stats: Mapping[str, Any]) -> Fit:
+def _result(problem: Problem, z: np.ndarray, status: str, iterations: int) -> Fit:
     p = problem.physical(z)
-    key, r, jacobian = problem.last
-    if key != z.tobytes():
-        r, jacobian = problem.residual(p)
+    r, jacobian = problem.rows(z)
     weighted = r * problem.weights.scale
     prior = problem.prior(z)
     pushed = np.abs(prior) > PRIOR_LIMIT - 1e-2
@@ -149,7 +148,7 @@ def _result(problem: Problem, z: np.ndarray, stats: Mapping[str, Any]) -> Fit:
         jacobian=jacobian,
         misfit=0.5 * float(np.sum(weighted**2)),
         prior=0.5 * float(prior @ prior),
-        status="No_Further_Descent" if problem.stuck else str(stats["return_status"]),
-        iterations=int(stats["iter_count"]),
+        status=status,
+        iterations=iterations,
         at_limit=keys,
     )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -41,11 +40,10 @@ class Problem:
         self.unit = np.array([self._unit(self.entries[i], scales) for i in self.free])
         self.origin = np.where(self.has_prior, self.p0[self.free], 0.0)
         self.start = np.clip(self._scaled(start), *self.bounds())
-        self._cache: tuple[bytes, Any] | None = None
+        self._key, self._cost, self._rows = b"", (np.inf, np.empty(0), np.empty(0)), (np.empty(0), np.empty(0))
         self.evaluations = 0
         self.fallen = (np.inf, 0)
         self.best = (np.inf, self.start)
-        self.last: tuple[bytes, np.ndarray, np.ndarray] = (b"", np.empty(0), np.empty(0))
 
     @staticmethod
     def _unit(entry: Entry, scales: Mapping[str, float]) -> float:
@@ -77,7 +75,7 @@ class Problem:
 
     def cost(self, z: np.ndarray) -> float:
         """Return the cost at z; alone where derivatives are dear, as a search along a line asks for no more."""
-        if not self.residual.dear or (self._cache is not None and self._cache[0] == z.tobytes()):
+        if not self.residual.dear or self._key == z.tobytes():
             return float(self.evaluate(z)[0])
         weighted = self.residual.value(self.physical(z)) * self.weights.scale
         return self._tried(0.5 * float(np.sum(weighted**2)) + 0.5 * float(np.sum(self.prior(z) ** 2)), z)
@@ -100,17 +98,20 @@ class Problem:
 
     def evaluate(self, z: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
         """Return cost, gradient and Gauss-Newton Hessian at z."""
-        key = z.tobytes()
-        if self._cache is None or self._cache[0] != key:
-            self._cache = (key, self._compute(z))
+        if self._key != z.tobytes():
+            self._key, self._cost = z.tobytes(), self._compute(z)
             self.evaluations += 1
-            self._tried(self._cache[1][0], z)
-        return self._cache[1]
+            self._tried(self._cost[0], z)
+        return self._cost
+
+    def rows(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the residual (M, n) and its Jacobian (M, n, f) at z."""
+        self.evaluate(z)
+        return self._rows
 
     def _compute(self, z: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
         p = self.physical(z)
-        r, jacobian = self.residual(p)
-        self.last = (z.tobytes(), r, jacobian)
+        self._rows = r, jacobian = self.residual(p)
         slope = np.where(self.log, p[self.free], self.unit)
         weighted = (r * self.weights.scale).ravel()
         columns = (jacobian * self.weights.scale[..., None]).reshape(len(weighted), -1) * slope
