@@ -188,7 +188,6 @@ def wait_for(address: str, workers: int) -> None:
 @pytest.mark.slow  # some ten seconds until all processes stand
 @pytest.mark.filterwarnings("default")  # of dask and tornado; none of ours
 def test_a_cluster_that_loses_a_worker_gives_the_same_score(tmp_path, sealed, straw_with, reference):
-    pytest.importorskip("distributed", reason="dask.distributed is not installed (the extra `cluster`)")
 
     def linger(level: float) -> None:
         import time
@@ -220,7 +219,6 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_score(tmp_path, sealed, st
 def test_a_cluster_that_is_gone_is_told_and_what_is_done_stays(
     monkeypatch, tmp_path, sealed, straw, straw_with, reference, lost, says
 ):
-    pytest.importorskip("distributed", reason="dask.distributed is not installed (the extra `cluster`)")
     monkeypatch.setattr("stribeck.blind.farm.LOOK", 0.5)
     monkeypatch.setattr("stribeck.blind.farm.WAIT", 4.0)
 
@@ -247,7 +245,6 @@ def test_a_cluster_that_is_gone_is_told_and_what_is_done_stays(
 
 
 def test_no_scheduler_is_told(monkeypatch, tmp_path, sealed, straw):
-    pytest.importorskip("distributed", reason="dask.distributed is not installed (the extra `cluster`)")
     monkeypatch.setattr("stribeck.blind.farm.WAIT", 0.3)
     with pytest.raises(InputError, match=r"no scheduler answers: found tcp://127\.0\.0\.1:9"):
         diagnose_cases(sealed[0], tmp_path / "answers", farm=Cluster("tcp://127.0.0.1:9"), diagnoser=straw)

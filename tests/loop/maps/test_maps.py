@@ -151,8 +151,6 @@ def test_chunks_and_backends_do_not_matter(arm, loop_of, monkeypatch):
     monkeypatch.setattr(label_module, "_CHUNK", 4)
     monkeypatch.setattr(label_module, "_AT_ONCE", 3)
     for backend in ("joblib", "dask"):
-        if backend == "dask":
-            pytest.importorskip("dask")
         parts = label_map(arm, loop_of(), "A", axes, backend=backend)
         assert (parts.codes == whole.codes).all()
         np.testing.assert_array_equal(parts.amplitude, whole.amplitude)
