@@ -11,11 +11,13 @@ from stribeck.gap.sizes import effect_scales
 from stribeck.identify.conditioning import Conditioned
 from stribeck.identify.residual import Residual
 from stribeck.identify.secants import Secants
+from stribeck.identify.shifted import Shifted
 from stribeck.model.layout import Entry
 from stribeck.model.path import SignalPath
 
 PHASE_STEP = 0.15  # rad, by which a wave may turn from end to end of what it is seen along
 NOMINAL_STEP = 0.5  # standard deviations of a nominal value, half the width of its secant where one is taken
+SHIFT_STEP = (0.05, 0.1)  # of the period of the analysis cutoff, by which a secant moves a record: near and far
 
 
 def differentiable(
@@ -25,8 +27,15 @@ def differentiable(
     columns: Sequence[int] | None = None,
     *,
     observe: bool = True,
+    far: bool = False,
 ) -> Residual:
-    """Return the residual of a path along runs for a fit; with secants where its derivatives would mislead."""
+    """Return the residual of a path along runs for a fit; with secants where its derivatives would mislead.
+
+    What starts ``far`` from its end has wider ones: they lead from further, and end less near.
+    """
+    if path.shifts and not path.rough:
+        shifts = dict.fromkeys(path.shifts, SHIFT_STEP[far] / prepared.cutoff)
+        return Shifted(path, runs, shifts, columns, observe=observe)
     if not path.rough:
         return Residual(path, runs, columns, observe=observe)
     scales = effect_scales(path, prepared)

@@ -73,6 +73,12 @@ class SignalPath:
         """Relative step over which a residual along the path is smooth; 0 where its derivatives are."""
         return max((e.effect.rough for e in self.placed if isinstance(e.effect, TransmissionEffect)), default=0.0)
 
+    @property
+    def shifts(self) -> tuple[int, ...]:
+        """Indices of the parameters that move a recorded position in time, and with it every reversal of friction."""
+        late = {k for k, place in enumerate(self.placed) if place.effect.delays == "position"}
+        return tuple(i for i, entry in enumerate(self.entries) if entry.owner in late and entry.name == "time")
+
     def _state_names(self) -> tuple[str, ...]:
         links = [f"link[{j}].{what}" for j in self.flexible for what in ("position", "velocity")]
         own = [f"{k}.{state}" for k, place in enumerate(self.placed) for state in place.effect.states]

@@ -29,8 +29,8 @@ class TimeShift(SensingEffect):
     delays = "position"
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
-        # moved motion changes friction by leaps, at every reversal: a fit gets stuck on its way from far
-        return tuple({"time": time} for time in (0.005, 0.012, 0.025, -0.005, -0.015))
+        # a fit finds its way from as far off as the analysis filter spreads the leaps of friction
+        return tuple({"time": side * time} for time in (0.005, 0.015, 0.035) for side in (1.0, -1.0))
 
     def ordinary(self, values: Mapping[str, float]) -> bool:
         return abs(values["time"]) < PROMPT
