@@ -16,7 +16,7 @@ from stribeck.gap.beside import idle as idle_of
 from stribeck.gap.beside import outdone as outdone_by
 from stribeck.gap.beside import weighed
 from stribeck.gap.candidates import Trial, candidates
-from stribeck.gap.families import best_laws, best_of_each, close_laws, relawed
+from stribeck.gap.families import best_laws, best_of_each, close_laws, laws_instead, relawed
 from stribeck.gap.model import Model, fit_model, retune, start_values, weights_of
 from stribeck.gap.prepare import Prepared, prepare
 from stribeck.gap.rank import rank
@@ -29,10 +29,12 @@ from stribeck.model import cut as cut_module
 from stribeck.model.effect import Effect
 from stribeck.model.layout import Placed
 from stribeck.model.path import SignalPath
+from stribeck.model.values import Scale
 
 from .conftest import NOMINAL, TRUE, recorded
 
 FLOOR = np.array([0.02])
+SCALE = Scale(torque=4.0, friction=2.0, speed=1.0, travel=2.0, inertia=0.3, sample_time=0.01, length=0.3)
 
 
 @pytest.fixture(scope="module")
@@ -275,6 +277,24 @@ def test_a_law_that_rests_on_a_bound_gives_way_to_one_that_does_not(monkeypatch:
     monkeypatch.setattr("stribeck.gap.families.strained", lambda place: place.effect.law == "two_poles")
     kept = best_of_each(models, scales, FLOOR)  # type: ignore[arg-type]
     assert [model.placed[0].effect.law for model in kept] == ["one_pole"]
+
+
+def test_where_no_law_holds_that_takes_the_gap_the_family_has_others_to_fit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not where one of them holds, nor for what takes little, nor at another joint, nor for a law that ran away."""
+    one, other = effect_named("dwell_time", "ageing"), effect_named("dwell_time", "break_away")
+    first, second = Trial(one, 0, {}, 9.0), Trial(other, 0, {}, 3.0)
+    tried = [first, second, Trial(other, 1, {}, 9.0), Trial(effect_named("delay"), 0, {}, 8.0)]
+    model: Any = SimpleNamespace(placed=(Placed(one, 0, one.starts(SCALE)[0]),))
+    prepared: Any = SimpleNamespace(scales=(SCALE, SCALE))
+    cost = np.array([10.0, 10.0])
+    assert laws_instead(tried, {first.law_key: model}, cost, prepared) == []
+    assert laws_instead(tried, {first.law_key: None}, cost, prepared) == [second]
+    monkeypatch.setattr("stribeck.gap.families.strained", lambda place: True)
+    assert laws_instead(tried, {first.law_key: model}, cost, prepared) == [second]
+    assert laws_instead(tried, {first.law_key: model}, 3.0 * cost, prepared) == []
+    assert laws_instead(tried, {first.law_key: model, second.law_key: model}, cost, prepared) == []
+    lost = Trial(other, 0, {}, -np.inf)
+    assert laws_instead([first, lost], {first.law_key: model}, cost, prepared) == []
 
 
 @pytest.mark.parametrize("wrong", ["payload", "cable_spring", "cogging", "load_dependent_friction"])

@@ -47,6 +47,31 @@ def close_laws(tried: Sequence[Trial], kept: Sequence[Trial], cost: np.ndarray) 
     return [trial for trial in rivals if trial.promise > CLOSE * chosen[trial.key].promise]
 
 
+def laws_instead(
+    tried: Sequence[Trial],
+    fitted: Mapping[tuple[str, str, int], Model | None],
+    cost: np.ndarray,
+    prepared: Prepared,
+) -> list[Trial]:
+    """Return the trials of further laws of families whose fits take most of a gap but hold for none: at a bound, say.
+
+    Parameters
+    ----------
+    tried : sequence of Trial
+    fitted : mapping
+        Models by the law key of their trial.
+    cost : array (n,)
+        As in :func:`close_laws`.
+    """
+    sound: dict[tuple[str, int], bool] = {}
+    for (name, _, joint), model in fitted.items():
+        holds = model is not None and _sound(model, len(model.placed) - 1, prepared)
+        sound[name, joint] = sound.get((name, joint), False) or holds
+    telling = {trial.key for trial in tried if trial.law_key in fitted and trial.promise > MOST * cost[trial.joint]}
+    left = (trial for trial in tried if trial.law_key not in fitted and np.isfinite(trial.promise))
+    return [trial for trial in left if trial.key in telling and not sound[trial.key]]
+
+
 def best_of_each(models: Sequence[Model | None], prepared: Prepared, floor: np.ndarray) -> list[Model]:
     """Return of each candidate the sound law that leaves least, its placed effect carrying the fitted values.
 

@@ -12,7 +12,7 @@ from joblib import Parallel, delayed
 from stribeck.effects.registry import registry
 from stribeck.gap.beside import SURELY, idle, outdone, weighed
 from stribeck.gap.candidates import Trial, candidates
-from stribeck.gap.families import best_laws, best_of_each, close_laws, relawed
+from stribeck.gap.families import best_laws, best_of_each, close_laws, laws_instead, relawed
 from stribeck.gap.gates import LARGE_GAIN, LEAST_GAIN, earns_its_place
 from stribeck.gap.model import Model, finite, fit_model, weights_of
 from stribeck.gap.prepare import Prepared
@@ -146,11 +146,16 @@ def _step(
     )
     known.update({trial.law_key: trial.start for trial in tried if np.isfinite(trial.promise)})
     best_trials = _survivors(best_laws(tried), strained=bool(base.fit.at_limit))
-    best_trials += close_laws(tried, best_trials, 0.5 * np.sum((base.fit.residual * even.scale) ** 2, axis=0))
+    cost = 0.5 * np.sum((base.fit.residual * even.scale) ** 2, axis=0)
+    best_trials += close_laws(tried, best_trials, cost)
     setting.progress(f"fitting {len({trial.key for trial in best_trials})} candidates")
     order = list(registry())
     best_trials = sorted(best_trials, key=lambda trial: (order.index(trial.effect.name), trial.joint))
     fitted = pool(delayed(_fit_trial)(prepared, base, weights, trial, floor) for trial in best_trials)
+    instead = laws_instead(
+        tried, {t.law_key: model for t, model in zip(best_trials, fitted, strict=True)}, cost, prepared
+    )
+    fitted += pool(delayed(_fit_trial)(prepared, base, weights, trial, floor) for trial in instead)
     rivals = best_of_each(fitted, prepared, floor)
     floor = noise_of_best(floor, [base, *rivals], prepared, before)
     ranking = rank(prepared, [base, *rivals], floor, setting.seed)
