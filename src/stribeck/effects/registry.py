@@ -34,6 +34,7 @@ from stribeck.effects.friction.frictional_lag_delay import FrictionalLagDelay
 from stribeck.effects.friction.history import History
 from stribeck.effects.friction.history_running_in import HistoryRunningIn
 from stribeck.effects.friction.load_dependent_friction import LoadDependentFriction
+from stribeck.effects.friction.load_dependent_friction_directional import LoadDependentFrictionDirectional
 from stribeck.effects.friction.negative_damping import NegativeDamping
 from stribeck.effects.friction.position_dependent_friction import PositionDependentFriction
 from stribeck.effects.friction.presliding import Presliding
@@ -66,6 +67,7 @@ _OWN: tuple[type[Effect], ...] = (
     History,
     HistoryRunningIn,
     LoadDependentFriction,
+    LoadDependentFrictionDirectional,
     PositionDependentFriction,
     QuadraticDamping,
     ActuatorLag,

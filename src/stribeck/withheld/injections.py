@@ -5,7 +5,7 @@ What the names leave open:
 - friction acts on the motor side of a flexible joint or of backlash, where the encoder sits as well;
 - ``presliding``: stiffness of the unloaded contact; it gives way along F (1 - exp(-stiffness x / F)), in closed loops;
 - ``load_dependent_friction``: ratio of friction to the torque that the rotor passes on to the link (the command less
-  friction and less the rotor's own inertia);
+  friction and less the rotor's own inertia), or, where ``input`` is 1, to what enters (friction not taken off);
 - ``asymmetric_friction``: forward minus backward constants, the mean stays;
 - ``history``: relative change of the level when as much friction power as `power` has flowed for long; or, where
   `work` is given, when the contact is new: what is left of it falls to 1/e with that much work of friction, J;
@@ -108,7 +108,7 @@ KNOWN: dict[str, Rule] = {
         {"change": "warm_change", "time": "warm_time", "power": "warm_power", "work": "wear_work"},
     ),
     "position_dependent_friction": Rule({"amplitude": 0.0}, {"harmonic": 1.0, "phase": 0.0}, _periodic("wave")),
-    "load_dependent_friction": Rule({"ratio": 0.0}, {}, {"ratio": "load_ratio"}),
+    "load_dependent_friction": Rule({"ratio": 0.0}, {"input": 0.0}, {"ratio": "load_ratio", "input": "load_input"}),
     "quadratic_damping": Rule({"coefficient": 0.0}, {}, {"coefficient": "quadratic"}),
     "actuator_lag": Rule({"time": 0.0}, {"again": 0.0}, {"time": "lag", "again": "lag_again"}),
     "delay": Rule({"time": 0.0}, {}, {"time": "delay"}),

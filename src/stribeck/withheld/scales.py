@@ -81,6 +81,11 @@ def _dwell(st: Stage) -> Params:
     return lambda s: {"rise": s * st.break_away, "time": time, "distance": distance}
 
 
+def _load(st: Stage) -> Params:
+    entering = st.one_of(0.0, 1.0)
+    return lambda s: {"ratio": s, "input": entering}
+
+
 def _history(st: Stage) -> Params:
     time, sign, wears = st.between(8.0, 30.0), st.one_of(-1.0, -1.0, 1.0), st.one_of(False, False, True)
     if wears:
@@ -176,7 +181,7 @@ SCALES: dict[str, Scale] = {
     "dwell_time": Scale(_dwell, levels={"clear": (0.5, 1.0), "medium": (0.25, 0.5), "weak": (0.1, 0.25)}),
     "history": Scale(_history, (0.03, 0.7)),
     "position_dependent_friction": Scale(_periodic(lambda st: st.joint.friction.C0, 1.0, 2.0, 3.0), (0.03, 0.85)),
-    "load_dependent_friction": Scale(_simple("ratio"), (0.005, 0.5)),
+    "load_dependent_friction": Scale(_load, (0.005, 0.5)),
     "quadratic_damping": Scale(_simple("coefficient", lambda st: st.torque / st.speed**2), (0.05, 6.0)),
     "actuator_lag": Scale(_lag, (5e-4, 0.04)),
     "delay": Scale(_simple("time"), (5e-4, 0.03)),

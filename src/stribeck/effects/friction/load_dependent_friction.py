@@ -12,9 +12,10 @@ from stribeck.model.values import Expression, Parameter, Parameters, Scale, Sign
 
 @final
 class LoadDependentFriction(FrictionEffect):
-    """A sliding level with a share of the load's magnitude."""
+    """A sliding level with a share of the magnitude of the torque that the link takes."""
 
     name = "load_dependent_friction"
+    law = "proportional"
     channel = "friction"
     equation = r"G = G_0 + \mu |\tau_\mathrm{load}|"
     symptom = "a residual against the direction of motion, in proportion to the transmitted torque"

@@ -13,7 +13,7 @@
     /* additions to the friction level */                                                                        \
     X(stribeck_torque) X(stribeck_velocity) X(bristle_stiffness) X(bristle_damping) X(friction_lag)              \
     X(dwell_rise) X(dwell_time) X(dwell_distance) X(warm_change) X(warm_time) X(warm_power) X(wear_work)         \
-    X(wave_amplitude) X(wave_harmonic) X(wave_phase) X(load_ratio) X(quadratic)                                  \
+    X(wave_amplitude) X(wave_harmonic) X(wave_phase) X(load_ratio) X(load_input) X(quadratic)                    \
     /* drive */                                                                                                  \
     X(lag) X(lag_again) X(delay) X(gain) X(offset) X(saturation) X(dead_zone)                                                 \
     X(cogging_amplitude) X(cogging_harmonic) X(cogging_phase)                                                    \

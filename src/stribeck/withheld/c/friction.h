@@ -40,7 +40,7 @@ static Level level_now(const Joint *j, const Friction *f, int forward, double an
     Level l = {warm * C0, warm * C1 + j->dwell_rise * f->dwell, alpha, warm * C2,
                j->stribeck_torque, j->stribeck_velocity, j->quadratic};
     if (j->wave_amplitude != 0.0) l.constant += j->wave_amplitude * sin(j->wave_harmonic * angle + j->wave_phase);
-    if (j->load_ratio != 0.0) l.constant += j->load_ratio * fabs(f->load);
+    if (j->load_ratio != 0.0) l.constant += j->load_ratio * fabs(f->load + j->load_input * f->torque);
     if (j->sticky_torque != 0.0 && fabs(angle - j->sticky_centre) < j->sticky_width && fabs(f->load) > j->sticky_load)
         l.constant += j->sticky_torque;
     if (j->friction_lag > 0.0) { /* Hess & Soom: the level follows the speed of a moment ago */

@@ -1,0 +1,35 @@
+"""Friction of a gear that its own motor has to overcome, too: more where the motor drives than where it is driven."""
+
+from __future__ import annotations
+
+from typing import final
+
+import casadi as ca
+
+from stribeck.model.effect import FrictionEffect
+from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
+
+
+@final
+class LoadDependentFrictionDirectional(FrictionEffect):
+    """A share of the torque that enters the transmission, friction included; the proportional law takes what leaves.
+
+    With the load s in the direction of motion, G = G_0 + mu |s + G|, which has one solution for mu < 1.
+    """
+
+    name = "load_dependent_friction"
+    law = "directional"
+    channel = "friction"
+    equation = r"G = G_0 + \mu |\tau_\mathrm{load} + G\, \mathrm{sign}\, v|"
+    symptom = "a residual against the motion in proportion to the transmitted torque, more where the motor drives"
+    shows = "load"
+    source = "Hamon, Gautier & Garrec (2010); Duclusaud, Passault, Padois & Ly (2025)"
+    parameters = (Parameter("ratio", "1", "friction torque per torque that enters", 0.0, 0.0, 0.9),)
+    uses_load = True
+
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        return ({"ratio": 0.08},)
+
+    def level(self, level: Expression, direction: float, s: Signals, x: States, p: Parameters) -> Expression:
+        entering = direction * s.load + level
+        return level + p["ratio"] * ca.fabs(entering) / (1.0 - p["ratio"] * ca.sign(entering))
