@@ -30,7 +30,7 @@ def fits_of_a_case(arm: Arm, runs: Sequence[Run], leave_out: Sequence[str]) -> d
     prepared = prepare(arm, runs)
     steps = searched(prepared, jobs=1, leave_out=leave_out).steps
     floor = steps[-1].floor
-    causes, _ = causes_of(steps, arm.names)
+    causes, _ = causes_of(steps, arm.names, prepared.scales)
     named = [cause for cause in causes if (cause.presence or 0.0) > NAMED_OVER]
     said = diagnosis_of([(cause.effect, cause.joints[0], cause.equivalent) for cause in named])
     return {"diagnosis": said, "fits": _fits(prepared, floor, steps[0], leave_out)}

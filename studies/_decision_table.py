@@ -150,4 +150,6 @@ def in_words(result: Mapping[str, Any]) -> list[str]:
         others = [row.get(key) for key in ("in_hindsight", "as_few_wrong")]
         texts = [f"{o['right']['k']}, {o['wrong']['k']} at {o['threshold']:.3g}" for o in others if o is not None]
         lines.append(f"{row['rule']:18}{row['domain']:9}{cells}   {'; '.join(texts)}".rstrip())
+    if result["failed"]:
+        lines.append(f"{result['failed']} of {result['cases']} cases failed and count as silence")
     return lines
