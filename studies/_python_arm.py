@@ -107,7 +107,7 @@ class TwoLinkArm(Fmi3Slave):
             modes = settled(self.y, u)
             events = [lambda t, y, j=j, modes=modes: margin(y, modes, u, j) for j in (0, 1)]
             for event in events:
-                event.terminal, event.direction = True, -1.0
+                vars(event).update(terminal=True, direction=-1.0)
             found = solve_ivp(
                 lambda t, y, modes=modes: rates(y, modes, u), (t, duration), self.y,
                 rtol=self.tolerance, atol=0.1 * self.tolerance, events=events,

@@ -15,9 +15,10 @@ from stribeck.gap.candidates import candidates
 from stribeck.gap.model import Model, weights_of
 from stribeck.gap.prepare import Prepared
 from stribeck.identify.residual import Residual
-from stribeck.model.effect import Effect, Parameter
+from stribeck.model.effect import Effect
 from stribeck.model.layout import Placed
 from stribeck.model.path import SignalPath
+from stribeck.model.values import Parameter
 from stribeck.model.waves import Trace
 
 LITTLE = 0.01  # of an effect's trial value: where a fit of everything starts

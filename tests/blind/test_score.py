@@ -146,6 +146,17 @@ def test_a_law_of_another_kind_does_not_count_against_intervals():
     assert (result["coverage"]["n"], result["parameters"][0]["value"]) == (0, 0.0)
 
 
+@pytest.mark.parametrize(("entering", "law", "alike"), [
+    (0.0, "proportional", True), (1.0, "directional", True), (1.0, "proportional", False), (0.0, "directional", False),
+])  # fmt: skip
+def test_of_two_laws_with_one_parameter_only_the_plants_own_is_held_to_it(entering, law, alike):
+    true = truth(effect("load_dependent_friction", ratio=0.3, input=entering))
+    said = cause("load_dependent_friction", ratio=(0.25, [0.24, 0.26]))
+    said["law"] = dict.fromkeys(said["parameters"], law)
+    row = outcome(true, answer(said), [*LIBRARY, "load_dependent_friction"])
+    assert [(item["inside"], item["same_law"]) for item in row["intervals"]] == [(False, alike)]
+
+
 def test_statements():
     rows = judged(truth(effect()), answer(cause("delay", 0.8), cause("payload", 0.3, probability=0.1)))["statements"]
     assert rows == [[0.8, True, "delay"], [0.3, False, "payload"], [pytest.approx(0.1), False, "unknown"]]

@@ -29,9 +29,9 @@ def shifted(late: float, noise: float) -> Prepared:
 
 
 @pytest.mark.parametrize("noise", [2e-5, 2e-4])  # rad
-@pytest.mark.parametrize("late", [-0.034, 0.022, 0.04])  # s
+@pytest.mark.parametrize("late", [-0.055, -0.026, 0.026, 0.05])  # s
 def test_a_late_record_is_found_between_the_starts_and_beyond(late: float, noise: float) -> None:
-    """Derivatives at a point, which friction's leaps rule, end up to 17 ms away."""
+    """From starts 9 ms away and more; by derivatives at a point, which friction's leaps rule, a trial hardly moves."""
     prepared, floor = shifted(late, noise), np.full(1, 0.02)
     base = retune(prepared, floor, ())
     trial = screen(prepared, base, weights_of(base, prepared, floor), registry()["time_shift"], 0)

@@ -280,9 +280,9 @@ def test_a_law_that_rests_on_a_bound_gives_way_to_one_that_does_not(monkeypatch:
 
 
 def test_where_no_law_holds_that_takes_the_gap_the_family_has_others_to_fit(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Not where one of them holds, nor for what takes little, nor at another joint, nor for a law that ran away."""
+    """Not where one of them holds, nor what takes little, is at another joint, or promises less than half as much."""
     one, other = effect_named("dwell_time", "ageing"), effect_named("dwell_time", "break_away")
-    first, second = Trial(one, 0, {}, 9.0), Trial(other, 0, {}, 3.0)
+    first, second = Trial(one, 0, {}, 9.0), Trial(other, 0, {}, 6.0)
     tried = [first, second, Trial(other, 1, {}, 9.0), Trial(effect_named("delay"), 0, {}, 8.0)]
     model: Any = SimpleNamespace(placed=(Placed(one, 0, one.starts(SCALE)[0]),))
     prepared: Any = SimpleNamespace(scales=(SCALE, SCALE))
@@ -293,8 +293,8 @@ def test_where_no_law_holds_that_takes_the_gap_the_family_has_others_to_fit(monk
     assert laws_instead(tried, {first.law_key: model}, cost, prepared) == [second]
     assert laws_instead(tried, {first.law_key: model}, 3.0 * cost, prepared) == []
     assert laws_instead(tried, {first.law_key: model, second.law_key: model}, cost, prepared) == []
-    lost = Trial(other, 0, {}, -np.inf)
-    assert laws_instead([first, lost], {first.law_key: model}, cost, prepared) == []
+    for promise in (4.0, -1.0, -np.inf):
+        assert laws_instead([first, Trial(other, 0, {}, promise)], {first.law_key: model}, cost, prepared) == []
 
 
 @pytest.mark.parametrize("wrong", ["payload", "cable_spring", "cogging", "load_dependent_friction"])

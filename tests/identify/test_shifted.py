@@ -47,8 +47,18 @@ def test_the_column_is_a_central_secant_and_others_are_derivatives() -> None:
     assert jacobian[..., k] == pytest.approx(secant, abs=1e-9 * np.abs(secant).max())
     others = [i for i in range(len(residual.columns)) if i != k]
     assert jacobian[..., others] == pytest.approx(derivatives[..., others], abs=1e-12)
-    half = residual.along([run])
-    assert half(p)[1] == pytest.approx(jacobian, abs=1e-12)
+
+
+def test_along_another_run_it_is_that_runs() -> None:
+    first, other = early_record(), early_record(noise=3e-4)
+    path, p, own = late(0.01)
+    moved, fresh = (
+        Shifted(path, [first], {own: 0.005}).along([other]),
+        Shifted(path, [other], {own: 0.005}),
+    )
+    assert moved(p)[1] == pytest.approx(fresh(p)[1], abs=1e-12)
+    assert moved.value(p) == pytest.approx(fresh.value(p), abs=1e-12)
+    assert np.abs(moved(p)[1] - Shifted(path, [first], {own: 0.005})(p)[1]).max() > 1e-3
 
 
 def test_a_secant_ends_at_a_bound() -> None:
@@ -64,7 +74,7 @@ def test_a_secant_ends_at_a_bound() -> None:
 
 @pytest.mark.parametrize("start", [-0.05, -0.015, 0.005, 0.03])
 def test_a_fit_finds_an_early_record_from_far(start: float) -> None:
-    """To a sixth of a sample; by derivatives at a point one ends up to two samples away."""
+    """To a sixth of a sample; by derivatives at a point one ends almost half a sample away."""
     run = early_record(noise=2e-4)
     path, _, own = late(start)
     weights = Weights(np.full(1, 0.02), np.full(1, 10.0))

@@ -73,6 +73,13 @@ CONVERT: Mapping[str, Callable[[Values], Converted]] = {
 RELATED = frozenset({"presliding", "backlash", "frictional_lag", "negative_damping", "contact"})
 
 
+def same_law(effect: str, parameters: Values, law: str | None) -> bool:
+    """Return whether the plant's law of an effect is the library's one: an interval is then to hold the parameter."""
+    if effect == "load_dependent_friction":
+        return (law == "directional") == (parameters.get("input", 0.0) == 1.0)
+    return effect not in RELATED
+
+
 def true_values(effect: str, parameters: Values) -> Converted:
     """Return the plant's parameters of an effect as the library would have them; empty where they do not compare."""
     return CONVERT[effect](parameters) if effect in CONVERT else {}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
-from stribeck.blind.comparable import RELATED, true_values
+from stribeck.blind.comparable import same_law, true_values
 
 Json: TypeAlias = Mapping[str, Any]
 
@@ -201,10 +201,11 @@ def _intervals(cause: Json, true: Json) -> list[dict[str, Any]]:
     if cause["effect"] != true["effect"]:
         return []
     own, rows = cause["parameters"].get(true["joint"], {}), []
+    same = same_law(true["effect"], true["parameters"], (cause.get("law") or {}).get(true["joint"]))
     for name, value in true_values(true["effect"], true["parameters"]).items():
         if name in own and own[name]["value"] is not None:
             low, high = own[name]["ci95"]
             inside = (low is None or low <= value) and (high is None or value <= high)
-            row = {"effect": true["effect"], "name": name, "same_law": true["effect"] not in RELATED}
+            row = {"effect": true["effect"], "name": name, "same_law": same}
             rows.append({**row, "true": value, **own[name], "inside": inside})
     return rows

@@ -8,7 +8,6 @@ from importlib.metadata import version
 from statistics import median
 from typing import Any, TypeAlias
 
-from stribeck.blind.comparable import RELATED
 from stribeck.blind.key import Opened
 from stribeck.blind.outcome import STRENGTHS, outcome
 from stribeck.blind.rates import calibration, detection_limit, rate
@@ -146,12 +145,14 @@ def _calibrated(rows: Sequence[Row]) -> dict[str, Any]:
 def _intervals(rows: Sequence[Row]) -> dict[str, Any]:
     """Return the coverage of the intervals whose law plant and library share, and that of every parameter."""
     found = [item for row in rows for item in row["intervals"]]
-    keys = sorted({(item["effect"], item["name"]) for item in found})
+    keys = ("effect", "name", "same_law")
+    kinds: dict[tuple[Any, ...], list[bool]] = {}
+    for item in found:
+        kinds.setdefault(tuple(item[key] for key in keys), []).append(item["inside"])
     each = [
-        {"effect": effect, "parameter": name, "same_law": effect not in RELATED,
-         **rate(item["inside"] for item in found if (item["effect"], item["name"]) == (effect, name))}
-        for effect, name in keys
-    ]  # fmt: skip
+        {"effect": effect, "parameter": name, "same_law": same, **rate(inside)}
+        for (effect, name, same), inside in sorted(kinds.items())
+    ]
     same = [item["inside"] for item in found if item["same_law"]]
     return {"coverage": rate(same), "parameters": each}
 

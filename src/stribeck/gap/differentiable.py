@@ -40,6 +40,8 @@ def differentiable(
         return Residual(path, runs, columns, observe=observe)
     scales = effect_scales(path, prepared)
     steps = [_step(path, entry, scales, prepared) for entry in path.entries]
+    for i in path.shifts:
+        steps[i] = SHIFT_STEP[far] / prepared.cutoff
     return Secants(path, runs, np.array(steps), columns, observe=observe)
 
 

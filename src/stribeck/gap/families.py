@@ -16,7 +16,7 @@ from stribeck.gap.prepare import Prepared
 from stribeck.model.layout import Placed
 
 MOST = 0.5  # of the base's cost at a joint, that a law takes for others of its family to be fitted beside it
-CLOSE = 0.9  # of what it takes, that these take
+CLOSE, HALF = 0.9, 0.5  # of what it takes, that these take; and where it rests on a bound
 SPARING = 0.01  # of the logarithm of the squares left, that one more parameter of a law must take
 RELAWED = 40  # evaluations of a model with another law for one of its effects
 
@@ -53,7 +53,9 @@ def laws_instead(
     cost: np.ndarray,
     prepared: Prepared,
 ) -> list[Trial]:
-    """Return the trials of further laws of families whose fits take most of a gap but hold for none: at a bound, say.
+    """Return the trials of further laws where a family's law promised most of a gap, and none that was fitted holds.
+
+    At a bound, say. What promises less than half as much would not stand for it.
 
     Parameters
     ----------
@@ -67,9 +69,12 @@ def laws_instead(
     for (name, _, joint), model in fitted.items():
         holds = model is not None and _sound(model, len(model.placed) - 1, prepared)
         sound[name, joint] = sound.get((name, joint), False) or holds
-    telling = {trial.key for trial in tried if trial.law_key in fitted and trial.promise > MOST * cost[trial.joint]}
-    left = (trial for trial in tried if trial.law_key not in fitted and np.isfinite(trial.promise))
-    return [trial for trial in left if trial.key in telling and not sound[trial.key]]
+    promised: dict[tuple[str, int], float] = {}
+    for trial in tried:
+        if trial.law_key in fitted and trial.promise > MOST * cost[trial.joint]:
+            promised[trial.key] = max(promised.get(trial.key, 0.0), trial.promise)
+    left = (trial for trial in tried if trial.law_key not in fitted and trial.key in promised)
+    return [trial for trial in left if not sound[trial.key] and trial.promise > HALF * promised[trial.key]]
 
 
 def best_of_each(models: Sequence[Model | None], prepared: Prepared, floor: np.ndarray) -> list[Model]:

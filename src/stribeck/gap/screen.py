@@ -57,7 +57,7 @@ def screen(
     # a first compliance is tried without its observer, which takes noise from a residual besides
     residual = Residual(path, some, own, same, observe=False)
     first = not SignalPath(prepared.arm, base.placed).flexible
-    if not residual.reuses and (path.rough or path.shifts or not first):
+    if not residual.reuses and (path.rough or set(own) & set(path.shifts) or not first):
         residual = differentiable(path, prepared, some, own, observe=not first, far=True)
     unit = _units(path, prepared, own)
     projector = _Projector(base, weights, _rows_of(prepared, runs))

@@ -36,7 +36,7 @@ class Residual:
     """
 
     dear = False
-    """Whether derivatives cost many times as much as :meth:`value`."""
+    """Whether derivatives cost several times as much as :meth:`value`, and are secants: not quite those of the cost."""
 
     def __init__(
         self,

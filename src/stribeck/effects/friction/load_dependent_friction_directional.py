@@ -12,9 +12,10 @@ from stribeck.model.values import Expression, Parameter, Parameters, Scale, Sign
 
 @final
 class LoadDependentFrictionDirectional(FrictionEffect):
-    """A share of the torque that enters the transmission, friction included; the proportional law takes what leaves.
+    """A share of the torque that enters the transmission, its sliding level included; the other law takes what leaves.
 
-    With the load s in the direction of motion, G = G_0 + mu |s + G|, which has one solution for mu < 1.
+    With the load s in the direction of motion, G = G_0 + mu |s + G|, which has one solution for mu < 1. The viscous
+    part counts as lost before it.
     """
 
     name = "load_dependent_friction"

@@ -29,7 +29,7 @@ class TimeShift(SensingEffect):
     delays = "position"
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
-        # a fit finds its way from as far off as the analysis filter spreads the leaps of friction
+        # a fit finds its way from some 15 ms off
         return tuple({"time": side * time} for time in (0.005, 0.015, 0.035) for side in (1.0, -1.0))
 
     def ordinary(self, values: Mapping[str, float]) -> bool:
