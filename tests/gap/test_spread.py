@@ -29,6 +29,14 @@ def test_spread_at_the_floor_is_the_noise() -> None:
     assert (spread(np.zeros((ROWS, 1)), NOISE**2) == NOISE).all()
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_noise_that_is_next_to_nothing_leaves_the_gap(seed: int) -> None:
+    """Where rounding decides whether the gap alone explains the residual."""
+    residual = np.random.default_rng(seed).standard_normal((ROWS, 1))
+    found = spread(residual, np.full((ROWS, 1), 1e-18))
+    assert found == pytest.approx(np.full((ROWS, 1), np.sqrt(np.mean(residual**2))), rel=1e-6)
+
+
 def test_levels_leave_the_floor() -> None:
     """Mere noise keeps the floor's mean square, and every row of it the same."""
     level = levels(0.5 * drawn(0.0), NOISE**2, FLOOR)

@@ -56,7 +56,7 @@ def _even(squares: np.ndarray, power: np.ndarray) -> float:
     def excess(even: float) -> float:
         return float(np.mean(squares / (power + even))) - 1.0
 
-    most = float(np.mean(squares))
+    most = 2.0 * float(np.mean(squares))  # once would do but for rounding, where the noise is next to nothing
     return float(optimize.brentq(excess, 0.0, most, rtol=1e-6)) if most > 0.0 and excess(0.0) > 0.0 else 0.0
 
 
