@@ -297,6 +297,22 @@ def test_where_no_law_holds_that_takes_the_gap_the_family_has_others_to_fit(monk
         assert laws_instead([first, Trial(other, 0, {}, promise)], {first.law_key: model}, cost, prepared) == []
 
 
+def test_the_laws_tried_instead_are_fitted(
+    late: tuple[Prepared, Model, Weights], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    prepared, base, _ = late
+    spring = effect_named("cable_spring")
+    other = Trial(spring, 0, spring.starts(prepared.scales[0])[0], 1.0)
+    late_drive = Trial(effect_named("delay"), 0, {"time": 0.01}, 2.0)
+    monkeypatch.setattr(search_module, "screen", lambda *_: late_drive)
+    monkeypatch.setattr(search_module, "_survivors", lambda tried, strained: [late_drive])
+    monkeypatch.setattr(search_module, "laws_instead", lambda *_: [other])
+    with Parallel(n_jobs=1) as pool:
+        setting = _Setting(prepared, FLOOR, 0, pool, (), frozenset(), lambda text: None)
+        step = search_module._step(setting, base, (), {}, None)
+    assert {model.placed[-1].effect.name for model in step.rivals} == {"delay", "cable_spring"}
+
+
 @pytest.mark.parametrize("wrong", ["payload", "cable_spring", "cogging", "load_dependent_friction"])
 def test_wrong_effect_promises_little(late: tuple[Prepared, Model, Weights], wrong: str) -> None:
     prepared, base, weights = late

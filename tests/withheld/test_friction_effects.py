@@ -104,6 +104,21 @@ def test_position_and_load_enter_the_level(bench):
     assert trace.load[5:-5, 0] == pytest.approx(link * acceleration, abs=0.15)
 
 
+@pytest.mark.parametrize("speed", [2.0, -2.0])
+def test_what_enters_a_gear_is_its_own_friction_too(bench, speed):
+    _, trace = spin(
+        bench,
+        "load_dependent_friction",
+        {"ratio": 0.3, "input": 1.0},
+        lambda t: 30.0 * np.sin(6 * t),
+        speed=speed,
+        joint={"inertia": 20.0, "rotor_inertia": 5.0},
+    )
+    friction, load = trace.friction[5:, 0], trace.load[5:, 0]
+    entering = np.abs(load + friction)
+    assert np.abs(friction) == pytest.approx(level(bench.A, trace.link_rate[5:, 0]) + 0.3 * entering, rel=4e-3)
+
+
 def test_friction_jumps_stay_within_their_size(bench):
     from stribeck.withheld.special import Disturbance
 
