@@ -13,7 +13,7 @@ import pytest
 from matplotlib.text import Text
 
 from stribeck.gap.result import Estimate, Stage
-from stribeck.report.figures.candidates import MOST, candidates_figure, partners, ranking
+from stribeck.report.figures.candidates import MOST, _trouble, candidates_figure, partners, ranking
 from stribeck.report.figures.measured import measured_figure
 from stribeck.report.figures.residual import residual_figure
 from stribeck.report.figures.waterfall import waterfall_figure
@@ -119,3 +119,11 @@ def test_labels_at_the_end_of_lines_do_not_overlap(diagnosis, n):
         boxes = sorted((Text.get_window_extent(text) for text in ax.texts), key=lambda box: box.y0)
         assert len(boxes) == 3
         assert all(below.y1 <= above.y0 + 1.0 for below, above in pairwise(boxes))
+
+
+@pytest.mark.parametrize(("status", "said"), [
+    ("Solve_Succeeded", ""), ("Solved_To_Acceptable_Level", ""), ("ok", ""), ("User_Requested_Stop", "not converged"),
+    ("No_Further_Descent", "no further descent"), ("Maximum_Iterations_Exceeded", "maximum iterations exceeded"),
+])  # fmt: skip
+def test_how_a_fit_ended_is_said_in_the_readers_words(status: str, said: str) -> None:
+    assert _trouble(status) == said

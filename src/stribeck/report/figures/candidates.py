@@ -107,7 +107,9 @@ def _draw_row(ax: Axes, place: int, row: Candidate, partner: bool, named: bool) 
 
 def _trouble(status: str) -> str:
     fine = status in ("", "ok") or status.lower().startswith(("solve_succeeded", "solved"))
-    return "" if fine else words.short(status.replace("_", " ").lower(), 40)
+    # the solver's word for an end that its caller set: nobody asked the reader
+    plain = "not converged" if status == "User_Requested_Stop" else status.replace("_", " ").lower()
+    return "" if fine else words.short(plain, 40)
 
 
 def _key(row: Candidate) -> tuple[str, str]:
