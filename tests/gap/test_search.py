@@ -14,11 +14,12 @@ from stribeck.gap import screen as screening
 from stribeck.gap import search as search_module
 from stribeck.gap.beside import idle as idle_of
 from stribeck.gap.beside import outdone as outdone_by
-from stribeck.gap.beside import weighed
+from stribeck.gap.beside import weighed, without_each
 from stribeck.gap.candidates import Trial, candidates
 from stribeck.gap.families import best_laws, best_of_each, close_laws, laws_instead, relawed
 from stribeck.gap.model import Model, fit_model, retune, start_values, weights_of
 from stribeck.gap.prepare import Prepared, prepare
+from stribeck.gap.projector import Projector
 from stribeck.gap.rank import rank
 from stribeck.gap.screen import _loudest, screen
 from stribeck.gap.search import _fit_trial, _Setting, _states, _survivors
@@ -226,7 +227,7 @@ def test_a_law_that_runs_away_leads_nowhere(late: tuple[Prepared, Model, Weights
     away: Any = type(
         "Away", (), {"path": path, "__call__": lambda self, p: tuple(1e200 * part for part in residual(p))}
     )
-    projector = screening._Projector(base, weights, np.arange(len(base.fit.residual)))
+    projector = Projector(base.fit, weights, np.arange(len(base.fit.residual)))
     start = start_values(path, base.fit, {"time": 0.01})
     assert screening._descend(residual, projector, start, own, np.ones(1), 1).saved > 0.0
     assert screening._descend(away(), projector, start, own, np.ones(1), 3).saved == -np.inf
@@ -409,7 +410,7 @@ def test_worth_beside_the_others(late: tuple[Prepared, Model, Weights]) -> None:
             for before, after in pairwise(models)
         ]
         with Parallel(n_jobs=1) as pool:
-            worth = weighed(prepared, steps, pool, 0)
+            worth = weighed(prepared, steps, without_each(prepared, steps, pool), 0)
             found = {step.best.placed[-1].effect.name: step.worth for step in worth if step.best}
         late_one, needless = found["delay"], found["cogging"]
         assert late_one is not None
@@ -460,6 +461,8 @@ def test_nothing_is_weighed_beside_what_is_hardly_there(
         return steps
 
     monkeypatch.setattr(search_module, "weighed", weighing)
+    monkeypatch.setattr(search_module, "without_each", lambda *_: [])
+    monkeypatch.setattr(search_module, "with_look_alikes", lambda prepared, steps, *_: steps)
     setting: Any = SimpleNamespace(prepared=None, pool=None, seed=0)
     steps = search_module._believed(setting, (taken("delay", 0.9, 12.0), taken("frictional_lag", overall, t)))
     assert [step.taken for step in steps] == [True] * kept + [False] * (2 - kept)

@@ -15,6 +15,7 @@ from stribeck.gap.delivered import delivered
 from stribeck.gap.experiment import Experiment, next_experiment, open_question
 from stribeck.gap.lateness import told_late
 from stribeck.gap.listing import candidates_of, traces_of
+from stribeck.gap.look_alike import told_alike
 from stribeck.gap.margins import widened
 from stribeck.gap.model import Model, fit_model, weights_of
 from stribeck.gap.noisy import put_back
@@ -115,6 +116,7 @@ class Assembly:
                 *missing,
                 *loud(self.random, arm.names, self.steps[-1].floor),
                 *told_of(tuned),
+                *told_alike(self.steps, arm.names),
                 *self._limits(),
             ),
             next_experiment=experiment.plain() if experiment else None,

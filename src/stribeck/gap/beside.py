@@ -11,7 +11,7 @@ from joblib import delayed
 
 from stribeck.gap.candidates import candidates
 from stribeck.gap.gates import LEAST_GAIN, needed
-from stribeck.gap.model import finite, fit_model, weights_of
+from stribeck.gap.model import Model, finite, fit_model, weights_of
 from stribeck.gap.prepare import Prepared
 from stribeck.gap.rank import rank
 from stribeck.gap.step import Step, last_model
@@ -22,18 +22,28 @@ SURELY = 0.95  # probability by which they must be the better ones
 WEIGHING = 40  # evaluations of the last model without one of its effects
 
 
-def weighed(prepared: Prepared, steps: Sequence[Step], pool: Any, seed: int) -> tuple[Step, ...]:
-    """Return the steps with what each effect that was taken is worth beside all others."""
-    floor = steps[-1].floor
+def without_each(prepared: Prepared, steps: Sequence[Step], pool: Any) -> list[Model]:
+    """Return, for each effect that was taken, the last model fitted anew without it."""
     final, own, count = last_model(steps), len(steps[0].base.placed), sum(step.taken for step in steps)
-    without = [steps[0].base] * count
-    if count > 1:
-        weights = weights_of(final, prepared, floor)
-        rests = [(*final.placed[:i], *final.placed[i + 1 :]) for i in range(own, own + count)]
-        fits = (delayed(fit_model)(prepared, rest, weights, None, evaluations=WEIGHING) for rest in rests)
-        without = pool(fits)
+    if count < 2:
+        return [steps[0].base] * count
+    weights = weights_of(final, prepared, steps[-1].floor)
+    rests = [(*final.placed[:i], *final.placed[i + 1 :]) for i in range(own, own + count)]
+    return list(pool(delayed(fit_model)(prepared, rest, weights, None, evaluations=WEIGHING) for rest in rests))
+
+
+def weighed(prepared: Prepared, steps: Sequence[Step], without: Sequence[Model], seed: int) -> tuple[Step, ...]:
+    """Return the steps with what each effect that was taken is worth beside all others.
+
+    Parameters
+    ----------
+    without : sequence of Model
+        As of :func:`without_each`.
+    """
+    final, floor = last_model(steps), steps[-1].floor
     found = [rank(prepared, [model, final], floor, seed) if finite(model) else None for model in without]
-    return tuple(replace(step, worth=found[i]) if i < count else step for i, step in enumerate(steps))
+    worth = (*found, *[None] * (len(steps) - len(found)))
+    return tuple(replace(step, worth=one or step.worth) for step, one in zip(steps, worth, strict=True))
 
 
 def idle(steps: Sequence[Step]) -> tuple[str, int] | None:

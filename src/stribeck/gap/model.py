@@ -25,13 +25,15 @@ class Model:
     """A fitted model: its effects with fitted values, the fit, and the residual (M, n) on held-out runs, N m.
 
     ``noise`` (2, n) is what the encoder's noise, and 1 N m of white noise in the commands, add to that residual, N m
-    rms, where the model has a compliance.
+    rms, where the model has a compliance. ``absorbed`` counts the constants of a law outside the library that has taken
+    what it can.
     """
 
     placed: tuple[Placed, ...]
     fit: Fit
     held: np.ndarray
     noise: np.ndarray | None = None
+    absorbed: int = 0
 
     @property
     def whole(self) -> np.ndarray:

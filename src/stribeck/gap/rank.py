@@ -198,4 +198,4 @@ def _independent_rows(residual: np.ndarray, runs: Sequence[Conditioned]) -> np.n
 
 
 def _own_parameters(model: Model) -> int:
-    return sum(isinstance(entry.owner, int) for entry in model.fit.entries)
+    return model.absorbed + sum(isinstance(entry.owner, int) for entry in model.fit.entries)

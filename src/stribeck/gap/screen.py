@@ -11,6 +11,7 @@ from stribeck.gap.candidates import Trial
 from stribeck.gap.differentiable import differentiable
 from stribeck.gap.model import Model, start_values
 from stribeck.gap.prepare import Prepared
+from stribeck.gap.projector import Projector
 from stribeck.gap.sizes import effect_scales
 from stribeck.identify.problem import Weights
 from stribeck.identify.residual import Residual
@@ -60,7 +61,7 @@ def screen(
     if not residual.reuses and (path.rough or set(own) & set(path.shifts) or not first):
         residual = differentiable(path, prepared, some, own, observe=not first, far=True)
     unit = _units(path, prepared, own)
-    projector = _Projector(base, weights, _rows_of(prepared, runs))
+    projector = Projector(base.fit, weights, _rows_of(prepared, runs))
     names = [path.entries[i].name for i in own]
     scale = prepared.scales[joint]
     best, sound = Trial(effect, joint, dict(effect.starts(scale)[0]), -np.inf), False
@@ -125,7 +126,7 @@ class _Way:
 
 
 def _descend(
-    residual: Residual, projector: _Projector, p: np.ndarray, own: Sequence[int], unit: np.ndarray, steps: int
+    residual: Residual, projector: Projector, p: np.ndarray, own: Sequence[int], unit: np.ndarray, steps: int
 ) -> _Way:
     """Return how far down one comes from a start in a few evaluations."""
     entries = [residual.path.entries[i] for i in own]
@@ -161,39 +162,3 @@ def _damped(curvature: np.ndarray, slope: np.ndarray, damping: float) -> np.ndar
     """Return the step of Levenberg (1944) and Marquardt (1963)."""
     ridge = np.diag(damping * np.diag(curvature) + 1e-9 * np.max(np.diag(curvature)) + 1e-12)
     return np.asarray(np.linalg.solve(curvature + ridge, -slope))
-
-
-class _Projector:
-    """Linear least squares in the base model's parameters around its fit, priors included."""
-
-    def __init__(self, base: Model, weights: Weights, rows: np.ndarray) -> None:
-        fit = base.fit
-        share = len(fit.residual) / len(rows)  # a part of the runs stands for all of them
-        self.scale = weights.scale[rows] * np.sqrt(share)
-        sd = np.array([fit.entries[i].sd if np.isfinite(fit.entries[i].sd) else 1.0 for i in fit.free])
-        finite = np.array([np.isfinite(fit.entries[i].sd) for i in fit.free])
-        slope = np.array([fit.p[i] if fit.entries[i].log else 1.0 for i in fit.free])
-        self.columns = self._rows(fit.jacobian[rows] * np.where(finite, sd, slope))
-        nominal = np.array([fit.entries[i].value for i in fit.free])
-        self.prior = np.where(finite, 1.0, 1e-6)
-        self.offset = np.where(finite, (fit.p[fit.free] - nominal) / np.where(finite, sd, 1.0), 0.0)
-        self.inverse = np.linalg.inv(self.columns.T @ self.columns + np.diag(self.prior))
-        misfit = self._rows(fit.residual[rows]).ravel()
-        self.cost = 0.5 * float(misfit @ misfit) + 0.5 * float(np.sum(self.prior * self.offset**2))
-        pull = self.columns.T @ misfit + self.prior * self.offset
-        self.cost -= 0.5 * float(pull @ self.inverse @ pull)  # the base at its best on these rows
-
-    def _rows(self, values: np.ndarray) -> np.ndarray:
-        weighted = values * (self.scale[..., None] if values.ndim == 3 else self.scale)
-        return np.asarray(weighted.reshape(values.shape[0] * values.shape[1], -1))
-
-    def step(self, residual: np.ndarray, jacobian: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-        """Return the cost saved with the own parameters where they are, and their projected curvature and slope."""
-        r, own = self._rows(residual).ravel(), self._rows(jacobian)
-        gradient = self.columns.T @ r + self.prior * self.offset
-        cost = 0.5 * float(r @ r) + 0.5 * float(np.sum(self.prior * self.offset**2))
-        cost -= 0.5 * float(gradient @ self.inverse @ gradient)
-        cross = self.columns.T @ own
-        curvature = own.T @ own - cross.T @ self.inverse @ cross
-        slope = own.T @ r - cross.T @ (self.inverse @ gradient)
-        return self.cost - cost, curvature, slope

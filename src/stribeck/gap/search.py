@@ -10,10 +10,11 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from stribeck.effects.registry import registry
-from stribeck.gap.beside import SURELY, idle, outdone, weighed
+from stribeck.gap.beside import SURELY, idle, outdone, weighed, without_each
 from stribeck.gap.candidates import Trial, candidates
 from stribeck.gap.families import best_laws, best_of_each, close_laws, laws_instead, relawed
 from stribeck.gap.gates import LARGE_GAIN, LEAST_GAIN, earns_its_place
+from stribeck.gap.look_alike import with_look_alikes
 from stribeck.gap.model import Model, finite, fit_model, weights_of
 from stribeck.gap.prepare import Prepared
 from stribeck.gap.presence import CENTRE, evidence, presence
@@ -94,12 +95,15 @@ def _believed(setting: _Setting, steps: tuple[Step, ...]) -> tuple[Step, ...]:
 
     Beside what does the same work as well, an effect is worth little.
     """
-    steps = weighed(setting.prepared, steps, setting.pool, setting.seed)
+    prepared, pool, seed = setting.prepared, setting.pool, setting.seed
+    without = without_each(prepared, steps, pool)
+    steps = weighed(prepared, steps, without, seed)
     taken = sum(step.taken for step in steps)
-    if taken < 2 or not _hardly(steps[taken - 1]):
-        return steps
-    steps = (*steps[: taken - 1], replace(steps[taken - 1], passing=(), worth=None))
-    return weighed(setting.prepared, steps, setting.pool, setting.seed)
+    if taken > 1 and _hardly(steps[taken - 1]):
+        steps = (*steps[: taken - 1], replace(steps[taken - 1], passing=(), worth=None))
+        without = without_each(prepared, steps, pool)
+        steps = weighed(prepared, steps, without, seed)
+    return with_look_alikes(prepared, steps, without, pool, seed)
 
 
 def _forward(setting: _Setting, base: Model) -> tuple[Step, ...]:

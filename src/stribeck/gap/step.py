@@ -12,6 +12,14 @@ from stribeck.gap.rank import Ranking
 
 
 @dataclass(frozen=True)
+class LookAlike:
+    """A law of no library that may stand behind what a step took: in words, and the chance that it does better."""
+
+    says: str
+    chance: float
+
+
+@dataclass(frozen=True)
 class Step:
     """One step of the search: the base, its rivals, how they rank, and which of them may be taken, best first.
 
@@ -22,6 +30,8 @@ class Step:
     worth : Ranking or None
         Of a step that took an effect, once the search has ended: the last model without that effect, and whole. An
         effect that the gap of another one hid shows there what it is worth.
+    look_alike : LookAlike or None
+        Of a step that took an effect, once the search has ended: the decoy that comes nearest to it.
     """
 
     base: Model
@@ -31,6 +41,7 @@ class Step:
     screened_out: tuple[tuple[str, int], ...]
     floor: np.ndarray
     worth: Ranking | None = None
+    look_alike: LookAlike | None = None
 
     @property
     def taken(self) -> bool:

@@ -72,7 +72,10 @@ class _Found(NamedTuple):
 
 
 def _found(step: Step, fills: bool, scales: Sequence[Scale]) -> _Found:
-    """Return what a step took; what ``fills`` in for another law keeps a part of its presence."""
+    """Return what a step took; what ``fills`` in for another law keeps a part of its presence.
+
+    So does what may be the work of a law outside the library.
+    """
     r, best = step.ranking, step.best
     assert best is not None
     place = best.placed[len(step.base.placed)]
@@ -83,7 +86,8 @@ def _found(step: Step, fills: bool, scales: Sequence[Scale]) -> _Found:
     kept = ORDINARY if ordinary else FILLING if fills else 1.0
     also = [name for name in place.effect.also(place.values, scales[place.joint]) if name in _tried(step)]
     equivalent = tuple(dict.fromkeys([place.effect.name, *twins, *also]))
-    return _Found(place, ordinary, presence(evidence(step)) * kept, share, equivalent)
+    alike = step.look_alike.chance if step.look_alike else 0.0
+    return _Found(place, ordinary, presence(evidence(step)) * kept * (1.0 - alike), share, equivalent)
 
 
 def _late_as_one(steps: Sequence[Step], joints: int) -> tuple[str, ...]:

@@ -1,0 +1,117 @@
+"""Decoys: laws that are no effects of the library, against which a name must hold. None of them is ever named.
+
+Of laws that no library holds, some pass for one that it does: a share of another drive's command is a torque gain to a
+fit that knows no better. Each decoy is torque linear in one constant or two, of what no effect of the library depends
+on: another joint's motion or command, inertia that varies, torque that speed takes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations, permutations
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.identify.conditioning import Conditioned
+
+Floats = NDArray[np.float64]
+Term: TypeAlias = Callable[[Conditioned], Floats]
+
+
+@dataclass(frozen=True)
+class Decoy:
+    """A law outside the library: what it ``says`` in words, and its ``terms``, each a torque (N, n) along a run.
+
+    One unknown constant belongs to each term, whose unit does not matter.
+    """
+
+    says: str
+    terms: tuple[Term, ...]
+
+    def rows(self, runs: Sequence[Conditioned]) -> Floats:
+        """Return the terms' torques (M, n, terms) at the analysis samples of runs, filtered as a residual is."""
+        parts = [np.stack([run.filtered(term(run)) for term in self.terms], axis=2) for run in runs]
+        return np.concatenate(parts)
+
+
+def decoys(names: Sequence[str]) -> Iterator[Decoy]:
+    """Yield all decoys for an arm with joints of these names."""
+    for j, name in enumerate(names):
+        for turns in (1, 2):
+            says = f"an inertia at {name} that varies {turns} time{'s' * (turns > 1)} a turn (a linkage, an unbalance)"
+            yield Decoy(says, (_varying(j, turns, 0.0), _varying(j, turns, 0.5 * np.pi)))
+        yield Decoy(f"torque that speed takes at {name} (a drive's voltage limit)", (_at(j, _taken_by_speed),))
+    for i, j in permutations(range(len(names)), 2):
+        one, other = names[i], names[j]
+        yield Decoy(f"a share of {other}'s command at {one} (cross-talk of drives)", (_from(i, j, _command),))
+        yield Decoy(f"friction at {one} under the load of {other}", (_from(i, j, _friction_under),))
+        yield Decoy(f"torque at {one} by the square of {other}'s speed", (_from(i, j, _squared_speed),))
+    for i, j in combinations(range(len(names)), 2):
+        pair = f"between {names[i]} and {names[j]}"
+        yield Decoy(f"an inertia {pair} (a differential)", (_across(i, j, lambda run: run.acceleration),))
+        yield Decoy(f"damping {pair}", (_across(i, j, lambda run: run.velocity),))
+        yield Decoy(f"a spring {pair}", (_across(i, j, _from_rest),))
+
+
+def _at(j: int, torque: Callable[[Conditioned, int], Floats]) -> Term:
+    """Return the term by which joint ``j`` takes a torque of its own signals."""
+    return _from(j, j, lambda run, at, other: torque(run, at))
+
+
+def _from(i: int, j: int, torque: Callable[[Conditioned, int, int], Floats]) -> Term:
+    """Return the term by which joint ``i`` takes a torque that comes from joint ``j``."""
+
+    def term(run: Conditioned) -> Floats:
+        out = np.zeros_like(run.position)
+        out[:, i] = torque(run, i, j)
+        return out
+
+    return term
+
+
+def _across(i: int, j: int, signal: Callable[[Conditioned], Floats]) -> Term:
+    """Return the term of a coupling matrix: each joint takes what the other's signal (N, n) makes."""
+
+    def term(run: Conditioned) -> Floats:
+        values = signal(run)
+        out = np.zeros_like(values)
+        out[:, i], out[:, j] = values[:, j], values[:, i]
+        return out
+
+    return term
+
+
+def _varying(j: int, turns: int, phase: float) -> Term:
+    """Return the term of an inertia J = cos(k q + phase) in J ddq + J' dq^2 / 2."""
+
+    def torque(run: Conditioned, j: int) -> Floats:
+        angle = turns * run.position[:, j] + phase
+        slope = -turns * np.sin(angle)
+        return np.asarray(np.cos(angle) * run.acceleration[:, j] + 0.5 * slope * run.velocity[:, j] ** 2)
+
+    return _at(j, torque)
+
+
+def _taken_by_speed(run: Conditioned, j: int) -> Floats:
+    return np.asarray(run.command[:, j] * run.velocity[:, j] ** 2)
+
+
+def _from_rest(run: Conditioned) -> Floats:
+    """Return positions (N, n) from where a spring is taken to rest: the middle of the motion."""
+    return np.asarray(run.position - run.position.mean(axis=0))
+
+
+def _command(run: Conditioned, i: int, j: int) -> Floats:
+    return np.asarray(run.command[:, j])
+
+
+def _friction_under(run: Conditioned, i: int, j: int) -> Floats:
+    moving = np.where(run.stuck[:, i] > 0.5, 0.0, np.sign(run.velocity[:, i]))
+    return np.asarray(moving * np.abs(run.command[:, j]))
+
+
+def _squared_speed(run: Conditioned, i: int, j: int) -> Floats:
+    return np.asarray(run.velocity[:, j] ** 2)
