@@ -35,7 +35,9 @@ CHANNELS = ("friction", "actuator", "transmission", "sensing", "rigid_body", "ex
 UNIT = re.compile(r"(1|N m|N|m|rad|s|kg|Hz|kg m\^2)( s(\^2)?| m)?(/(1|rad|s|kg|m)(\^[0-9.]+)?)?")
 
 OVAL = {"sine": 0.01, "cosine": 0.0, "second_sine": 0.0, "second_cosine": 0.005, "harmonic": 1.0}
-SMALL = Scale(torque=0.1, friction=0.01, speed=0.5, travel=0.3, inertia=1e-3, sample_time=1e-3, length=0.1)
+SMALL = Scale(
+    torque=0.1, friction=0.01, speed=0.5, travel=0.3, inertia=1e-3, sample_time=1e-3, length=0.1, distance=40.0
+)
 LARGE = Scale(torque=90.0, friction=12.0, speed=3.0, travel=4.0, inertia=6.0, sample_time=1e-2, length=0.8)
 ODD = Scale(torque=1e-9, friction=0.0, speed=1e-6, travel=1e-6, inertia=1e-6, sample_time=1e-3, length=0.0)
 
@@ -109,6 +111,7 @@ def test_starts_are_plausible(effect: Effect, scale: Scale) -> None:
         ("negative_damping", {"amount": 47.0, "velocity": 0.002}),  # the same at rest
         ("cogging", {"sine": 0.02, "cosine": 0.0, "harmonic": 15.0}),  # two thirds of a period: any curve over position
         ("torque_ripple", {"sine": 0.1, "cosine": 0.0, "harmonic": 15.0}),
+        ("history/running_in", {"change": 3.0, "distance": 90.0}),  # over all recordings, friction of another level
     ],
 )
 def test_corners_are_not(name: str, values: dict[str, float]) -> None:

@@ -127,6 +127,17 @@ def test_what_stores_energy_gives_it_back(says: str) -> None:
     assert power[5:-5] == pytest.approx(rate[5:-5], abs=2e-3 * np.abs(rate).max())
 
 
+@pytest.mark.parametrize(
+    "says", ["friction between A and B, in their common", "friction between A and B, in their rel"]
+)
+def test_what_rubs_takes_energy_in_its_own_motion_alone(says: str) -> None:
+    motion = smooth()
+    (decoy,) = (decoy for decoy in decoys(["A", "B"]) if decoy.says.startswith(says))
+    power = np.sum(decoy.terms[0](motion) * motion.velocity, axis=1)
+    side = 1.0 if "common" in says else -1.0
+    assert power == pytest.approx(np.abs(motion.velocity[:, 0] + side * motion.velocity[:, 1]), abs=1e-12)
+
+
 def test_rows_are_filtered_as_a_residual_is() -> None:
     runs = conditioned([3.0, 4.0])
     for decoy in decoys(["A"]):

@@ -67,17 +67,28 @@ def test_recovers_an_effect_in_its_logarithm() -> None:
 
 
 def test_stays_within_its_limits_and_says_so() -> None:
-    """Friction of five times its nominal value, with a tolerance of 30 %: held at six deviations, and reported."""
+    """Friction of twenty times its nominal value, with a tolerance of 30 %: held at its limit, and reported."""
     path = SignalPath(pendulum())
     truth = values_of(path.entries)
     keys = [entry.key for entry in path.entries]
-    truth[keys.index("A.friction.C0")] *= 5.0
+    truth[keys.index("A.friction.C0")] *= 20.0
     found = fit(Residual(path, [clean(path, truth)]), SURE)
     entry = path.entries[keys.index("A.friction.C0")]
     assert "A.friction.C0" in found.at_limit
     assert found.value("A.friction.C0") == pytest.approx(entry.value + FRICTION_LIMIT * entry.sd, rel=1e-3)
     others = [(v, e) for v, e in zip(found.p, path.entries, strict=True) if e.sd > 0.0 and e.owner != "friction"]
     assert max(abs(v - e.value) / e.sd for v, e in others) <= PRIOR_LIMIT + 1e-9
+
+
+def test_friction_of_several_times_its_nominal_value_is_retuned() -> None:
+    """Whatever its tolerance says: other laws of friction would stand in for its level."""
+    path = SignalPath(pendulum())
+    truth = values_of(path.entries)
+    keys = [entry.key for entry in path.entries]
+    truth[keys.index("A.friction.C0")] *= 5.0
+    found = fit(Residual(path, [clean(path, truth)]), SURE)
+    assert found.value("A.friction.C0") == pytest.approx(truth[keys.index("A.friction.C0")], rel=0.01)
+    assert found.at_limit == ("A.friction.C0",)  # beyond three deviations all the same, which is said
 
 
 def test_held_values_do_not_move() -> None:

@@ -54,6 +54,8 @@ def decoys(names: Sequence[str]) -> Iterator[Decoy]:
         yield Decoy(f"an inertia {pair} (a differential)", (_across(i, j, lambda run: run.acceleration),))
         yield Decoy(f"damping {pair}", (_across(i, j, lambda run: run.velocity),))
         yield Decoy(f"a spring {pair}", (_across(i, j, _from_rest),))
+        yield Decoy(f"friction {pair}, in their common motion (an idler)", (_rubbing(i, j, 1.0),))
+        yield Decoy(f"friction {pair}, in their relative motion", (_rubbing(i, j, -1.0),))
 
 
 def _at(j: int, torque: Callable[[Conditioned, int], Floats]) -> Term:
@@ -79,6 +81,18 @@ def _across(i: int, j: int, signal: Callable[[Conditioned], Floats]) -> Term:
         values = signal(run)
         out = np.zeros_like(values)
         out[:, i], out[:, j] = values[:, j], values[:, i]
+        return out
+
+    return term
+
+
+def _rubbing(i: int, j: int, side: float) -> Term:
+    """Return the term of Coulomb friction in the motion dq_i + side dq_j, which acts on both joints."""
+
+    def term(run: Conditioned) -> Floats:
+        out = np.zeros_like(run.velocity)
+        out[:, i] = np.sign(run.velocity[:, i] + side * run.velocity[:, j])
+        out[:, j] = side * out[:, i]
         return out
 
     return term

@@ -168,6 +168,9 @@ def typical(arm: Arm, runs: Sequence[Conditioned], inertia: np.ndarray) -> tuple
     def travel(j: int) -> float:
         return max(float(np.ptp(run.position[:, j])) for run in runs)
 
+    def distance(j: int) -> float:
+        return sum(float(np.sum(np.abs(np.diff(run.sliding[:, j])))) for run in runs)
+
     return tuple(
         Scale(
             torque=rms("command", j) + 1e-9,
@@ -179,6 +182,7 @@ def typical(arm: Arm, runs: Sequence[Conditioned], inertia: np.ndarray) -> tuple
             length=arm.joints[j].length,
             prismatic=arm.joints[j].kind == "prismatic",
             middle=float(np.median(np.concatenate([run.position[:, j] for run in runs]))),
+            distance=distance(j) + 1e-6,
         )
         for j in range(arm.n)
     )

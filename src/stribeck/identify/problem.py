@@ -11,7 +11,7 @@ from stribeck.identify.residual import Residual
 from stribeck.model.layout import Entry, values_of
 
 PRIOR_LIMIT = 3.0  # standard deviations that re-tuning may move a nominal value; more is a gap of its own
-FRICTION_LIMIT = 6.0  # the same for friction, which its prior alone holds: other laws would stand in for its level
+FRICTION_LIMIT = 30.0  # the same for friction, which its prior alone holds: other laws would stand in for its level
 PATIENCE, WORTH = 10, 1e-3  # evaluations of dear derivatives in which the cost must fall by that part
 
 

@@ -62,6 +62,8 @@ class Scale:
         Root mean square velocity, rad/s.
     travel, middle : float
         Range of position, and its median, rad.
+    distance : float
+        That the joint goes to and fro in all recordings together, rad.
     inertia : float
         Inertia that the joint moves, others held, kg m^2.
     sample_time : float
@@ -79,6 +81,7 @@ class Scale:
     length: float = 1.0
     middle: float = 0.0
     prismatic: bool = False
+    distance: float = math.inf
 
     def rates(self, most: float) -> tuple[float, float]:
         """Return the range of cycles per radian of phase, 1/rad, in which a periodic law may start.

@@ -12,6 +12,7 @@ from stribeck.model.effect import FrictionEffect
 from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
 
 LEAST = 0.05  # of the level: however new or worn, some friction is left
+SLOWEST = 2.0  # distances gone in all recordings, over which it may fall to 1/e: slower is another constant level
 
 
 @final
@@ -38,6 +39,9 @@ class HistoryRunningIn(FrictionEffect):
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         return tuple({"change": 0.3, "distance": time * scale.speed} for time in (10.0, 60.0))
+
+    def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
+        return values["distance"] < SLOWEST * scale.distance
 
     def level(self, level: Expression, direction: float, s: Signals, x: States, p: Parameters) -> Expression:
         return level * _factor(x, p)
