@@ -91,6 +91,30 @@ def test_friction_of_several_times_its_nominal_value_is_retuned() -> None:
     assert found.at_limit == ("A.friction.C0",)  # beyond three deviations all the same, which is said
 
 
+class Runaway(Residual):
+    """A residual that is beyond all numbers as soon as the mass leaves its nominal value far behind."""
+
+    tried = 0
+
+    def __call__(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        r, jacobian = super().__call__(p)
+        away = p[0] > 2.05
+        self.tried += away
+        return (np.full_like(r, 1e200), np.full_like(jacobian, 1e200)) if away else (r, jacobian)
+
+
+def test_a_trial_step_that_runs_away_is_taken_back_in_silence(capfd: pytest.CaptureFixture[str]) -> None:
+    path = SignalPath(pendulum())
+    truth = values_of(path.entries)
+    truth[0] *= 1.2
+    residual = Runaway(path, [clean(path, truth)])
+    found = fit(residual, SURE)
+    assert residual.tried > 0
+    assert np.isfinite(found.cost)
+    assert 2.0 < found.value("A.mass") <= 2.05
+    assert capfd.readouterr() == ("", "")
+
+
 def test_held_values_do_not_move() -> None:
     path = SignalPath(pendulum())
     found = fit(Residual(path, [clean(path, perturbed(path))]), SURE)

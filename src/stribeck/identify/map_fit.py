@@ -102,6 +102,7 @@ def fit(
         "iteration_callback": stop,
         "hess_lag": hessian,
         "print_time": False,
+        "show_eval_warnings": False,  # where a trial step runs away IPOPT turns back
         "calc_lam_p": False,
         "no_nlp_grad": True,
         "ipopt": {

@@ -116,5 +116,6 @@ class Problem:
         weighted = (r * self.weights.scale).ravel()
         columns = (jacobian * self.weights.scale[..., None]).reshape(len(weighted), -1) * slope
         prior = self.prior(z)
-        cost = 0.5 * float(weighted @ weighted) + 0.5 * float(prior @ prior)
-        return cost, columns.T @ weighted + prior, columns.T @ columns + np.diag(self.has_prior.astype(float))
+        with np.errstate(over="ignore", invalid="ignore"):  # a trial step may run away: IPOPT turns back there
+            cost = 0.5 * float(weighted @ weighted) + 0.5 * float(prior @ prior)
+            return cost, columns.T @ weighted + prior, columns.T @ columns + np.diag(self.has_prior.astype(float))
