@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from stribeck.errors import InputError
 from stribeck.gap.prepare import HELD_SHARE, moved_inertia, part, prepare, split
+from stribeck.run import Run
 
 from .conftest import TRUE, sines
 
@@ -64,6 +65,15 @@ def test_typical_magnitudes() -> None:
     assert scale.inertia == pytest.approx(about_the_axis + 0.15)
     assert moved_inertia(TRUE, runs) == pytest.approx([about_the_axis + 0.15])
     assert math.isfinite(prepared.cutoff)
+
+
+@pytest.mark.parametrize("seconds", [20.0, 400.0])
+def test_the_distance_is_that_of_all_recordings_held_out_ones_too(seconds: float) -> None:
+    """Of joints on one sine each, four times the amplitude a period; long ones are analysed in parts only."""
+    t = np.arange(round(seconds * 200.0)) / 200.0
+    runs = [Run(f"run_{k}", t, np.sin(2.0 * np.pi * 0.5 * t)[:, None], sines(seconds, 200.0, k).tau) for k in range(3)]
+    (scale,) = prepare(TRUE, runs).scales
+    assert scale.distance == pytest.approx(3.0 * 4.0 * 0.5 * seconds, rel=0.01)
 
 
 def test_uneven_clock_is_noted() -> None:

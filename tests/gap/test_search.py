@@ -462,12 +462,11 @@ def test_nothing_is_weighed_beside_what_is_hardly_there(
 
     monkeypatch.setattr(search_module, "weighed", weighing)
     monkeypatch.setattr(search_module, "without_each", lambda *_: [])
-    monkeypatch.setattr(search_module, "with_look_alikes", lambda prepared, steps, *_: steps)
     setting: Any = SimpleNamespace(prepared=None, pool=None, seed=0)
-    steps = search_module._believed(setting, (taken("delay", 0.9, 12.0), taken("frictional_lag", overall, t)))
+    steps, _ = search_module._believed(setting, (taken("delay", 0.9, 12.0), taken("frictional_lag", overall, t)))
     assert [step.taken for step in steps] == [True] * kept + [False] * (2 - kept)
     assert weighings == [2, *([kept] if kept < 2 else [])]
-    assert search_module._believed(setting, steps[:1]) == steps[:1]  # the only one stays, to be told
+    assert search_module._believed(setting, steps[:1])[0] == steps[:1]  # the only one stays, to be told
 
 
 def test_an_effect_is_idle_that_is_worth_nothing_once_another_is_there() -> None:

@@ -15,7 +15,7 @@ from stribeck.gap.delivered import delivered
 from stribeck.gap.experiment import Experiment, next_experiment, open_question
 from stribeck.gap.lateness import told_late
 from stribeck.gap.listing import candidates_of, traces_of
-from stribeck.gap.look_alike import told_alike
+from stribeck.gap.look_alike import doubt, told_alike
 from stribeck.gap.margins import widened
 from stribeck.gap.model import Model, fit_model, weights_of
 from stribeck.gap.noisy import put_back
@@ -116,7 +116,7 @@ class Assembly:
                 *missing,
                 *loud(self.random, arm.names, self.steps[-1].floor),
                 *told_of(tuned),
-                *told_alike(self.steps, arm.names),
+                *(told_alike(self.steps, arm.names) if verdict != "no_gap" else ()),
                 *self._limits(),
             ),
             next_experiment=experiment.plain() if experiment else None,
@@ -153,7 +153,7 @@ class Assembly:
                 "explained" if ratio < AT_FLOOR or self._closes(self.base, final).value > 0.9 else "partly_explained"
             )
             return verdict, [*causes, Cause("unknown", left_over)]
-        none = no_gap_probability(self.steps[0], self.floor) * left_over
+        none = no_gap_probability(self.steps[0], self.floor) * max(left_over - doubt(self.steps), 0.0)
         nothing = Cause("none", none)
         rest = left_over - nothing.probability
         if none > NONE_OVER:

@@ -42,8 +42,7 @@ def weighed(prepared: Prepared, steps: Sequence[Step], without: Sequence[Model],
     """
     final, floor = last_model(steps), steps[-1].floor
     found = [rank(prepared, [model, final], floor, seed) if finite(model) else None for model in without]
-    worth = (*found, *[None] * (len(steps) - len(found)))
-    return tuple(replace(step, worth=one or step.worth) for step, one in zip(steps, worth, strict=True))
+    return tuple(replace(step, worth=found[i]) if i < len(found) else step for i, step in enumerate(steps))
 
 
 def idle(steps: Sequence[Step]) -> tuple[str, int] | None:

@@ -1,8 +1,8 @@
 """Decoys: laws that are no effects of the library, against which a name must hold. None of them is ever named.
 
 Of laws that no library holds, some pass for one that it does: a share of another drive's command is a torque gain to a
-fit that knows no better. Each decoy is torque linear in one constant or two, of what no effect of the library depends
-on: another joint's motion or command, inertia that varies, torque that speed takes.
+fit that knows no better. Each decoy is torque linear in a constant or a few: couplings of two joints that no effect of
+the library is, inertia that varies, a drive that speed weakens.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.arm import Arm
 from stribeck.identify.conditioning import Conditioned
 
 Floats = NDArray[np.float64]
@@ -25,37 +26,48 @@ Term: TypeAlias = Callable[[Conditioned], Floats]
 class Decoy:
     """A law outside the library: what it ``says`` in words, and its ``terms``, each a torque (N, n) along a run.
 
-    One unknown constant belongs to each term, whose unit does not matter.
+    One unknown constant belongs to each term, whose unit does not matter; that of a law that ``resists`` is positive.
+    The torques are such as a drive must give.
     """
 
     says: str
     terms: tuple[Term, ...]
+    resists: bool = False
 
     def rows(self, runs: Sequence[Conditioned]) -> Floats:
-        """Return the terms' torques (M, n, terms) at the analysis samples of runs, filtered as a residual is."""
-        parts = [np.stack([run.filtered(term(run)) for term in self.terms], axis=2) for run in runs]
+        """Return the terms' torques (M, n, terms) at the analysis samples of runs, filtered as a residual is.
+
+        A joint at rest takes no part: its friction is an interval there, and holds against any of them.
+        """
+        parts = []
+        for run in runs:
+            moving = (run.stuck < 0.5).astype(float)
+            parts.append(np.stack([run.filtered(moving * term(run)) for term in self.terms], axis=2))
         return np.concatenate(parts)
 
 
-def decoys(names: Sequence[str]) -> Iterator[Decoy]:
-    """Yield all decoys for an arm with joints of these names."""
+def decoys(arm: Arm) -> Iterator[Decoy]:
+    """Yield all decoys for an arm; what is said of turns, of those joints that turn."""
+    names, turning = arm.names, [joint.kind == "revolute" for joint in arm.joints]
     for j, name in enumerate(names):
-        for turns in (1, 2):
+        for turns in (1, 2) if turning[j] else ():
             says = f"an inertia at {name} that varies {turns} time{'s' * (turns > 1)} a turn (a linkage, an unbalance)"
             yield Decoy(says, (_varying(j, turns, 0.0), _varying(j, turns, 0.5 * np.pi)))
-        yield Decoy(f"torque that speed takes at {name} (a drive's voltage limit)", (_at(j, _taken_by_speed),))
-    for i, j in permutations(range(len(names)), 2):
+        yield Decoy(f"torque that speed takes at {name} (a drive's voltage limit)", (_at(j, _taken_by_speed),), True)
+    for i, j in permutations(range(arm.n), 2):
         one, other = names[i], names[j]
         yield Decoy(f"a share of {other}'s command at {one} (cross-talk of drives)", (_from(i, j, _command),))
-        yield Decoy(f"friction at {one} under the load of {other}", (_from(i, j, _friction_under),))
+        yield Decoy(f"friction at {one} under the load of {other}", (_from(i, j, _friction_under),), True)
         yield Decoy(f"torque at {one} by the square of {other}'s speed", (_from(i, j, _squared_speed),))
-    for i, j in combinations(range(len(names)), 2):
+    for i, j in combinations(range(arm.n), 2):
         pair = f"between {names[i]} and {names[j]}"
         yield Decoy(f"an inertia {pair} (a differential)", (_across(i, j, lambda run: run.acceleration),))
         yield Decoy(f"damping {pair}", (_across(i, j, lambda run: run.velocity),))
-        yield Decoy(f"a spring {pair}", (_across(i, j, _from_rest),))
-        yield Decoy(f"friction {pair}, in their common motion (an idler)", (_rubbing(i, j, 1.0),))
-        yield Decoy(f"friction {pair}, in their relative motion", (_rubbing(i, j, -1.0),))
+        spring = _across(i, j, lambda run: run.position)
+        yield Decoy(f"a spring {pair}", (spring, _at(i, _constant), _at(j, _constant)))  # wherever it rests
+        if turning[i] and turning[j]:
+            yield Decoy(f"friction {pair}, in their common motion (an idler)", (_rubbing(i, j, 1.0),), True)
+            yield Decoy(f"friction {pair}, in their relative motion", (_rubbing(i, j, -1.0),), True)
 
 
 def _at(j: int, torque: Callable[[Conditioned, int], Floats]) -> Term:
@@ -113,18 +125,16 @@ def _taken_by_speed(run: Conditioned, j: int) -> Floats:
     return np.asarray(run.command[:, j] * run.velocity[:, j] ** 2)
 
 
-def _from_rest(run: Conditioned) -> Floats:
-    """Return positions (N, n) from where a spring is taken to rest: the middle of the motion."""
-    return np.asarray(run.position - run.position.mean(axis=0))
+def _constant(run: Conditioned, j: int) -> Floats:
+    return np.ones_like(run.position[:, j])
 
 
 def _command(run: Conditioned, i: int, j: int) -> Floats:
-    return np.asarray(run.command[:, j])
+    return np.asarray(-run.command[:, j])  # a share of it helps
 
 
 def _friction_under(run: Conditioned, i: int, j: int) -> Floats:
-    moving = np.where(run.stuck[:, i] > 0.5, 0.0, np.sign(run.velocity[:, i]))
-    return np.asarray(moving * np.abs(run.command[:, j]))
+    return np.asarray(np.sign(run.velocity[:, i]) * np.abs(run.command[:, j]))
 
 
 def _squared_speed(run: Conditioned, i: int, j: int) -> Floats:

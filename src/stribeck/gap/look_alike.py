@@ -14,6 +14,7 @@ from stribeck.gap.decoys import Decoy, decoys
 from stribeck.gap.differentiable import differentiable
 from stribeck.gap.model import Model, finite, noise_in, start_values, weights_of
 from stribeck.gap.prepare import Prepared
+from stribeck.gap.presence import evidence, presence
 from stribeck.gap.projector import Projector
 from stribeck.gap.rank import rank
 from stribeck.gap.sizes import effect_scales
@@ -56,18 +57,13 @@ def with_look_alikes(
     ]
     fits = pool(delayed(_in_its_place)(prepared, place.without, decoy, weights) for place, decoy in tries)
     nearest: list[LookAlike | None] = [None] * len(steps)
-    for place in places:
-        found = [
-            (decoy, model) for (at, decoy), model in zip(tries, fits, strict=True) if at is place and finite(model)
-        ]
-        if not found:
+    for (place, decoy), model in zip(tries, fits, strict=True):
+        if model is None or not finite(model):
             continue
-        ranking = rank(prepared, [final, *(model for _, model in found)], floor, seed)
-        says = found[int(np.argmax(ranking.probability[1:]))][0].says
+        alike = LookAlike(decoy.says, float(rank(prepared, [final, model], floor, seed).probability[1]))
         for k in place.steps:
             other = nearest[k]
-            if other is None or ranking.probability[0] < 1.0 - other.chance:
-                nearest[k] = LookAlike(says, float(1.0 - ranking.probability[0]))
+            nearest[k] = alike if other is None or alike.chance > other.chance else other
     return tuple(replace(step, look_alike=alike) for step, alike in zip(steps, nearest, strict=True))
 
 
@@ -83,7 +79,7 @@ def _hopeful(prepared: Prepared, without: Model, final: Model, weights: Weights)
     """Return the decoys that may close as much as an effect does, most hopeful first."""
     projector = Projector(without.fit, weights, np.arange(len(without.fit.residual)))
     left = 0.5 * float(np.sum((final.fit.residual * weights.scale) ** 2)) + final.fit.prior
-    promises = [(_promise(projector, without, decoy, prepared), decoy) for decoy in decoys(prepared.arm.names)]
+    promises = [(_promise(projector, without, decoy, prepared), decoy) for decoy in decoys(prepared.arm)]
     least = HOPEFUL * (projector.cost - left)
     hopeful = [(promise, decoy) for promise, decoy in promises if promise > max(least, 0.0)]
     return [decoy for _, decoy in sorted(hopeful, key=lambda pair: -pair[0])[:MOST]]
@@ -102,14 +98,16 @@ def _sized(columns: Floats) -> Floats:
     return np.asarray(columns / np.maximum(np.sqrt(np.mean(columns**2, axis=(0, 1))), 1e-300))
 
 
-def _in_its_place(prepared: Prepared, without: Model, decoy: Decoy, weights: Weights) -> Model:
-    """Return a model fitted with a decoy."""
+def _in_its_place(prepared: Prepared, without: Model, decoy: Decoy, weights: Weights) -> Model | None:
+    """Return a model fitted with a decoy; None where one that resists would have to push."""
     path = SignalPath(prepared.arm, without.placed)
     columns = decoy.rows(prepared.fit)
     residual = Absorbed(differentiable(path, prepared, prepared.fit), columns, weights.scale)
     start = start_values(path, without.fit, None)
     result = fit(residual, weights, start, effect_scales(path, prepared), evaluations=EVALUATIONS)
     constants = residual.constants(residual.whole.value(result.p)[..., None])[:, 0]
+    if decoy.resists and np.any(constants < 0.0):
+        return None
     judged = Residual(path, prepared.held, ())
     plain, _ = judged(result.p)
     noise = noise_in(judged, result.p, plain, prepared) if path.flexible else None
@@ -117,11 +115,25 @@ def _in_its_place(prepared: Prepared, without: Model, decoy: Decoy, weights: Wei
 
 
 def told_alike(steps: Sequence[Step], names: Sequence[str]) -> list[str]:
-    """Return a warning for each effect that may be the work of a law outside the library."""
-    out = []
+    """Return a warning for each law outside the library that may stand behind what was taken."""
+    told: dict[LookAlike, list[str]] = {}
     for step in steps:
-        if step.taken and step.best is not None and step.look_alike and step.look_alike.chance > TELLING:
+        alike = step.look_alike
+        if not step.taken or step.best is None or alike is None:
+            continue
+        if alike.chance > TELLING:
             place = step.best.placed[-1]
-            what = f"{place.effect.name} at {names[place.joint]}"
-            out.append(f"{what}: {step.look_alike.says} explains it as well or better, and is no effect of the library")
-    return out
+            told.setdefault(alike, []).append(f"{place.effect.name} at {names[place.joint]}")
+    better = {True: "explains it better", False: "may explain it as well"}
+    return [
+        f"{' and '.join(places)}: {alike.says} {better[alike.chance > 0.5]}, and is no effect of the library"
+        for alike, places in told.items()
+    ]
+
+
+def doubt(steps: Sequence[Step]) -> float:
+    """Return the chance that a law outside the library stands behind what was taken."""
+    return max(
+        (presence(evidence(step)) * step.look_alike.chance for step in steps if step.taken and step.look_alike),
+        default=0.0,
+    )

@@ -11,7 +11,7 @@ import numpy as np
 
 from stribeck.arm import Arm
 from stribeck.errors import InputError
-from stribeck.gap.sequence import in_sequence
+from stribeck.gap.sequence import distance_gone, in_sequence
 from stribeck.gap.spread import Noise
 from stribeck.gap.unsaid import with_unsaid
 from stribeck.grid import uniform
@@ -102,7 +102,8 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = ()) -> Prep
         if not len(run.analysis_index):
             raise InputError(f"{run.name}: too short to be analysed", f"{len(run.time)} samples", "leave it out")
     warnings = tuple(f"{run.name}: {text}" for run in every for text in run.warnings)
-    scales = typical(arm, fitted, inertia)
+    gone = sum(distance_gone(run.q, run.sample_time) for run in [*even, *kept_back])
+    scales = typical(arm, fitted, inertia, np.asarray(gone))
     return Prepared(with_unsaid(arm, scales), fitted, judged, scales, cutoff, tuple(notes), warnings, stated=arm)
 
 
@@ -159,17 +160,14 @@ def moved_inertia(arm: Arm, runs: Sequence[Run]) -> np.ndarray:
     return np.asarray(values.mean(axis=1))
 
 
-def typical(arm: Arm, runs: Sequence[Conditioned], inertia: np.ndarray) -> tuple[Scale, ...]:
-    """Return the typical magnitudes of each joint in conditioned runs."""
+def typical(arm: Arm, runs: Sequence[Conditioned], inertia: np.ndarray, gone: np.ndarray) -> tuple[Scale, ...]:
+    """Return the typical magnitudes of each joint in conditioned runs, of joints that have ``gone`` (n,) so far."""
 
     def rms(name: str, j: int) -> float:
         return float(np.sqrt(np.mean(np.concatenate([getattr(run, name)[:, j] for run in runs]) ** 2)))
 
     def travel(j: int) -> float:
         return max(float(np.ptp(run.position[:, j])) for run in runs)
-
-    def distance(j: int) -> float:
-        return sum(float(np.sum(np.abs(np.diff(run.sliding[:, j])))) for run in runs)
 
     return tuple(
         Scale(
@@ -182,7 +180,7 @@ def typical(arm: Arm, runs: Sequence[Conditioned], inertia: np.ndarray) -> tuple
             length=arm.joints[j].length,
             prismatic=arm.joints[j].kind == "prismatic",
             middle=float(np.median(np.concatenate([run.position[:, j] for run in runs]))),
-            distance=distance(j) + 1e-6,
+            distance=float(gone[j]) + 1e-6,
         )
         for j in range(arm.n)
     )

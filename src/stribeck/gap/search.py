@@ -65,16 +65,17 @@ def search(
     _ = prepared.loud  # once, for all processes
     with Parallel(n_jobs=jobs) as pool:
         setting = _Setting(prepared, floor, seed, pool, tuple(leave_out), frozenset(), progress)
-        steps = _believed(setting, _forward(setting, base))
+        steps, without = _believed(setting, _forward(setting, base))
         unneeded = idle(steps)
         needless = unneeded or outdone(prepared, steps, pool, seed, leave_out)
-        if needless is None:
-            return steps
-        progress(f"again without {needless[0]}")
-        other = _forward(replace(setting, barred=frozenset({needless})), base)
-        ranking = rank(prepared, [last_model(steps), last_model(other)], steps[-1].floor, seed)
-        better = ranking.overall[1] > -LEAST_GAIN if unneeded else ranking.probability[1] > SURELY
-        return _believed(setting, other) if better else steps
+        if needless is not None:
+            progress(f"again without {needless[0]}")
+            other = _forward(replace(setting, barred=frozenset({needless})), base)
+            ranking = rank(prepared, [last_model(steps), last_model(other)], steps[-1].floor, seed)
+            better = ranking.overall[1] > -LEAST_GAIN if unneeded else ranking.probability[1] > SURELY
+            if better:
+                steps, without = _believed(setting, other)
+        return with_look_alikes(prepared, steps, without, pool, seed)
 
 
 @dataclass(frozen=True)
@@ -90,10 +91,10 @@ class _Setting:
     progress: Progress
 
 
-def _believed(setting: _Setting, steps: tuple[Step, ...]) -> tuple[Step, ...]:
+def _believed(setting: _Setting, steps: tuple[Step, ...]) -> tuple[tuple[Step, ...], list[Model]]:
     """Return the steps with what each effect is worth, without a last one that is hardly there beside the others.
 
-    Beside what does the same work as well, an effect is worth little.
+    Beside what does the same work as well, an effect is worth little. With them, the last model without each effect.
     """
     prepared, pool, seed = setting.prepared, setting.pool, setting.seed
     without = without_each(prepared, steps, pool)
@@ -103,7 +104,7 @@ def _believed(setting: _Setting, steps: tuple[Step, ...]) -> tuple[Step, ...]:
         steps = (*steps[: taken - 1], replace(steps[taken - 1], passing=(), worth=None))
         without = without_each(prepared, steps, pool)
         steps = weighed(prepared, steps, without, seed)
-    return with_look_alikes(prepared, steps, without, pool, seed)
+    return steps, without
 
 
 def _forward(setting: _Setting, base: Model) -> tuple[Step, ...]:

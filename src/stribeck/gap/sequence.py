@@ -35,7 +35,9 @@ def in_sequence(runs: Sequence[Conditioned], recordings: Sequence[Run]) -> tuple
     now = Past(travelled=np.zeros(recordings[0].n))
     for i in sorted(range(len(recordings)), key=lambda i: (*keys[i], i)):
         past[i], run = now, recordings[i]
-        now = Past(now.recordings + 1, now.recorded + run.duration, now.travelled + _gone(run.q, run.sample_time))
+        now = Past(
+            now.recordings + 1, now.recorded + run.duration, now.travelled + distance_gone(run.q, run.sample_time)
+        )
     return tuple(_placed(run, recordings, past) for run in runs)
 
 
@@ -43,7 +45,7 @@ def after(runs: Sequence[Conditioned]) -> Past:
     """Return the past of whatever is recorded after runs that have been told theirs."""
     last = max(runs, key=lambda run: (run.past.recordings, run.past.lead))
     past = last.past
-    gone = past.travelled + past.led + _gone(last.position, last.sample_time)
+    gone = past.travelled + past.led + distance_gone(last.position, last.sample_time)
     return Past(past.recordings + 1, past.recorded + past.lead + float(np.ptp(last.time)), gone)
 
 
@@ -65,10 +67,10 @@ def _placed(part: Conditioned, recordings: Sequence[Run], past: Mapping[int, Pas
     i = next(i for i, run in enumerate(recordings) if run is part.run or np.shares_memory(run.q, part.run.q))
     before = recordings[i].q[recordings[i].t < part.run.t[0]]
     lead = float(part.run.t[0] - recordings[i].t[0])
-    return replace(part, past=replace(past[i], lead=lead, led=_gone(before, recordings[i].sample_time)))
+    return replace(part, past=replace(past[i], lead=lead, led=distance_gone(before, recordings[i].sample_time)))
 
 
-def _gone(positions: np.ndarray, step: float) -> np.ndarray:
+def distance_gone(positions: np.ndarray, step: float) -> np.ndarray:
     """Return the distance (n,) that joints go along positions (N, n), hardly counting what noise goes to and fro."""
     seen = positions[:: max(1, round(STRIDE / step))]
     return np.asarray(np.sum(np.abs(np.diff(seen, axis=0)), axis=0))

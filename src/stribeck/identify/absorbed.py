@@ -6,9 +6,12 @@ projected off its columns (variable projection, Golub & Pereyra 1973).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.identify.conditioning import Conditioned
 from stribeck.identify.residual import Residual
 
 Floats = NDArray[np.float64]
@@ -31,6 +34,10 @@ class Absorbed(Residual):
         self.whole, self.dear, self.torque = whole, whole.dear, columns
         self.scale = np.broadcast_to(scale, columns.shape[:2])
         self._inverse = np.linalg.pinv(self._weighted(columns), rcond=1e-9)
+
+    def along(self, runs: Sequence[Conditioned]) -> Residual:
+        """Refuse: the columns belong to the runs that they were made for."""
+        raise TypeError("a law's torque along other runs is not known here")
 
     def _weighted(self, values: Floats) -> Floats:
         return np.asarray((values * self.scale[..., None]).reshape(-1, values.shape[2]))
