@@ -103,11 +103,13 @@ class Runaway(Residual):
         return (np.full_like(r, 1e200), np.full_like(jacobian, 1e200)) if away else (r, jacobian)
 
 
-def test_a_trial_step_that_runs_away_is_taken_back_in_silence(capfd: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("dear", [False, True])
+def test_a_trial_step_that_runs_away_is_taken_back_in_silence(capfd: pytest.CaptureFixture[str], dear: bool) -> None:
     path = SignalPath(pendulum())
     truth = values_of(path.entries)
     truth[0] *= 1.2
     residual = Runaway(path, [clean(path, truth)])
+    residual.dear = dear
     found = fit(residual, SURE)
     assert residual.tried > 0
     assert np.isfinite(found.cost)

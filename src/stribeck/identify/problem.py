@@ -77,8 +77,9 @@ class Problem:
         """Return the cost at z; alone where derivatives are dear, as a search along a line asks for no more."""
         if not self.residual.dear or self._key == z.tobytes():
             return float(self.evaluate(z)[0])
-        weighted = self.residual.value(self.physical(z)) * self.weights.scale
-        return self._tried(0.5 * float(np.sum(weighted**2)) + 0.5 * float(np.sum(self.prior(z) ** 2)), z)
+        with np.errstate(over="ignore", invalid="ignore"):  # a trial step may run away: IPOPT turns back there
+            weighted = self.residual.value(self.physical(z)) * self.weights.scale
+            return self._tried(0.5 * float(np.sum(weighted**2)) + 0.5 * float(np.sum(self.prior(z) ** 2)), z)
 
     def _tried(self, cost: float, z: np.ndarray) -> float:
         if cost < self.fallen[0] - WORTH * abs(cost):
@@ -116,6 +117,6 @@ class Problem:
         weighted = (r * self.weights.scale).ravel()
         columns = (jacobian * self.weights.scale[..., None]).reshape(len(weighted), -1) * slope
         prior = self.prior(z)
-        with np.errstate(over="ignore", invalid="ignore"):  # a trial step may run away: IPOPT turns back there
+        with np.errstate(over="ignore", invalid="ignore"):  # as in ``cost``
             cost = 0.5 * float(weighted @ weighted) + 0.5 * float(prior @ prior)
             return cost, columns.T @ weighted + prior, columns.T @ columns + np.diag(self.has_prior.astype(float))
