@@ -26,7 +26,7 @@ def figure(rows: Sequence[Mapping[str, Any]]) -> Figure:
         if row["gap_grown"] > 1.0 and not row["right"]:
             label = row["effect"].replace("_", " ")
             where = (row["gap_grown"], row["presence"])
-            ax.annotate(label, where, (5, 4), textcoords="offset points", color=MUTED, fontsize=8)
+            ax.annotate(label, where, (4, 5), textcoords="offset points", rotation=35, color=MUTED, fontsize=8)
     ax.axhline(NAMED_OVER, color=MUTED, linewidth=0.8, linestyle="--")
     ax.axvline(1.0, color=MUTED, linewidth=0.8, linestyle=":")
     for label, colour in FOUND.items():

@@ -12,7 +12,7 @@ from stribeck.arm import Arm
 from stribeck.gap.corrected import arm_of
 from stribeck.identify.conditioning import Conditioned
 from stribeck.identify.map_fit import Fit
-from stribeck.identify.problem import FRICTION_LIMIT, PRIOR_LIMIT, Weights
+from stribeck.identify.problem import Weights, prior_limit
 from stribeck.model.layout import values_of
 from stribeck.withheld.excitation import needed_torque
 
@@ -36,7 +36,6 @@ def least_squares_by_hand(arm: Arm, runs: Sequence[Conditioned], weights: Weight
         ]
         return np.concatenate([(np.concatenate(short) * weights.scale).ravel(), z])
 
-    friction = np.array([like.entries[i].owner == "friction" for i in free])
-    limit = np.where(friction, FRICTION_LIMIT, PRIOR_LIMIT)
+    limit = np.array([prior_limit(like.entries[i]) for i in free])
     low, high = np.maximum((lower - p0[free]) / sd, -limit), np.minimum((upper - p0[free]) / sd, limit)
     return least_squares(residual, np.zeros(len(free)), bounds=(low, high))

@@ -3,8 +3,7 @@
 Method: to the commanded torque of the DFKI double pendulum, design C.1, is added what an effect would have asked for
 along the recorded motion: ten laws by formula, one of them in no library, at each joint, as strong as what re-tuning
 leaves there without them, and twice as strong. The motion is the one that was recorded, so that a drive that had to
-overcome the effect would have got this command. Named right, named wrong, or not named; and by how much the gap grew
-once the nominal values are re-tuned, which is all that can be seen of the effect.
+overcome the effect would have got this command. Named right, wrong, or not; and by how much the re-tuned gap grew.
 Expected: named where the gap grows by as much as the arm's own; nothing named for the law outside the library.
 Source: dfki-ric-underactuated-lab/double_pendulum (BSD-3-Clause); skipped where the recordings are not at hand.
 """
@@ -43,8 +42,7 @@ def look(arm: Arm, runs: list[Run]) -> dict[str, Any]:
 
 def row(law: str, joint: str, size: float, found: dict[str, Any], plain: dict[str, Any]) -> dict[str, Any]:
     """Return one line of the table: of an effect put in at a joint."""
-    causes = found["causes"].items()
-    acting = {name for name, (_, joints, alike) in causes if law in (name, *alike) and joint in joints}
+    acting = {n for n, (_, at, alike) in found["causes"].items() if law in (n, *alike) and joint in at}
     wrong = [name for name in found["named"] if name not in acting and name not in plain["named"]]
     grown = np.sqrt(max(found["left"][joint] ** 2 - plain["left"][joint] ** 2, 0.0)) / plain["left"][joint]
     return {
@@ -75,7 +73,7 @@ def main(data: Path = DATA, jobs: int = 2) -> None:
         "silent_outside_the_library": [sum(not r["named"] for r in rows if r not in inside), len(rows) - len(inside)],
     }
     show(result)
-    print(f"written to {write('real_injected', result | {'as_recorded': plain, 'rows': rows}, named=figure(rows))}")
+    print(f"written to {write('real_injected', result | {'as_recorded': plain, 'rows': rows}, named=figure(inside))}")
 
 
 if __name__ == "__main__":

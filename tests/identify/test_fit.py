@@ -9,7 +9,7 @@ from stribeck.arm import Arm, Friction, Joint, Tolerance
 from stribeck.effects.registry import registry
 from stribeck.identify.conditioning import Conditioned, condition
 from stribeck.identify.map_fit import fit
-from stribeck.identify.problem import FRICTION_LIMIT, PRIOR_LIMIT, Weights
+from stribeck.identify.problem import LEVEL_LIMIT, PRIOR_LIMIT, Weights
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
@@ -75,7 +75,7 @@ def test_stays_within_its_limits_and_says_so() -> None:
     found = fit(Residual(path, [clean(path, truth)]), SURE)
     entry = path.entries[keys.index("A.friction.C0")]
     assert "A.friction.C0" in found.at_limit
-    assert found.value("A.friction.C0") == pytest.approx(entry.value + FRICTION_LIMIT * entry.sd, rel=1e-3)
+    assert found.value("A.friction.C0") == pytest.approx(entry.value + LEVEL_LIMIT * entry.sd, rel=1e-3)
     others = [(v, e) for v, e in zip(found.p, path.entries, strict=True) if e.sd > 0.0 and e.owner != "friction"]
     assert max(abs(v - e.value) / e.sd for v, e in others) <= PRIOR_LIMIT + 1e-9
 

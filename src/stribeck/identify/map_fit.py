@@ -90,7 +90,7 @@ def fit(
     Gauss-Newton Hessian, gradient as the residual has it. Where derivatives are dear, they alone are counted as
     evaluations, and PATIENCE of them that lead nowhere end the fit: its status is No_Further_Descent. Nominal values
     stay within PRIOR_LIMIT prior standard deviations, those of
-    friction within FRICTION_LIMIT.
+    friction's level within LEVEL_LIMIT, the rest of friction within FRICTION_LIMIT.
     """
     p0 = values_of(residual.path.entries) if start is None else start
     problem = Problem(residual, weights, p0, scales or {})

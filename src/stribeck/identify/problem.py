@@ -11,7 +11,9 @@ from stribeck.identify.residual import Residual
 from stribeck.model.layout import Entry, values_of
 
 PRIOR_LIMIT = 3.0  # standard deviations that re-tuning may move a nominal value; more is a gap of its own
-FRICTION_LIMIT = 30.0  # the same for friction, which its prior alone holds: other laws would stand in for its level
+FRICTION_LIMIT = 6.0  # the same for what friction does with speed
+LEVEL_LIMIT = 30.0  # and for its level, which its prior alone holds: other laws would stand in for it
+LEVELS = ("C0", "C2")
 PATIENCE, WORTH = 10, 1e-3  # evaluations of dear derivatives in which the cost must fall by that part
 
 
@@ -26,6 +28,13 @@ class Weights:
     def scale(self) -> np.ndarray:
         """Factor, of the shape of ``sd``, that turns a residual in N m into one of unit information."""
         return np.asarray(1.0 / (self.sd * np.sqrt(self.correlation)))
+
+
+def prior_limit(entry: Entry) -> float:
+    """Return by how many standard deviations re-tuning may move a nominal value."""
+    if entry.owner != "friction":
+        return PRIOR_LIMIT
+    return LEVEL_LIMIT if entry.name.rpartition(".")[2] in LEVELS else FRICTION_LIMIT
 
 
 class Problem:
@@ -69,8 +78,7 @@ class Problem:
         safe = np.where(self.log, np.maximum(lower, 1e-300), 1.0)
         low = np.where(self.log, np.log(safe), (lower - self.origin) / self.unit)
         high = np.where(self.log, np.log(np.where(self.log, upper, 1.0)), (upper - self.origin) / self.unit)
-        friction = np.array([self.entries[i].owner == "friction" for i in self.free], dtype=bool)
-        limit = np.where(self.has_prior, np.where(friction, FRICTION_LIMIT, PRIOR_LIMIT), np.inf)
+        limit = np.where(self.has_prior, [prior_limit(self.entries[i]) for i in self.free], np.inf)
         return np.maximum(low, -limit), np.minimum(high, limit)
 
     def cost(self, z: np.ndarray) -> float:
