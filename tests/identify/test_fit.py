@@ -8,10 +8,10 @@ import pytest
 from stribeck.arm import Arm, Friction, Joint, Tolerance
 from stribeck.effects.registry import registry
 from stribeck.identify.conditioning import Conditioned, condition
-from stribeck.identify.map_fit import fit
+from stribeck.identify.map_fit import Fit, fit
 from stribeck.identify.problem import LEVEL_LIMIT, PRIOR_LIMIT, Weights
 from stribeck.identify.residual import Residual
-from stribeck.model.layout import Placed, values_of
+from stribeck.model.layout import Entry, Placed, values_of
 from stribeck.model.path import SignalPath
 
 from .conftest import PENDULUM, pendulum, recorded, stronger
@@ -66,14 +66,18 @@ def test_recovers_an_effect_in_its_logarithm() -> None:
     assert found.p[-2:] == pytest.approx([350.0, 2.0], rel=1e-5)
 
 
-def test_stays_within_its_limits_and_says_so() -> None:
-    """Friction of twenty times its nominal value, with a tolerance of 30 %: held at its limit, and reported."""
+def rougher(factor: float) -> tuple[SignalPath, Fit, Entry]:
+    """A fit to data of a joint whose C0 is a multiple of its nominal value, and what the arm says of that."""
     path = SignalPath(pendulum())
     truth = values_of(path.entries)
-    keys = [entry.key for entry in path.entries]
-    truth[keys.index("A.friction.C0")] *= 20.0
-    found = fit(Residual(path, [clean(path, truth)]), SURE)
-    entry = path.entries[keys.index("A.friction.C0")]
+    i = [entry.key for entry in path.entries].index("A.friction.C0")
+    truth[i] *= factor
+    return path, fit(Residual(path, [clean(path, truth)]), SURE), path.entries[i]
+
+
+def test_stays_within_its_limits_and_says_so() -> None:
+    """Friction of twenty times its nominal value, with a tolerance of 30 %: held at its limit, and reported."""
+    path, found, entry = rougher(20.0)
     assert "A.friction.C0" in found.at_limit
     assert found.value("A.friction.C0") == pytest.approx(entry.value + LEVEL_LIMIT * entry.sd, rel=1e-3)
     others = [(v, e) for v, e in zip(found.p, path.entries, strict=True) if e.sd > 0.0 and e.owner != "friction"]
@@ -82,12 +86,8 @@ def test_stays_within_its_limits_and_says_so() -> None:
 
 def test_friction_of_several_times_its_nominal_value_is_retuned() -> None:
     """Whatever its tolerance says: other laws of friction would stand in for its level."""
-    path = SignalPath(pendulum())
-    truth = values_of(path.entries)
-    keys = [entry.key for entry in path.entries]
-    truth[keys.index("A.friction.C0")] *= 5.0
-    found = fit(Residual(path, [clean(path, truth)]), SURE)
-    assert found.value("A.friction.C0") == pytest.approx(truth[keys.index("A.friction.C0")], rel=0.01)
+    _, found, entry = rougher(5.0)
+    assert found.value("A.friction.C0") == pytest.approx(5.0 * entry.value, rel=0.01)
     assert found.at_limit == ("A.friction.C0",)  # beyond three deviations all the same, which is said
 
 
