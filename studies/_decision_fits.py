@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 
 from stribeck.arm import Arm
-from stribeck.gap.blocks import block_of_rows, block_sums, correlation_rows
-from stribeck.gap.candidates import candidates
-from stribeck.gap.corrected import arm_of
+from stribeck.gap.answer.verdict import NAMED_OVER, causes_of
 from stribeck.gap.diagnose import searched
-from stribeck.gap.model import Model, weights_of
-from stribeck.gap.prepare import Prepared, prepare
-from stribeck.gap.step import Step
-from stribeck.gap.verdict import NAMED_OVER, causes_of
+from stribeck.gap.fitted.corrected import arm_of
+from stribeck.gap.fitted.model import Model, weights_of
+from stribeck.gap.records.blocks import block_of_rows, block_sums, correlation_rows
+from stribeck.gap.records.prepare import Prepared, prepare
+from stribeck.gap.search.candidates import candidates
+from stribeck.gap.search.step import Step
 from stribeck.identify.conditioning import Conditioned, condition
 from stribeck.run import Run
 from stribeck.simulate.engine import Engine, path_of

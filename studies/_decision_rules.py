@@ -15,8 +15,8 @@ from scipy.optimize import minimize
 from scipy.special import gammaln, logsumexp
 from scipy.stats import chi2
 
-from stribeck.gap.blocks import t_value
-from stribeck.gap.rank import log_ratio
+from stribeck.gap.records.blocks import t_value
+from stribeck.gap.search.rank import log_ratio
 
 DECISIVE = 6.0  # difference of BIC (Kass & Raftery 1995: strong)
 SURE_T = 2.8  # block t value of a held-out gain

@@ -13,15 +13,15 @@ from _next_rivals import at_random, d_optimal
 
 from stribeck.errors import StribeckError
 from stribeck.gap import diagnose
-from stribeck.gap.assembly import Assembly
-from stribeck.gap.changes import Change
+from stribeck.gap.answer.assembly import Assembly
 from stribeck.gap.diagnose import searched
-from stribeck.gap.experiment import Experiment, next_experiment, open_question
-from stribeck.gap.experiment_plan import Plan
-from stribeck.gap.observed import observe
-from stribeck.gap.prepare import prepare
+from stribeck.gap.experiment.changes import Change
+from stribeck.gap.experiment.plan import Plan
+from stribeck.gap.experiment.proposal import Experiment, next_experiment, open_question
+from stribeck.gap.experiment.separation import AS_IT_IS, Candidate
+from stribeck.gap.records.observed import observe
+from stribeck.gap.records.prepare import prepare
 from stribeck.gap.result import Cause, Diagnosis
-from stribeck.gap.separation import AS_IT_IS, Candidate
 from stribeck.identify.conditioning import condition
 from stribeck.run import Run
 

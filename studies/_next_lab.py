@@ -10,8 +10,8 @@ from _next_cases import Poor
 from scipy.interpolate import make_interp_spline
 
 from stribeck.arm import Arm
-from stribeck.gap.changes import Change, Loaded, Raised, Reversed, Turned
-from stribeck.gap.separation import AS_IT_IS
+from stribeck.gap.experiment.changes import Change, Loaded, Raised, Reversed, Turned
+from stribeck.gap.experiment.separation import AS_IT_IS
 from stribeck.run import Run
 from stribeck.withheld.injections import Injection
 from stribeck.withheld.motions import Array, Motion

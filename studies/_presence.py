@@ -12,8 +12,8 @@ from scipy.special import expit
 
 from stribeck.arm import Arm
 from stribeck.gap.diagnose import searched
-from stribeck.gap.prepare import prepare
-from stribeck.gap.presence import Evidence, evidence
+from stribeck.gap.records.prepare import prepare
+from stribeck.gap.search.presence import Evidence, evidence
 from stribeck.run import Run
 
 RIDGE = 2.0  # of the squared weights, in units of each figure's spread

@@ -7,7 +7,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from stribeck.gap.verdict import NAMED_OVER
+from stribeck.gap.answer.verdict import NAMED_OVER
 from stribeck.report.style import COLOUR, MUTED, drawn, grid, heading, new_figure
 
 MARKS = {"shoulder": "o", "elbow": "s"}

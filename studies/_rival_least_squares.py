@@ -11,9 +11,9 @@ from scipy.optimize import least_squares
 from scipy.stats import norm
 
 from stribeck.arm import Arm
-from stribeck.gap.candidates import candidates
-from stribeck.gap.model import Model, weights_of
-from stribeck.gap.prepare import Prepared
+from stribeck.gap.fitted.model import Model, weights_of
+from stribeck.gap.records.prepare import Prepared
+from stribeck.gap.search.candidates import candidates
 from stribeck.identify.residual import Residual
 from stribeck.model.effect import Effect
 from stribeck.model.layout import Placed

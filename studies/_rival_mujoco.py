@@ -12,7 +12,7 @@ import numpy as np
 from _rival import Answer, friction_intervals
 
 from stribeck.arm import Arm, Joint
-from stribeck.gap.prepare import Prepared
+from stribeck.gap.records.prepare import Prepared
 from stribeck.identify.conditioning import Conditioned, condition
 
 WINDOW = 1.0  # s of open-loop simulation from a recorded state: longer ones drift off

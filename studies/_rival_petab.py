@@ -6,7 +6,7 @@ import numpy as np
 from _rival import CONSTANTS, Answer, friction_intervals
 
 from stribeck.arm import Arm
-from stribeck.gap.step import Step
+from stribeck.gap.search.step import Step
 
 
 def by_petab_select(arm: Arm, step: Step, criterion: str) -> Answer:

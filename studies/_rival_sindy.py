@@ -8,8 +8,8 @@ import numpy as np
 from _rival import Answer
 
 from stribeck.arm import Arm
-from stribeck.gap.model import Model
-from stribeck.gap.prepare import Prepared
+from stribeck.gap.fitted.model import Model
+from stribeck.gap.records.prepare import Prepared
 from stribeck.identify.conditioning import Conditioned
 
 HARMONICS = range(1, 13)

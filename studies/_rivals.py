@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import OptimizeResult, least_squares
 
 from stribeck.arm import Arm
-from stribeck.gap.corrected import arm_of
+from stribeck.gap.fitted.corrected import arm_of
 from stribeck.identify.conditioning import Conditioned
 from stribeck.identify.map_fit import Fit
 from stribeck.identify.problem import Weights, prior_limit

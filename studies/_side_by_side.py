@@ -23,12 +23,12 @@ from stribeck.arm import Arm, load_arm
 from stribeck.blind.key import Opened
 from stribeck.blind.outcome import outcome
 from stribeck.blind.rates import rate
+from stribeck.gap.answer.nominal import nominal_intervals
+from stribeck.gap.answer.verdict import NAMED_OVER, causes_of, no_gap_probability
 from stribeck.gap.diagnose import searched
-from stribeck.gap.nominal import nominal_intervals
-from stribeck.gap.observed import observe
-from stribeck.gap.prepare import Prepared, prepare
-from stribeck.gap.step import Step
-from stribeck.gap.verdict import NAMED_OVER, causes_of, no_gap_probability
+from stribeck.gap.records.observed import observe
+from stribeck.gap.records.prepare import Prepared, prepare
+from stribeck.gap.search.step import Step
 from stribeck.run import Run
 
 OWN, MUJOCO, EXTENDED, SINDY, ALL = (

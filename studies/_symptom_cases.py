@@ -9,9 +9,9 @@ import numpy as np
 
 from stribeck.arm import Arm, Friction, Joint, Tolerance
 from stribeck.effects.registry import laws
-from stribeck.gap.model import Model, fit_model, retune, weights_of
-from stribeck.gap.prepare import Prepared, prepare
-from stribeck.gap.screen import screen
+from stribeck.gap.fitted.model import Model, fit_model, retune, weights_of
+from stribeck.gap.records.prepare import Prepared, prepare
+from stribeck.gap.search.screen import screen
 from stribeck.model.effect import Effect
 from stribeck.model.layout import Placed
 from stribeck.run import Run

@@ -9,7 +9,7 @@ from _symptom_cases import Case
 from _symptom_values import Array, Points, Symptom
 from scipy.signal import lfilter
 
-from stribeck.gap.prepare import Prepared
+from stribeck.gap.records.prepare import Prepared
 from stribeck.identify.conditioning import Conditioned
 from stribeck.model.effect import Effect
 from stribeck.model.values import Record

@@ -10,7 +10,7 @@ from _symptom_records import record_symptom
 from _symptom_values import Array, Points, Symptom
 from scipy.signal import welch
 
-from stribeck.gap.prepare import Prepared
+from stribeck.gap.records.prepare import Prepared
 from stribeck.identify.conditioning import Conditioned
 from stribeck.identify.residual import Residual
 from stribeck.model.effect import Effect

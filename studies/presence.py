@@ -1,10 +1,10 @@
 """Question: how sure may the diagnosis be of an effect that its search has taken? Weights of evidence, from cases.
 
 Method: cases of the independent plant, sealed as in `blind_effects.py`, are searched. For each effect that a search
-takes, the evidence (`stribeck.gap.presence`) is held against whether it, or one of its class, was hidden there, and a
-logistic regression weighs it. Stated beside the shipped weights: those of these cases, and how well both foretell, the
-former in tenfold cross-validation over cases. What the records show by themselves (encoder steps, a late velocity) is
-left out. Probabilities hold for the mixture asked for here: one effect in three of five cases.
+takes, the evidence (`stribeck.gap.search.presence`) is held against whether it, or one of its class, was hidden there,
+and a logistic regression weighs it. Stated beside the shipped weights: those of these cases, and how well both
+foretell, the former in tenfold cross-validation over cases. What the records show by themselves (encoder steps, a late
+velocity) is left out. Probabilities hold for the mixture asked for here: one effect in three of five cases.
 Expected: both weights foretell alike, within what cross-validation costs. Source: Cox (1958), logistic regression.
 """
 
@@ -23,8 +23,8 @@ from stribeck.blind.batch import diagnose_cases
 from stribeck.blind.farm import Processes
 from stribeck.blind.key import open_sealed
 from stribeck.effects.registry import registry
-from stribeck.gap.presence import CENTRE, LEVEL, WEIGHT
-from stribeck.gap.verdict import NAMED_OVER
+from stribeck.gap.answer.verdict import NAMED_OVER
+from stribeck.gap.search.presence import CENTRE, LEVEL, WEIGHT
 from stribeck.withheld import KNOWN
 from stribeck.withheld.plan import Order
 from stribeck.withheld.seal import record_sealed

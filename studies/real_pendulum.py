@@ -23,7 +23,7 @@ from rich import print as show
 
 from stribeck.arm import load_arm
 from stribeck.gap import Diagnosis, diagnose
-from stribeck.gap.delivered import as_commanded
+from stribeck.gap.answer.delivered import as_commanded
 from stribeck.report.figures.waterfall import waterfall_figure
 from stribeck.run import load_run
 

@@ -28,8 +28,8 @@ from rich import print as show
 
 from stribeck.arm import load_arm
 from stribeck.gap import diagnose
-from stribeck.gap.model import fit_model, weights_from
-from stribeck.gap.prepare import prepare
+from stribeck.gap.fitted.model import fit_model, weights_from
+from stribeck.gap.records.prepare import prepare
 from stribeck.identify.conditioning import condition
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import values_of

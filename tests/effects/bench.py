@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 
 from stribeck.arm import Arm, Friction, Joint
-from stribeck.gap.prepare import Prepared, prepare
+from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.identify.conditioning import Conditioned, condition
 from stribeck.identify.residual import Residual
 from stribeck.model.effect import Effect

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from stribeck.gap.floor import noise_floor
-from stribeck.gap.model import retune
-from stribeck.gap.prepare import prepare
-from stribeck.gap.search import search
+from stribeck.gap.fitted.model import retune
+from stribeck.gap.records.floor import noise_floor
+from stribeck.gap.records.prepare import prepare
+from stribeck.gap.search.search import search
 from stribeck.model.layout import values_of
 from stribeck.model.path import SignalPath
 from stribeck.withheld.excitation import programme

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 from stribeck.effects.registry import effect_named, laws
-from stribeck.gap.differentiable import differentiable
-from stribeck.gap.model import Model, fit_model, retune, start_values, weights_of
-from stribeck.gap.prepare import Prepared, prepare
-from stribeck.gap.screen import screen
+from stribeck.gap.fitted.differentiable import differentiable
+from stribeck.gap.fitted.model import Model, fit_model, retune, start_values, weights_of
+from stribeck.gap.records.prepare import Prepared, prepare
+from stribeck.gap.search.screen import screen
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import Placed
 from stribeck.model.path import SignalPath

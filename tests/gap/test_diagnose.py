@@ -11,11 +11,11 @@ import pytest
 from stribeck.arm import Arm, EffectEntry, load_arm, save_arm
 from stribeck.effects.registry import registry
 from stribeck.errors import InputError
-from stribeck.gap import assembly
+from stribeck.gap.answer import assembly
+from stribeck.gap.answer.verdict import causes_of
 from stribeck.gap.diagnose import diagnose
 from stribeck.gap.result import VERDICTS, Cause, Diagnosis
-from stribeck.gap.step import Step
-from stribeck.gap.verdict import causes_of
+from stribeck.gap.search.step import Step
 
 from .conftest import NOMINAL, TRUE, recorded, sines
 

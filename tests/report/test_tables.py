@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from stribeck.gap.files import diagnosis_json
+from stribeck.gap.answer.files import diagnosis_json
 from stribeck.gap.result import Delivered, Estimate, Stage, Tuned
 from stribeck.report import sentences, tables, words
 from stribeck.report.delivered import delivered_table

@@ -6,7 +6,7 @@ from dataclasses import astuple
 import numpy as np
 import pytest
 
-from stribeck.gap.presence import CENTRE, LEVEL, WEIGHT, Evidence
+from stribeck.gap.search.presence import CENTRE, LEVEL, WEIGHT, Evidence
 
 
 def study(name: str):

@@ -32,7 +32,7 @@ def diagnosed(arm: Arm, runs: Sequence[Run], leave_out: Sequence[str]) -> dict[s
     """
     from stribeck.effects.registry import registry
     from stribeck.gap import diagnose
-    from stribeck.gap.files import diagnosis_json
+    from stribeck.gap.answer.files import diagnosis_json
 
     found = diagnose(arm, runs, seed=0, jobs=1, leave_out=[name for name in leave_out if name in registry()])
     return {

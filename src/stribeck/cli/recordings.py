@@ -80,7 +80,7 @@ def diagnose(
     if torque is Torque.measured:
         fitted, judged = _measured(fitted), _measured(judged)
     from stribeck.gap import diagnose as find
-    from stribeck.gap.files import write_diagnosis
+    from stribeck.gap.answer.files import write_diagnosis
     from stribeck.report.diagnosis import write_report
     from stribeck.report.summary import summary
 
@@ -150,7 +150,7 @@ def identify(
 
 def _measured(runs: Sequence[Run]) -> list[Run]:
     """Return runs whose measured torque stands in for the command."""
-    from stribeck.gap.delivered import as_commanded
+    from stribeck.gap.answer.delivered import as_commanded
 
     for run in runs:
         if run.tau_meas is None:

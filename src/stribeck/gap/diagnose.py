@@ -10,17 +10,17 @@ import numpy as np
 from stribeck.arm import Arm
 from stribeck.effects.registry import placed_effects
 from stribeck.errors import InputError
-from stribeck.gap.assembly import Assembly
-from stribeck.gap.clocks import in_step
-from stribeck.gap.floor import noise_of_rows
-from stribeck.gap.lateness import on_time
-from stribeck.gap.model import noise_in, retune
-from stribeck.gap.observed import observe
-from stribeck.gap.prepare import Prepared, prepare
+from stribeck.gap.answer.assembly import Assembly
+from stribeck.gap.fitted.clocks import in_step
+from stribeck.gap.fitted.model import noise_in, retune
+from stribeck.gap.records.floor import noise_of_rows
+from stribeck.gap.records.observed import observe
+from stribeck.gap.records.prepare import Prepared, prepare
+from stribeck.gap.records.spread import Noise
 from stribeck.gap.result import Diagnosis
-from stribeck.gap.search import Progress, search
-from stribeck.gap.spread import Noise
-from stribeck.gap.step import Step
+from stribeck.gap.search.lateness import on_time
+from stribeck.gap.search.search import Progress, search
+from stribeck.gap.search.step import Step
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import values_of
 from stribeck.model.path import SignalPath

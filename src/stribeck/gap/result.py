@@ -1,4 +1,4 @@
-"""What a diagnosis says, as plain values; :mod:`stribeck.gap.files` writes them, the report draws them."""
+"""What a diagnosis says, as plain values; :mod:`stribeck.gap.answer.files` writes them, the report draws them."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
-from stribeck.gap.files import NEXT_REFERENCE, package_version
+from stribeck.gap.answer.files import NEXT_REFERENCE, package_version
 from stribeck.gap.result import Diagnosis
 from stribeck.report import sentences, tables, words
 from stribeck.report.delivered import delivered_table

@@ -1,0 +1,1 @@
+"""What a finished search says: verdict, causes, where and how far, as a diagnosis and its files."""

@@ -1,0 +1,234 @@
+"""A finished search put together as a diagnosis: stages, causes, probabilities, traces and corrected arms."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from stribeck.effects.registry import placed_effects
+from stribeck.gap.answer.delivered import delivered
+from stribeck.gap.answer.listing import candidates_of, traces_of
+from stribeck.gap.answer.margins import widened
+from stribeck.gap.answer.nominal import nominal_intervals
+from stribeck.gap.answer.places import places
+from stribeck.gap.answer.stages import HORIZON, stages_of
+from stribeck.gap.answer.verdict import (
+    AT_FLOOR,
+    NAMED_OVER,
+    NONE_OVER,
+    causes_of,
+    closes_estimate,
+    no_gap_probability,
+    shaken,
+    suspected,
+    with_observed,
+)
+from stribeck.gap.answer.where import regions
+from stribeck.gap.experiment.proposal import Experiment, next_experiment, open_question
+from stribeck.gap.fitted.corrected import arm_of
+from stribeck.gap.fitted.model import Model, fit_model, weights_of
+from stribeck.gap.fitted.noisy import put_back
+from stribeck.gap.records.blocks import bayesian_bootstrap, block_of_rows
+from stribeck.gap.records.observed import Observation
+from stribeck.gap.records.prepare import Prepared
+from stribeck.gap.records.sequence import on_average
+from stribeck.gap.records.unsaid import told_of
+from stribeck.gap.result import Cause, Diagnosis, Estimate, Tuned
+from stribeck.gap.search.lateness import told_late
+from stribeck.gap.search.look_alike import doubt, told_alike
+from stribeck.gap.search.random_torque import added_power, loud, random_torque
+from stribeck.gap.search.step import Step, last_model
+from stribeck.identify.confidence import Intervals, intervals
+
+
+class Assembly:
+    """The parts of a finished search, put together as a :class:`Diagnosis`."""
+
+    def __init__(
+        self,
+        prepared: Prepared,
+        seen: Observation,
+        given: np.ndarray,
+        noise: np.ndarray,
+        floor: np.ndarray,
+        steps: Sequence[Step],
+        seed: int,
+    ) -> None:
+        self.prepared, self.given, self.seed = prepared, given, seed
+        self.seen = seen
+        self.steps = tuple(steps)
+        self.base = steps[0].base
+        # what knows nothing of the motion is noise as well: no model can close it
+        self.random = random_torque(prepared, last_model(steps), floor, seed)
+        more = added_power(self.random, prepared.arm.names)
+        self.noise, self.floor = np.sqrt(noise**2 + more), np.sqrt(floor**2 + more)
+        taken = [step.best for step in steps if step.taken and step.best is not None]
+        again = [step.base for step in self.steps[1:]]  # what was taken, fitted once more with weights of its own
+        self.models: list[Model] = [self.base, *again, *taken[len(again) :]]
+        self.block = block_of_rows(prepared.held)
+        self.draws = bayesian_bootstrap(int(self.block.max()) + 1, 400, np.random.default_rng(seed))
+
+    def diagnosis(self) -> Diagnosis:
+        """Return the diagnosis."""
+        arm, prepared = self.prepared.arm, self.prepared
+        causes, left_over = causes_of(self.steps, arm.names, prepared.scales)
+        in_torque = tuple(cause.effect for cause in causes if (cause.presence or 0.0) > NAMED_OVER)
+        chain = self._chain(in_torque)
+        causes = [self._with_details(cause, chain if cause.effect in in_torque else self.models) for cause in causes]
+        final = chain[-1]
+        verdict, causes = self._verdict(final, in_torque, causes, left_over)
+        closed = self._closes(self.base, final) if in_torque else None
+        verdict, causes = with_observed(verdict, causes, self.seen.causes, len(in_torque))
+        named = (*(cause.effect for cause in self.seen.causes), *in_torque)
+        every = (*prepared.fit, *prepared.held)
+        arms = {
+            "as_given": arm,
+            "retuned": arm_of(arm, self.base.fit, self.base.placed),
+            "corrected": arm_of(arm, final.fit, (*on_average(final.placed, every), *self.seen.placed)),
+        }
+        experiment = self._experiment(causes, unexplained=verdict == "unexplained")
+        tuned = self._tuned()
+        stages, missing = stages_of(prepared, self.given, chain, self.floor)
+        regions_ = regions(prepared, self.base.held, final.held, self.noise, self.seed)
+        return Diagnosis(
+            arm=arm.name,
+            joints=arm.names,
+            fit_runs=tuple(dict.fromkeys(run.name for run in prepared.fit)),
+            held_out_runs=tuple(dict.fromkeys(run.name for run in prepared.held)),
+            verdict=verdict,
+            named=named,
+            horizon=HORIZON,
+            stages=stages,
+            closed=closed,
+            where=places(prepared, chain, self.noise, regions_, self.seed),
+            regions=regions_,
+            causes=tuple(causes),
+            candidates=candidates_of(self.steps, arm.names),
+            tuned=tuned,
+            traces=traces_of(prepared, self.given, self.base, final),
+            models={name: prepared.as_stated(one) for name, one in arms.items()},
+            notes=(*prepared.notes, *told_late(self.base, placed_effects(arm), arm.names)),
+            warnings=(
+                *prepared.warnings,
+                *missing,
+                *loud(self.random, arm.names, self.steps[-1].floor),
+                *told_of(tuned),
+                *(told_alike(self.steps, arm.names) if verdict != "no_gap" else ()),
+                *self._limits(),
+            ),
+            next_experiment=experiment.plain() if experiment else None,
+            next_reference=experiment.reference if experiment else None,
+            delivered=delivered(prepared, self.base, self.steps[-1].floor, self.seed),
+            random=self.random,
+            settings={"seed": self.seed, "cutoff_hz": prepared.cutoff, "horizon_s": HORIZON},
+        )
+
+    def _chain(self, named: Sequence[str]) -> list[Model]:
+        """Return the models from the re-tuned one to that with all named effects, one effect more each."""
+        first = len(self.base.placed)
+        added = self.models[-1].placed[first:]
+        kept = [place for place in added if place.effect.name in named]
+        if len(kept) == len(added):
+            return self.models
+        chain = [self.base]
+        for i in range(len(kept)):
+            placed = (*self.base.placed, *kept[: i + 1])
+            model = chain[-1]
+            for evaluations in (40, 20, 20):  # weights of what is left before, then of what is left after
+                weights = weights_of(model, self.prepared, self.floor)
+                model = fit_model(self.prepared, placed, weights, model.fit, evaluations=evaluations)
+            chain.append(model)
+        return chain
+
+    def _verdict(
+        self, final: Model, named: tuple[str, ...], causes: list[Cause], left_over: float
+    ) -> tuple[str, list[Cause]]:
+        """Return the verdict, and the causes with what is left for ``none`` and ``unknown``."""
+        ratio = float(np.max(np.sqrt(np.mean(self._held(final) ** 2, axis=0)) / self.floor))
+        if named:
+            verdict = (
+                "explained" if ratio < AT_FLOOR or self._closes(self.base, final).value > 0.9 else "partly_explained"
+            )
+            return verdict, [*causes, Cause("unknown", left_over)]
+        none = no_gap_probability(self.steps[0], self.floor) * max(left_over - doubt(self.steps), 0.0)
+        nothing = Cause("none", none)
+        rest = left_over - nothing.probability
+        if none > NONE_OVER:
+            listed = {cause.effect for cause in causes}
+            outside = shaken(nothing, self.steps[0], [row.joint for row in self.random], listed)
+            return "no_gap", [*causes, *outside, Cause("unknown", rest)]
+        if causes:
+            return "unexplained", [*causes, nothing, Cause("unknown", rest)]
+        return "unexplained", [nothing, *suspected(self.steps[-1], rest, self.prepared.arm.names)]
+
+    def _experiment(self, causes: Sequence[Cause], *, unexplained: bool) -> Experiment | None:
+        """Return what would tell apart what these data cannot, where there is such a question."""
+        ambiguous = any((c.presence or 0.0) > NAMED_OVER and len(c.equivalent) > 1 for c in causes)
+        models = open_question(self.steps, unexplained=unexplained) if ambiguous or unexplained else ()
+        return next_experiment(self.prepared, models, self.floor) if models else None
+
+    def _closes(self, before: Model, after: Model) -> Estimate:
+        return closes_estimate(self._held(before), self._held(after), self.floor, self.block, self.draws)
+
+    def _held(self, model: Model) -> np.ndarray:
+        """Return a model's residual (M, n) on the held-out runs with all noise in it: less of it closes no gap."""
+        return put_back(self.prepared, model.whole, model.noise, self.floor)[-len(model.held) :]
+
+    def _intervals(self, model: Model) -> Intervals:
+        weights = weights_of(model, self.prepared, self.floor)
+        return intervals(model.fit, weights, block_of_rows(self.prepared.fit))
+
+    def _with_details(self, cause: Cause, chain: Sequence[Model]) -> Cause:
+        """Return a cause with its parameters from the last of a chain of models, and what its own steps close."""
+        final = chain[-1]
+        bounds = self._intervals(final)
+        parameters: dict[str, dict[str, Estimate]] = {}
+        for i, entry in enumerate(final.fit.entries):
+            joint = self.prepared.arm.names[entry.joint]
+            mine = isinstance(entry.owner, int) and final.placed[entry.owner].effect.name == cause.effect
+            if mine and joint in cause.joints:
+                estimate = Estimate(float(final.fit.p[i]), float(bounds.low[i]), float(bounds.high[i]), entry.unit)
+                parameters.setdefault(joint, {})[entry.name] = estimate
+        step = self.prepared.fit[0].run.t
+        parameters = {joint: widened(own, float(step[1] - step[0])) for joint, own in parameters.items()}
+        closes = self._closed_by(cause.effect, chain)
+        return replace(cause, parameters=parameters, closes=closes, law=self._laws_of(cause.effect))
+
+    def _laws_of(self, effect: str) -> dict[str, str]:
+        """Return joint -> law of a named family that has several."""
+        names, added = self.prepared.arm.names, self.models[-1].placed[len(self.base.placed) :]
+        return {names[p.joint]: p.effect.law for p in added if p.effect.name == effect and p.effect.law}
+
+    def _closed_by(self, effect: str, chain: Sequence[Model]) -> Estimate:
+        """Return the part of the whole closable gap that an effect's own steps close, joints scaled by their floor."""
+        pairs = [(before, after) for before, after in pairwise(chain) if after.placed[-1].effect.name == effect]
+        closed = [Estimate(0.0, 0.0, 0.0), *(self._closes(self.base, model) for model in chain[1:])]
+        at = {id(model): estimate for model, estimate in zip(chain, closed, strict=True)}
+        value = sum(at[id(after)].value - at[id(before)].value for before, after in pairs)
+        spread = max((at[id(after)].high - at[id(after)].low) / 2 for _, after in pairs)
+        return Estimate(value, value - spread, value + spread)
+
+    def _tuned(self) -> tuple[Tuned, ...]:
+        fit, bounds = self.base.fit, nominal_intervals(self.base, self.prepared, self.floor)
+        return tuple(
+            Tuned(
+                entry.key,
+                entry.unit,
+                entry.value,
+                entry.sd,
+                Estimate(float(fit.p[i]), float(bounds.low[i]), float(bounds.high[i]), entry.unit),
+                entry.key in fit.at_limit,
+                bool(bounds.identified[i]),
+            )
+            for i, entry in enumerate(fit.entries)
+            if entry.owner in ("inertial", "friction")
+        )
+
+    def _limits(self) -> list[str]:
+        return [
+            f"{key}: the data push it to three standard deviations from its nominal value or beyond"
+            for key in self.models[-1].fit.at_limit
+        ]

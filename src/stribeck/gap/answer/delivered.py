@@ -1,0 +1,139 @@
+"""What the drives delivered of the torque that they were asked for, where the records hold both.
+
+A measured torque is a second place at which the signal path can be cut: what differs before it is the actuator's, what
+does not balance behind it is not. How a torque was measured is not known (a current says nothing of cogging), so this
+is told beside the causes and decides none of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
+from scipy.optimize import minimize_scalar
+from scipy.stats import t as student
+
+from stribeck.gap.answer.verdict import AT_FLOOR, closes_estimate
+from stribeck.gap.fitted.model import Model, retune
+from stribeck.gap.records.blocks import bayesian_bootstrap, block_of_rows, block_sums
+from stribeck.gap.records.prepare import Prepared
+from stribeck.gap.result import Delivered, Estimate
+from stribeck.identify.conditioning import Conditioned, condition
+from stribeck.run import Run
+
+Floats = NDArray[np.float64]
+
+LEAST = 1e-6  # of the larger torque's span: a smaller one is none, and tells nothing
+EARLIEST, LATEST, TRIES = -0.05, 0.15, 81  # s; how many delays are tried before the best is refined
+
+
+def delivered(prepared: Prepared, base: Model, floor: Floats, seed: int = 0) -> tuple[Delivered, ...]:
+    """Compare measured with commanded torque, joint by joint; empty where a run lacks either.
+
+    Parameters
+    ----------
+    base : Model
+        Re-tuned to the commanded torque.
+    floor : array (n,)
+        Noise floor of its residual, N m rms.
+    """
+    runs = (*prepared.fit, *prepared.held)
+    if not all(_has_it(run.run) for run in runs):
+        return ()
+    measured = tuple(_measured(prepared, run, np.zeros(prepared.arm.n)) for run in runs)
+    related = [relation(runs, measured, j) for j in range(prepared.arm.n)]
+    # records may hold what was measured just before the new command: up to a sample is the logging's
+    late = np.array([delay.value for _, _, delay, _ in related])
+    late = np.nan_to_num(late)
+    early = np.where(np.abs(late) <= max(run.run.sample_time for run in runs), late, 0.0)
+    fit, held = (tuple(_measured(prepared, run, early) for run in part) for part in (prepared.fit, prepared.held))
+    behind = retune(replace(prepared, fit=fit, held=held), floor, base.placed)
+    block = block_of_rows(prepared.held)
+    draws = bayesian_bootstrap(int(block.max()) + 1, 400, np.random.default_rng(seed))
+    found = []
+    for j, name in enumerate(prepared.arm.names):
+        gain, offset, delay, left = related[j]
+        offset = replace(offset, unit="N" if prepared.arm.joints[j].kind == "prismatic" else "N m")
+        here = slice(j, j + 1)
+        gap = base.rms()[j] > AT_FLOOR * floor[j] and np.isfinite(gain.value)
+        share = closes_estimate(base.held[:, here], behind.held[:, here], floor[here], block, draws) if gap else None
+        found.append(Delivered(name, gain, offset, delay, left, share))
+    return tuple(found)
+
+
+def as_commanded(run: Run, early: Floats | float = 0.0) -> Run:
+    """Return a run whose command is its measured torque, taken earlier by as much (s, each joint's own).
+
+    A command is held over the step that follows its sample; what was measured belongs to the instant. So it is moved
+    by half a step.
+    """
+    assert run.tau_meas is not None
+    curve = make_interp_spline(run.t, run.tau_meas, k=3)
+    moved = np.broadcast_to(0.5 * run.sample_time + np.asarray(early), run.n)
+    columns = [curve(np.clip(run.t + moved[j], run.t[0], run.t[-1]))[:, j] for j in range(run.n)]
+    return replace(run, tau=np.stack(columns, axis=1))
+
+
+def relation(
+    commanded: Sequence[Conditioned], measured: Sequence[Conditioned], j: int
+) -> tuple[Estimate, Estimate, Estimate, float]:
+    """Return gain, offset and delay (s) from a joint's command to its measured torque, and what they leave, rms.
+
+    Least squares on filtered torques; intervals by the sandwich over blocks of rows.
+    """
+    target = np.concatenate([run.filtered(run.command[:, j]) for run in measured])
+    asked = np.concatenate([run.filtered(run.command[:, j]) for run in commanded])
+    if min(np.ptp(target), np.ptp(asked)) <= LEAST * max(np.ptp(target), np.ptp(asked)):
+        unknown = Estimate(np.nan, np.nan, np.nan)
+        return unknown, unknown, replace(unknown, unit="s"), float(np.sqrt(np.mean(target**2)))
+    curves = [make_interp_spline(run.time, run.command[:, j], k=3) for run in commanded]
+
+    def design(delay: float, order: int = 0) -> Floats:
+        late = [
+            run.filtered(curve(np.clip(run.time - delay, run.time[0], run.time[-1]), order))
+            for run, curve in zip(commanded, curves, strict=True)
+        ]
+        return np.stack([np.concatenate(late), np.ones(len(target))], axis=1)
+
+    def misfit(delay: float) -> float:
+        return float(np.sum((target - _projected(design(delay), target)) ** 2))
+
+    tried = np.linspace(EARLIEST, LATEST, TRIES)
+    near = float(tried[int(np.argmin([misfit(delay) for delay in tried]))])
+    step = float(tried[1] - tried[0])
+    delay = float(minimize_scalar(misfit, bounds=(near - step, near + step), method="bounded").x)
+    columns = design(delay)
+    (gain, offset), *_ = np.linalg.lstsq(columns, target)
+    rest = target - columns @ np.array([gain, offset])
+    slope = -gain * design(delay, 1)[:, :1]
+    jacobian = np.concatenate([columns, slope], axis=1)
+    half = _half_width(jacobian, rest, block_of_rows(commanded))
+    values = zip((gain, offset, delay), half, ("", "", "s"), strict=True)
+    first, second, third = (Estimate(float(v), float(v - h), float(v + h), unit) for v, h, unit in values)
+    return first, second, third, float(np.sqrt(np.mean(rest**2)))
+
+
+def _projected(columns: Floats, target: Floats) -> Floats:
+    return np.asarray(columns @ np.linalg.lstsq(columns, target)[0])
+
+
+def _half_width(jacobian: Floats, rest: Floats, block: NDArray[np.int_]) -> Floats:
+    """Return the half widths of 95 % intervals, blocks as units."""
+    scores = block_sums(jacobian * rest[:, None], block)
+    count, free = len(scores), jacobian.shape[1]
+    bread = np.linalg.pinv(jacobian.T @ jacobian)
+    spare = max(count - free, 1)
+    covariance = bread @ scores.T @ scores @ bread * (count / spare)
+    return np.asarray(student.ppf(0.975, spare) * np.sqrt(np.maximum(np.diag(covariance), 0.0)))
+
+
+def _has_it(run: Run) -> bool:
+    return run.tau_meas is not None and bool(np.all(np.isfinite(run.tau_meas)))
+
+
+def _measured(prepared: Prepared, run: Conditioned, early: Floats) -> Conditioned:
+    measured = as_commanded(run.run, early)
+    return condition(prepared.arm, measured, prepared.cutoff, run.noise, thin=True).as_recorded(run)

@@ -1,0 +1,64 @@
+"""How far: the gap in torque and in motion at each stage, from the arm file to the noise floor."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from stribeck.arm import Arm
+from stribeck.errors import StribeckError
+from stribeck.gap.answer.motion import motion_gap
+from stribeck.gap.fitted.corrected import arm_of
+from stribeck.gap.fitted.model import Model
+from stribeck.gap.records.prepare import Prepared
+from stribeck.gap.result import Stage
+
+HORIZON = 0.5  # s
+
+
+def stages_of(
+    prepared: Prepared, given: np.ndarray, chain: Sequence[Model], floor: np.ndarray
+) -> tuple[tuple[Stage, ...], list[str]]:
+    """Return the stages, and warnings of what could not be simulated.
+
+    Parameters
+    ----------
+    prepared : Prepared
+    given : array (M, n)
+        Residual of the arm file's own model on the held-out runs, N m.
+    chain : sequence of Model
+        The re-tuned model, then one effect more each.
+    floor : array (n,)
+        Noise floor, N m rms.
+    """
+    arm, base = prepared.arm, chain[0]
+    rows: list[tuple[str, np.ndarray, Arm]] = [
+        ("as_given", given, arm),
+        ("retuned", base.held, arm_of(arm, base.fit, base.placed)),
+    ]
+    rows += [(m.placed[-1].effect.name, m.held, arm_of(arm, m.fit, m.placed)) for m in chain[1:]]
+    warnings: list[str] = []
+    stages = [
+        Stage(name, _named(arm, _rms(held)), _motion(prepared, name, model, warnings)) for name, held, model in rows
+    ]
+    return (*stages, Stage("noise_floor", _named(arm, floor), _named(arm, prepared.held[0].noise))), warnings
+
+
+def _rms(held: np.ndarray) -> np.ndarray:
+    return np.asarray(np.sqrt(np.mean(held**2, axis=0)))
+
+
+def _named(arm: Arm, values: np.ndarray) -> dict[str, float]:
+    return {name: float(value) for name, value in zip(arm.names, values, strict=True)}
+
+
+def _motion(prepared: Prepared, stage: str, arm: Arm, warnings: list[str]) -> dict[str, float]:
+    try:
+        motion, failed = motion_gap(arm, prepared.held, prepared.cutoff, HORIZON)
+    except StribeckError as error:
+        warnings.append(f"{stage}: no motion gap: {error}")
+        return {}
+    if failed:
+        warnings.append(f"{stage}: {failed} windows could not be simulated and are left out of the motion gap")
+    return motion

@@ -1,0 +1,191 @@
+"""From the steps of a search to a verdict, the causes and their probabilities."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from stribeck.effects.registry import registry
+from stribeck.gap.records.blocks import block_sums
+from stribeck.gap.result import Cause, Estimate
+from stribeck.gap.search.kin import FILLING, filling_in
+from stribeck.gap.search.presence import evidence, presence
+from stribeck.gap.search.step import Step, last_model
+from stribeck.model.layout import Placed
+from stribeck.model.values import Scale
+
+AT_FLOOR = 1.4  # residual over noise floor up to which nothing is left to explain
+SILENT_TO = 1.6  # residual over noise floor up to which there is no gap: the floor is known to a factor of 1.5
+UNKNOWN_HELD = 0.65  # of the chance of "unknown": four of ten unexplained gaps were an effect of the library after all
+MOST_SUSPECTS = 2
+IN_TIME = 0.25  # of their mean, by which the delays of all joints may differ and still be one
+ORDINARY = 0.1  # of the presence of what every arm has some of: it is there, and no cause to be named
+FROM_OUTSIDE = 0.3  # of the chance of "none", where what is left is random torque: its cause may count as an effect
+# probability of presence from which an effect is named: of those just above, two in three are there
+NAMED_OVER = 0.55
+NONE_OVER = 0.5  # probability of nothing, from which there is no gap
+
+
+def closure(before: np.ndarray, after: np.ndarray, floor: np.ndarray) -> float:
+    """Return the part of the closable squared gap that is closed, 1 - (after^2 - floor^2) / (before^2 - floor^2).
+
+    Of residuals (M, n), all joints scaled by their floor (n,); negative where it has grown.
+    """
+    first, last = np.mean(before**2, axis=0) / floor**2, np.mean(after**2, axis=0) / floor**2
+    return 1.0 - max(float(np.sum(last - 1.0)), 0.0) / max(float(np.sum(first - 1.0)), 1e-9)
+
+
+def causes_of(steps: Sequence[Step], names: Sequence[str], scales: Sequence[Scale]) -> tuple[list[Cause], float]:
+    """Return the causes that the taken steps name, without parameters, and the probability of ``unknown``."""
+    taken = [step for step in steps if step.taken]
+    gathered: dict[str, list[_Found]] = {}
+    for step, fills in zip(taken, filling_in(taken), strict=True):
+        found = _found(step, fills, scales)
+        gathered.setdefault(found.place.effect.name, []).append(found)
+    late = _late_as_one(steps, len(names)) if taken else ()
+    whole = sum(one.share for all_of_it in gathered.values() for one in all_of_it) or 1.0
+    causes = []
+    for effect, all_of_it in gathered.items():
+        telling = [one for one in all_of_it if not one.ordinary] or all_of_it
+        surest = max(one.presence for one in telling)
+        part = sum(one.share for one in all_of_it) / whole
+        equivalent = tuple(dict.fromkeys(name for one in telling for name in one.equivalent))
+        if effect in late:
+            equivalent = tuple(dict.fromkeys((*equivalent, *late)))
+        joints = tuple(names[one.place.joint] for one in telling)
+        causes.append(Cause(effect, surest * part, joints, equivalent, presence=surest))
+    left_over = 1.0 - sum(cause.probability for cause in causes)
+    return causes, max(left_over, 0.0)
+
+
+class _Found(NamedTuple):
+    """What one step took: how surely it is there, its part of what is closed, and its equivalents."""
+
+    place: Placed
+    ordinary: bool
+    presence: float
+    share: float
+    equivalent: tuple[str, ...]
+
+
+def _found(step: Step, fills: bool, scales: Sequence[Scale]) -> _Found:
+    """Return what a step took; what ``fills`` in for another law keeps a part of its presence.
+
+    So does what may be the work of a law outside the library.
+    """
+    r, best = step.ranking, step.best
+    assert best is not None
+    place = best.placed[len(step.base.placed)]
+    twins = [step.rivals[i - 1].placed[-1].effect.name for i in r.twins()]
+    shown = r.overall[r.best] if step.worth is None else step.worth.overall[1]
+    share = -float(np.log(np.clip(1.0 - shown, 1e-6, 0.99)))  # each has some: the gates saw a gain
+    ordinary = place.effect.ordinary(place.values)
+    kept = ORDINARY if ordinary else FILLING if fills else 1.0
+    also = [name for name in place.effect.also(place.values, scales[place.joint]) if name in _tried(step)]
+    equivalent = tuple(dict.fromkeys([place.effect.name, *twins, *also]))
+    alike = step.look_alike.chance if step.look_alike else 0.0
+    return _Found(place, ordinary, presence(evidence(step)) * kept * (1.0 - alike), share, equivalent)
+
+
+def _late_as_one(steps: Sequence[Step], joints: int) -> tuple[str, ...]:
+    """Return the laws of a delay where all joints are late by the same: which record it is in cannot be told then."""
+    placed = [place for place in last_model(steps).placed if place.effect.delays]
+    times = [place.values["time"] for place in placed]
+    if {place.joint for place in placed} != set(range(joints)) or min(times) <= 0.0:
+        return ()
+    if max(times) - min(times) > IN_TIME * float(np.mean(times)):
+        return ()
+    return tuple(effect.name for effect in registry().values() if effect.delays and effect.name in _tried(steps[0]))
+
+
+def _tried(step: Step) -> set[str]:
+    """Return the names of all candidates of a step."""
+    return {key[0] for key in step.screened_out} | {model.placed[-1].effect.name for model in step.rivals}
+
+
+def suspected(step: Step, unknown: float, names: Sequence[str]) -> list[Cause]:
+    """Return the causes where the search took nothing, ``unknown`` among them: what came nearest may be there.
+
+    Parameters
+    ----------
+    step : Step
+        The last of the search.
+    unknown : float
+        Chance of any cause, of which ``unknown`` keeps a part.
+    names : sequence of str
+        Of the joints.
+    """
+    places = [step.rivals[k - 1].placed[-1] for k in step.ranking.order]
+    first = {place.effect.name: place for place in reversed(places)}
+    near = [place for place in places if first[place.effect.name] is place][:MOST_SUSPECTS]
+    if not near:
+        return [Cause("unknown", unknown)]
+    spare = (1.0 - UNKNOWN_HELD) * unknown / len(near)
+    causes = [Cause(p.effect.name, spare, (names[p.joint],), (p.effect.name,), presence=spare) for p in near]
+    return [*causes, Cause("unknown", UNKNOWN_HELD * unknown)]
+
+
+def shaken(nothing: Cause, step: Step, joints: Sequence[str], listed: Collection[str]) -> list[Cause]:
+    """Return ``none`` and what random torque at some joints may come from, which takes its share of it.
+
+    Parameters
+    ----------
+    listed : collection of str
+        Effects that are causes already.
+    """
+    possible = _tried(step) - set(listed)
+    names = [effect.name for effect in registry().values() if effect.patternless and effect.name in possible]
+    if not joints or not names:
+        return [nothing]
+    part = FROM_OUTSIDE * nothing.probability / len(names)
+    causes = [Cause(name, part, tuple(joints), (name,), presence=part) for name in names]
+    return [*causes, replace(nothing, probability=(1.0 - FROM_OUTSIDE) * nothing.probability)]
+
+
+def with_observed(
+    verdict: str, causes: Sequence[Cause], seen: Sequence[Cause], in_torque: int
+) -> tuple[str, list[Cause]]:
+    """Return verdict and causes with those that the records show by themselves, which take their share.
+
+    Parameters
+    ----------
+    causes : sequence of Cause
+        From the torque, ``none`` and ``unknown`` included.
+    seen : sequence of Cause
+        From the records.
+    in_torque : int
+        Number of effects that the torque names.
+    """
+    if not seen:
+        return verdict, list(causes)
+    others = in_torque if verdict != "unexplained" else 1
+    chance = sum(cause.presence or 0.0 for cause in seen) / len(seen)
+    share = chance * len(seen) / (len(seen) + others)
+    total = sum(cause.presence or 0.0 for cause in seen)
+    own = [replace(cause, probability=share * (cause.presence or 0.0) / total) for cause in seen]
+    rest = [replace(cause, probability=cause.probability * (1.0 - share)) for cause in causes]
+    changed = {"no_gap": "explained", "unexplained": "partly_explained"}.get(verdict, verdict)
+    return changed, [*own, *rest]
+
+
+def no_gap_probability(step: Step, floor: np.ndarray) -> float:
+    """Return the probability that nothing is there, where no effect was taken."""
+    ratio = float(np.max(step.base.rms() / floor))
+    # a rival that the search turned down says little against: it closes nothing above the floor
+    chance = max(float(step.ranking.probability[0]), 0.5) ** 0.25
+    return float(chance / (1.0 + np.exp(8.0 * (ratio - SILENT_TO))))
+
+
+def closes_estimate(
+    before: np.ndarray, after: np.ndarray, floor: np.ndarray, block: np.ndarray, draws: np.ndarray
+) -> Estimate:
+    """Return the closed part with its 95 % interval by Bayesian bootstrap over blocks."""
+    count = np.bincount(block).astype(float)
+    first = draws @ block_sums(before**2, block) / (draws @ count)[:, None] / floor**2 - 1.0
+    last = draws @ block_sums(after**2, block) / (draws @ count)[:, None] / floor**2 - 1.0
+    part = 1.0 - np.maximum(last.sum(axis=1), 0.0) / np.maximum(first.sum(axis=1), 1e-9)
+    value = closure(before, after, floor)
+    return Estimate(value, float(np.quantile(part, 0.025)), float(np.quantile(part, 0.975)))

@@ -1,0 +1,198 @@
+"""Which programme of motions promises most: every kind tried once, the best put together part by part."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stribeck.gap.experiment.changes import Change, changes
+from stribeck.gap.experiment.motions import Motion, Reach, family, reaches
+from stribeck.gap.experiment.programme import Programme, shortest, times
+from stribeck.gap.experiment.separation import AS_IT_IS, Candidate, Prospect, prospects
+from stribeck.gap.fitted.model import Model, fit_model, weights_of
+from stribeck.gap.records.prepare import Prepared
+from stribeck.gap.records.sequence import after
+from stribeck.identify.conditioning import Conditioned, condition
+from stribeck.run import Run
+
+DURATION = 20.0  # s, of a programme, at most
+PARTS = 3  # motions of a programme, at most
+CAREFUL = 0.9  # of the torque limit
+STRONGER = 1.2  # of the largest recorded command, where the arm states no limit
+WIDER = 2.0  # range and speed, of the recorded ones, where the motions within these promise too little
+SMALLER = (1.0, 0.6, 0.36)  # sizes that are tried where the torque does not do
+DRAWS = 20  # random programmes
+
+
+@dataclass(frozen=True)
+class Options:
+    """Motions that the arm's torque allows, with what they promise, within a ``reach``, ``wider`` than recorded."""
+
+    motions: tuple[Motion, ...]
+    prospects: tuple[Prospect, ...]
+    reach: tuple[Reach, ...]
+    wider: float
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A programme of some of the ``options``, what it promises, and the change that is made before."""
+
+    programme: Programme
+    prospect: Prospect
+    options: Options
+    change: Change = AS_IT_IS
+
+    @property
+    def apart(self) -> float:
+        """How far apart the likeliest model and the one next to it are."""
+        return float(np.min(self.prospect.pairs[0, 1:]))
+
+
+class Plan:
+    """The models to be told apart, the model without their last effect, and what the arm can do.
+
+    Parameters
+    ----------
+    prepared : Prepared
+        The recordings so far.
+    models : tuple of Model
+        The likeliest first.
+    floor : array (n,)
+        Noise floor, N m rms.
+    """
+
+    def __init__(self, prepared: Prepared, models: tuple[Model, ...], floor: np.ndarray) -> None:
+        self.prepared, self.models = prepared, models
+        self.weights = weights_of(models[0], prepared, floor)
+        before = weights_of(models[-1], prepared, floor)
+        self.base = fit_model(prepared, models[0].placed[:-1], before, models[0].fit, evaluations=30)
+        runs = (*prepared.fit, *prepared.held)
+        self.seen = reaches(runs, prepared.cutoff)
+        self.step = min(run.run.sample_time for run in runs)
+        self.noise = np.median([run.noise for run in runs], axis=0)
+        largest = np.max([np.abs(run.run.tau).max(axis=0) for run in runs], axis=0)
+        stated = [
+            np.nan if joint.torque_limit is None else CAREFUL * joint.torque_limit for joint in prepared.arm.joints
+        ]
+        self.limit = np.where(np.isnan(stated), STRONGER * largest, stated)
+        self.candidates = self._candidates(AS_IT_IS)
+        self.joints = [model.placed[-1].joint for model in models]
+
+    def _candidates(self, change: Change) -> list[Candidate]:
+        models = (*self.models, self.base)
+        return [Candidate(self.prepared.arm, model, self.weights, change) for model in models]
+
+    def planned(self, name: str, q: np.ndarray) -> Conditioned:
+        """Return positions (N, n) as if they had been recorded."""
+        t = self.step * np.arange(len(q), dtype=np.float64)
+        run = Run(name, t, q, np.zeros_like(q))
+        recorded = condition(self.prepared.arm, run, self.prepared.cutoff, self.noise, thin=True)
+        return replace(recorded, past=after((*self.prepared.fit, *self.prepared.held)))
+
+    def promised(self, motions: Sequence[Motion], reach: Sequence[Reach], change: Change = AS_IT_IS) -> list[Prospect]:
+        """Return what each of some motions promises."""
+        candidates = self.candidates if change is AS_IT_IS else self._candidates(change)
+        runs = [self.planned(motion.kind, motion.course(times(self.step), reach)) for motion in motions]
+        return prospects(candidates[:-1], runs, candidates[-1:]) if runs else []
+
+    def options(self, wider: float = 1.0, change: Change = AS_IT_IS) -> Options:
+        """Return the motions of the family, made smaller where the arm's torque asks for it; some drop out."""
+        reach = tuple(one.wider(wider) if wider > 1.0 else one for one in self.seen)
+        motions: Sequence[Motion] = family(self.prepared.arm, self.joints)
+        kept: list[tuple[Motion, Prospect]] = []
+        for size in SMALLER:
+            scaled = [replace(motion, size=size) for motion in motions]
+            found = self.promised(scaled, reach, change)
+            able = [bool(np.all(prospect.torque <= self.limit)) for prospect in found]
+            kept += [pair for pair, fits in zip(zip(scaled, found, strict=True), able, strict=True) if fits]
+            motions = [motion for motion, fits in zip(motions, able, strict=True) if not fits]
+        return Options(tuple(motion for motion, _ in kept), tuple(prospect for _, prospect in kept), reach, wider)
+
+    def choices(self) -> Iterator[Choice]:
+        """Yield the best programme within what was recorded, that beyond it, and those with a change."""
+        last: Options | None = None
+        for wider in (1.0, WIDER):
+            options = self.options(wider)
+            if options.motions:
+                yield self.best(options)
+                last = options
+        if last is None:
+            return
+        for change in changes(self.prepared.arm, self.joints):
+            again = self.promised(last.motions, last.reach, change)
+            able = [k for k, prospect in enumerate(again) if np.all(prospect.torque <= self.limit)]
+            if able:
+                motions = tuple(last.motions[k] for k in able)
+                options = Options(motions, tuple(again[k] for k in able), last.reach, last.wider)
+                yield replace(self.best(options), change=change)
+
+    def best(self, options: Options) -> Choice:
+        """Return the programme that tells most about all pairs of models."""
+        return self._grown(options, lambda prospect: prospect.worth)
+
+    def classic(self, options: Options) -> Choice:
+        """Return the D-optimal programme for the model without the effects in question."""
+        return self._grown(options, lambda prospect: prospect.information)
+
+    def at_random(self, options: Options, seed: int = 0) -> list[Choice]:
+        """Return programmes of motions drawn from the options."""
+        rng = np.random.default_rng(seed)
+        draws = [rng.permutation(len(options.motions)) for _ in range(DRAWS)]
+        return [self._filled(options, [int(k) for k in order]) for order in draws]
+
+    def _grown(self, options: Options, score: Callable[[Prospect], float]) -> Choice:
+        """Return a programme to which the part that raises a score most is added while there is time."""
+        taken: list[int] = []
+        for _ in range(PARTS):
+            # none twice: where the models are wrong, another motion may still show it
+            left = [k for k in range(len(options.motions)) if k not in taken]
+            ranked = sorted(left, key=lambda k: -score(_together(options, [*taken, k])))
+            fits = (k for k in ranked if self._time(options, [*taken, k]) <= DURATION)
+            more = next(fits, None)
+            if more is None:
+                break
+            taken.append(more)
+        return self._made(options, taken)
+
+    def _filled(self, options: Options, order: Sequence[int]) -> Choice:
+        taken: list[int] = []
+        for k in order:
+            if len(taken) < PARTS and self._time(options, [*taken, k]) <= DURATION:
+                taken.append(k)
+        return self._made(options, taken)
+
+    def _made(self, options: Options, taken: Sequence[int]) -> Choice:
+        programme, _ = shortest([options.motions[k] for k in taken], self.step, options.reach)
+        return Choice(programme, _together(options, taken), options)
+
+    def _time(self, options: Options, taken: Sequence[int]) -> float:
+        return shortest([options.motions[k] for k in taken], self.step, options.reach)[1]
+
+    def duration(self, choice: Choice) -> float:
+        """Return how long a programme takes, s."""
+        return self.step * (len(choice.programme.course(self.step, choice.options.reach)) - 1)
+
+    def reference(self, choice: Choice) -> Run:
+        """Return the reference of a programme, with the torque that the best model needs along it."""
+        q = choice.programme.course(self.step, choice.options.reach)
+        return self.followable(q, choice.change)
+
+    def followable(self, q: np.ndarray, change: Change = AS_IT_IS) -> Run:
+        """Return the reference of positions (N, n), with the torque that the best model needs along it."""
+        run = self.planned("next_reference.csv", q)
+        best = self.candidates[0] if change is AS_IT_IS else self._candidates(change)[0]
+        (made,) = best.driven([run])
+        t = run.run.t
+        tau = np.stack([np.interp(t, made.time, made.command[:, j]) for j in range(q.shape[1])], axis=1)
+        return Run("next_reference.csv", t, q, tau, q_ref=q, dq_ref=np.gradient(q, self.step, axis=0))
+
+
+def _together(options: Options, taken: Sequence[int]) -> Prospect:
+    """Return what several of the options promise together."""
+    first, *others = (options.prospects[k] for k in taken)
+    for other in others:
+        first = first + other
+    return first

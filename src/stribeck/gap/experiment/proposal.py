@@ -1,0 +1,176 @@
+"""The next experiment: the motion, or the change of arm or stand, that separates what these data cannot tell apart."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy import stats
+
+from stribeck.gap.experiment.changes import Change
+from stribeck.gap.experiment.plan import Choice, Plan
+from stribeck.gap.experiment.programme import Programme
+from stribeck.gap.experiment.separation import AS_IT_IS
+from stribeck.gap.fitted.model import Model
+from stribeck.gap.records.prepare import Prepared
+from stribeck.gap.search.step import Step
+from stribeck.run import Run
+
+MOST = 4  # candidates
+TOLD_APART, WIDTH = 6.0, 3.0  # t value at which every other pair is told apart, and how fast that turns
+WORTH = 0.75  # probability of that from which no more is asked of the arm
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """What to record next.
+
+    Attributes
+    ----------
+    kind : str
+        ``motion`` or ``change``.
+    what : str
+        What to do, a sentence.
+    separates : tuple of str
+        Effects.
+    apart : float
+        Expected t value between the likeliest candidate and the one that lies nearest to it, everything re-tuned.
+    resolved : float
+        Probability that the search tells them apart.
+    rivals : mapping
+        ``apart`` of programmes that other criteria choose: ``d_optimal``, ``random`` (the mean over many).
+    reference : Run
+        What a controller is to follow: ``q_ref``, ``dq_ref``, and as ``tau`` the torque that the best model needs.
+    programme : Programme
+        The reference's.
+    change : Change
+        What is to be changed before.
+    wider : float
+        Factor on the recorded range and speed.
+    """
+
+    kind: str
+    what: str
+    separates: tuple[str, ...]
+    apart: float
+    resolved: float
+    rivals: dict[str, float]
+    reference: Run
+    programme: Programme
+    change: Change = field(default=AS_IT_IS)
+    wider: float = 1.0
+
+    def plain(self) -> dict[str, object]:
+        """Return it as ``diagnosis.json`` has it."""
+        return {
+            "kind": self.kind,
+            "what": self.what,
+            "separates": list(self.separates),
+            "expected_gain": {
+                "t": self.apart,
+                "probability_resolved": self.resolved,
+                **{f"t_{name}": value for name, value in self.rivals.items()},
+            },
+            "reference": self.reference.name,
+        }
+
+
+def open_question(steps: Sequence[Step], *, unexplained: bool) -> tuple[Model, ...]:
+    """Return the models that are to be told apart, the best first; none where there is no question.
+
+    Parameters
+    ----------
+    steps : sequence of Step
+        Of the search.
+    unexplained : bool
+        Whether nothing is named: where no step has left a class, the question is which rival is on the right way.
+    """
+    for step in reversed([step for step in steps if step.taken and step.best is not None]):
+        ranking = step.ranking
+        others = sorted((k for k in ranking.twins() if k != ranking.best), key=lambda k: -ranking.overall[k])
+        if others:
+            return tuple(step.rivals[k - 1] for k in [ranking.best, *others][:MOST])
+    if not unexplained:
+        return ()
+    step = steps[0]
+    gain = step.ranking.overall[1:]
+    order = [int(k) + 1 for k in np.argsort(-gain) if np.isfinite(gain[k]) and gain[k] > 0.0]
+    return tuple(step.rivals[k - 1] for k in order[:MOST]) if len(order) > 1 else ()
+
+
+def next_experiment(prepared: Prepared, models: Sequence[Model], floor: np.ndarray) -> Experiment | None:
+    """Return the experiment that tells models apart best; None where no motion is within the arm's torque.
+
+    First motions that stay within what the recordings show of the arm; then, if these promise too little, wider and
+    faster ones within its torque; then a change of the arm or its stand, with the motion that is best for that.
+
+    Parameters
+    ----------
+    prepared : Prepared
+        The recordings so far.
+    models : sequence of Model
+        At least two, the likeliest first, fitted to them.
+    floor : array (n,)
+        Noise floor, N m rms.
+    """
+    plan = Plan(prepared, tuple(models), floor)
+    best: Choice | None = None
+    for choice in plan.choices():
+        if best is None or resolved(choice.apart) > resolved(best.apart) + 0.05:
+            best = choice
+        if resolved(best.apart) > WORTH:
+            break
+    return None if best is None else _experiment(plan, best)
+
+
+def _experiment(plan: Plan, choice: Choice) -> Experiment:
+    return Experiment(
+        kind="motion" if choice.change is AS_IT_IS else "change",
+        what=_words(plan, choice),
+        separates=_names(plan.models, plan.prepared.arm.names),
+        apart=choice.apart,
+        resolved=resolved(choice.apart),
+        rivals={
+            "d_optimal": plan.classic(choice.options).apart,
+            "random": float(np.mean([other.apart for other in plan.at_random(choice.options)])),
+        },
+        reference=plan.reference(choice),
+        programme=choice.programme,
+        change=choice.change,
+        wider=choice.options.wider,
+    )
+
+
+def _words(plan: Plan, choice: Choice) -> str:
+    """Return what to do as a sentence."""
+    arm, reach = plan.prepared.arm, choice.options.reach
+    path = f"{choice.programme.words(arm)} ({plan.duration(choice):.3g} s in all)"
+    room = ""
+    if choice.options.wider > 1.0:
+        unit = {"revolute": "rad", "prismatic": "m"}
+        ranges = [
+            f"{joint.name} {r.low:.2f} to {r.high:.2f} {unit[joint.kind]}"
+            for joint, r in zip(arm.joints, reach, strict=True)
+        ]
+        room = f" This goes beyond the recorded range and speed: make sure that the arm has room ({', '.join(ranges)})."
+    if choice.change is AS_IT_IS:
+        return f"Record {path}, and diagnose it together with the runs so far.{room}"
+    return (
+        f"No motion is enough: {choice.change.words}, record {path}, and diagnose that by itself with an arm file that "
+        f"says so; the right cause keeps its parameters.{room}"
+    )
+
+
+def _names(models: Sequence[Model], joints: Sequence[str]) -> tuple[str, ...]:
+    """Return the models' last effects, with their joints where one effect is at several."""
+    last = [model.placed[-1] for model in models]
+    names = [place.effect.name for place in last]
+    if len(set(names)) == len(names):
+        return tuple(names)
+    return tuple(f"{place.effect.name} at {joints[place.joint]}" for place in last)
+
+
+def resolved(apart: float) -> float:
+    """Return the probability that the search tells models apart that are expected to be ``apart`` (a t value)."""
+    return float(stats.norm.cdf((apart - TOLD_APART) / WIDTH))

@@ -1,0 +1,218 @@
+"""How far apart candidate models would lie after a further recording, everything that is re-tuned projected out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
+from scipy.ndimage import convolve1d
+
+from stribeck.arm import Arm
+from stribeck.gap.experiment.changes import Change
+from stribeck.gap.fitted.model import Model
+from stribeck.identify.conditioning import Conditioned
+from stribeck.identify.problem import Weights
+from stribeck.identify.residual import Residual
+from stribeck.model.path import SignalPath
+
+Floats = NDArray[np.float64]
+
+ROUNDS = 20  # of turning a law of the drive around: in the band, each leaves a part of the last
+MADE, SETTLED = 1e-8, 0.99  # squared, of the first round: no more is asked; of the last round: no more will come
+AS_IT_IS = Change("")
+
+
+@dataclass(frozen=True)
+class Prospect:
+    """What further recordings promise; those of several recordings add up.
+
+    Rows are the K models of which one is true, columns these and further ones (L) that are fitted to old and new
+    recordings. To second order a fit then has the misfit |r + J d|^2 + d' known d, d being what re-tuning changes.
+
+    Attributes
+    ----------
+    square : array (K, L)
+        r'r, in units of the noise.
+    pull, grown : tuples [K][L] of arrays (f,) and (f, f)
+        J'r and J'J.
+    known : tuple [L] of arrays (f, f)
+        What the recordings so far and the priors say.
+    torque : array (n,)
+        Largest command that the first model needs, N m.
+    """
+
+    square: Floats
+    pull: tuple[tuple[Floats, ...], ...]
+    grown: tuple[tuple[Floats, ...], ...]
+    known: tuple[Floats, ...]
+    torque: Floats
+
+    def __add__(self, other: Prospect) -> Prospect:
+        return Prospect(
+            self.square + other.square,
+            tuple(tuple(p + q for p, q in zip(*rows, strict=True)) for rows in zip(self.pull, other.pull, strict=True)),
+            tuple(
+                tuple(g + h for g, h in zip(*rows, strict=True)) for rows in zip(self.grown, other.grown, strict=True)
+            ),
+            self.known,
+            np.maximum(self.torque, other.torque),
+        )
+
+    @cached_property
+    def apart(self) -> Floats:
+        """Expected excess (K, L) of the column's misfit, as the root of a likelihood ratio (a t value); 0 for itself.
+
+        To second order the cost of a fitted model rises by d'H d / 2 around its fit, H being its Gauss-Newton Hessian
+        with the priors; a further recording that another model made adds |r + J d|^2 / 2. The least sum over d is the
+        expected log likelihood ratio: Atkinson & Fedorov (1975), T-optimal designs, here with everything re-tuned.
+        """
+        rows, columns = self.square.shape
+        apart = np.zeros((rows, columns))
+        for a in range(rows):
+            for b in range(columns):
+                if a != b:
+                    apart[a, b] = _excess(float(self.square[a, b]), self.pull[a][b], self.known[b] + self.grown[a][b])
+        return apart
+
+    @property
+    def pairs(self) -> Floats:
+        """How far apart the models are (K, K) whichever of two is true."""
+        own = self.apart[:, : len(self.apart)]
+        return np.minimum(own, own.T)
+
+    @property
+    def least(self) -> float:
+        """How far apart the two models are that lie nearest."""
+        return float(np.min(self.pairs[~np.eye(len(self.apart), dtype=bool)]))
+
+    @property
+    def worth(self) -> float:
+        """What is learnt about all pairs, one that is known already counting for little more: sum of log(1 + t^2)."""
+        return float(np.sum(np.log1p(self.apart**2)))
+
+    @property
+    def information(self) -> float:
+        """Log determinant of what is then known of the last column's parameters: the D-criterion."""
+        return float(np.linalg.slogdet(self.known[-1] + self.grown[0][-1])[1])
+
+
+class Candidate:
+    """One candidate model as a predictor, with what the recordings so far say of its parameters.
+
+    Parameters
+    ----------
+    arm : Arm
+        Nominal.
+    model : Model
+        Fitted.
+    weights : Weights
+        Of the residual's rows, old and new.
+    change : Change
+        Known, of the new recordings.
+    """
+
+    def __init__(self, arm: Arm, model: Model, weights: Weights, change: Change = AS_IT_IS) -> None:
+        fit = model.fit
+        self.p, self.scale = fit.p, 1.0 / (np.sqrt(np.mean(weights.sd**2, axis=0) * weights.correlation))
+        entries = [fit.entries[i] for i in fit.free]
+        known = np.array([np.isfinite(entry.sd) for entry in entries])
+        slope = np.array([value if entry.log else 1.0 for entry, value in zip(entries, fit.p[fit.free], strict=True)])
+        size = np.maximum(np.abs(fit.p[fit.free]), 1e-9)
+        self.unit = np.where(known, [entry.sd if known[k] else 1.0 for k, entry in enumerate(entries)], slope * size)
+        path = SignalPath(arm, change.around(model.placed))
+        self.residual = Residual(path, (), tuple(int(i) for i in fit.free))
+        self.balance = Residual(path, (), (), observe=False)
+        columns = self._columns(fit.jacobian)
+        self.known = columns.T @ columns + np.diag(np.where(known, 1.0, 1e-6))
+
+    def _columns(self, jacobian: Floats) -> Floats:
+        weighted = jacobian * self.scale[None, :, None] * self.unit
+        return np.asarray(weighted.reshape(-1, len(self.unit)))
+
+    def driven(self, runs: Sequence[Conditioned]) -> list[Conditioned]:
+        """Return runs with the commands under which this model makes their motions; at rest, one of the many."""
+        bare = [replace(run, command=np.zeros_like(run.command), taps=np.ones(1), decimation=1) for run in runs]
+        edges = np.cumsum([len(run.time) for run in runs])[:-1]
+        best, least = [run.command for run in bare], np.full(len(runs), np.inf)
+        turned, first = False, np.zeros(len(runs))
+        for _ in range(ROUNDS):
+            before = least.copy()
+            missing, _ = self.balance.along(bare)(self.p)
+            parts = np.split(missing, edges)
+            if turned:  # beyond a third of a turn a delay makes it grow: only what is looked at is mended further
+                parts = [_in_band(part, run.taps) for part, run in zip(parts, runs, strict=True)]
+            turned = True
+            for i, part in enumerate(parts):
+                if (size := float(np.sum(part**2))) < least[i]:
+                    best[i], least[i] = bare[i].command, size
+            first = np.maximum(first, np.where(np.isfinite(before), 0.0, least))
+            if np.all((least < MADE * first) | (least > SETTLED * before)):
+                break
+            bare = [replace(run, command=run.command - part) for run, part in zip(bare, parts, strict=True)]
+        return [replace(run, command=command) for run, command in zip(runs, best, strict=True)]
+
+    def misfit(self, runs: Sequence[Conditioned]) -> tuple[list[Floats], list[Floats]]:
+        """Return residuals (M n,) and their derivatives (M n, f) per run, in units of the noise and of the priors."""
+        residual, jacobian = self.residual.along(runs)(self.p)
+        edges = np.cumsum([len(run.analysis_index) for run in runs])[:-1]
+        left = [(part * self.scale).ravel() for part in np.split(residual, edges)]
+        return left, [self._columns(part) for part in np.split(jacobian, edges)]
+
+    def excess(self, run: Conditioned) -> float:
+        """Return the root of what this model, re-tuned by old recordings and a new one, leaves unexplained of that."""
+        (left,), (columns,) = self.misfit([run])
+        return _excess(float(left @ left), columns.T @ left, self.known + columns.T @ columns)
+
+
+def _in_band(values: Floats, taps: Floats) -> Floats:
+    """Return values (N, n) low-passed, as many as before."""
+    return np.asarray(convolve1d(values, taps, axis=0, mode="nearest"))
+
+
+def prospects(
+    candidates: Sequence[Candidate], runs: Sequence[Conditioned], rivals: Sequence[Candidate] = ()
+) -> list[Prospect]:
+    """Return what each of some planned runs promises.
+
+    Parameters
+    ----------
+    candidates : sequence of Candidate
+        Of which one is taken to be true; the first is the one whose torque is looked at.
+    runs : sequence of Conditioned
+        Planned motions, conditioned as recorded ones are; their commands are not looked at.
+    rivals : sequence of Candidate
+        Further columns: models that are fitted as well, but that nobody takes to be true.
+    """
+    columns = (*candidates, *rivals)
+    made = [true.driven(runs) for true in candidates]
+    own = [true.misfit(driven)[0] for true, driven in zip(candidates, made, strict=True)]
+    seen = [[other.misfit(driven) for other in columns] for driven in made]
+    known = tuple(other.known for other in columns)
+    out = []
+    for i in range(len(runs)):
+        # what turning its own drive around has left is no misfit of others
+        parts = [[(left[i] - own[a][i], slopes[i]) for left, slopes in row] for a, row in enumerate(seen)]
+        out.append(
+            Prospect(
+                np.array([[float(left @ left) for left, _ in row] for row in parts]),
+                tuple(tuple(slopes.T @ left for left, slopes in row) for row in parts),
+                tuple(tuple(slopes.T @ slopes for _, slopes in row) for row in parts),
+                known,
+                np.max(np.abs(made[0][i].command), axis=0),
+            )
+        )
+    return out
+
+
+def _excess(square: float, pull: Floats, hessian: Floats) -> float:
+    """Return the root of min over d of square + 2 pull'd + d' hessian d; 0 where it is not a number."""
+    if not (np.isfinite(square) and np.all(np.isfinite(pull)) and np.all(np.isfinite(hessian))):
+        return 0.0
+    size = np.sqrt(np.diag(hessian))
+    factor = cho_factor(hessian / np.outer(size, size) + 1e-10 * np.eye(len(size)))
+    saved = float((pull / size) @ cho_solve(factor, pull / size))
+    return float(np.sqrt(max(square - saved, 0.0)))

@@ -1,0 +1,120 @@
+"""One model of the search: placed effects, fitted to the fit runs and judged on the held-out ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stribeck.gap.fitted.differentiable import differentiable
+from stribeck.gap.fitted.noisy import quieter
+from stribeck.gap.fitted.sizes import effect_scales
+from stribeck.gap.records.blocks import correlation_rows
+from stribeck.gap.records.prepare import Prepared
+from stribeck.gap.records.spread import noise_power, spread
+from stribeck.identify.map_fit import Fit, fit
+from stribeck.identify.problem import Weights
+from stribeck.identify.residual import Residual
+from stribeck.model.layout import Placed, values_of
+from stribeck.model.path import SignalPath
+
+
+@dataclass(frozen=True)
+class Model:
+    """A fitted model: its effects with fitted values, the fit, and the residual (M, n) on held-out runs, N m.
+
+    ``noise`` (2, n) is what the encoder's noise, and 1 N m of white noise in the commands, add to that residual, N m
+    rms, where the model has a compliance. ``absorbed`` counts the constants of a law outside the library that has taken
+    what it can.
+    """
+
+    placed: tuple[Placed, ...]
+    fit: Fit
+    held: np.ndarray
+    noise: np.ndarray | None = None
+    absorbed: int = 0
+
+    @property
+    def whole(self) -> np.ndarray:
+        """The residual on all runs, fitted ones first, N m."""
+        return np.concatenate([self.fit.residual, self.held])
+
+    def rms(self) -> np.ndarray:
+        """Return the held-out residual's root mean square (n,), N m."""
+        return np.asarray(np.sqrt(np.mean(self.held**2, axis=0)))
+
+
+def finite(model: Model) -> bool:
+    """Return whether a model's held-out residual is a number everywhere."""
+    return bool(np.all(np.isfinite(model.held)))
+
+
+def start_values(path: SignalPath, known: Fit | None, trial: dict[str, float] | None) -> np.ndarray:
+    """Return starting values (p,): fitted ones where a known fit has them, the trial for the last effect."""
+    values = values_of(path.entries)
+    if known is not None:
+        fitted = {entry.key: known.p[i] for i, entry in enumerate(known.entries)}
+        values = np.array([fitted.get(entry.key, value) for entry, value in zip(path.entries, values, strict=True)])
+    last = len(path.placed) - 1
+    for i, entry in enumerate(path.entries):
+        if trial is not None and entry.owner == last:
+            values[i] = trial[entry.name]
+    return values
+
+
+def fit_model(
+    prepared: Prepared,
+    placed: Sequence[Placed],
+    weights: Weights,
+    known: Fit | None = None,
+    trial: dict[str, float] | None = None,
+    *,
+    evaluations: int = 80,
+) -> Model:
+    """Fit a model to the fit runs and evaluate it on the held-out runs."""
+    path = SignalPath(prepared.arm, placed)
+    residual = differentiable(path, prepared, prepared.fit)
+    start = start_values(path, known, trial)
+    result = fit(residual, weights, start, effect_scales(path, prepared), evaluations=evaluations)
+    judged = Residual(path, prepared.held, ())
+    held, _ = judged(result.p)
+    noise = noise_in(judged, result.p, held, prepared) if path.flexible else None
+    return Model(_with_values(placed, result), result, held, noise)
+
+
+def noise_in(judged: Residual, p: np.ndarray, held: np.ndarray, prepared: Prepared) -> np.ndarray:
+    """Return what encoder noise, and 1 N m of noise in the commands, add (2, n) to a held-out residual, N m rms."""
+    moved, pushed = (np.std(judged.along(runs)(p)[0] - held, axis=0) for runs in prepared.loud)
+    return np.array([moved, pushed / prepared.push])
+
+
+def _with_values(placed: Sequence[Placed], fit: Fit) -> tuple[Placed, ...]:
+    values = [
+        {entry.name: float(fit.p[i]) for i, entry in enumerate(fit.entries) if entry.owner == k}
+        for k in range(len(placed))
+    ]
+    return tuple(replace(place, values=own) for place, own in zip(placed, values, strict=True))
+
+
+def weights_of(model: Model, prepared: Prepared, floor: np.ndarray) -> Weights:
+    """Return weights from a model's residual on the fit runs: its spread, at least its noise, and correlation."""
+    return weights_from(model.fit.residual, prepared, floor, quieter(prepared, model.noise, floor))
+
+
+def weights_from(
+    residual: np.ndarray, prepared: Prepared, floor: np.ndarray, part: np.ndarray | float = 1.0
+) -> Weights:
+    """Return weights from a residual (M, n) on the fit runs that holds a part (n,) of the re-tuned model's noise."""
+    sd = spread(residual, noise_power(prepared.noise, floor, len(residual)) * part**2)
+    return Weights(sd, correlation_rows(residual / sd, prepared.fit))
+
+
+def retune(prepared: Prepared, floor: np.ndarray, placed: Sequence[Placed] = (), rounds: int = 3) -> Model:
+    """Return the re-tuned model: weights and fit in turn until the weights hold."""
+    path = SignalPath(prepared.arm, placed)
+    residual, _ = Residual(path, prepared.fit, ())(values_of(path.entries))
+    model = fit_model(prepared, placed, weights_from(residual, prepared, floor))
+    for _ in range(rounds - 1):
+        model = fit_model(prepared, placed, weights_of(model, prepared, floor), model.fit)
+    return model

@@ -1,0 +1,118 @@
+"""Noise in the torque itself: the part of a residual that has no memory beyond the analysis filter's own.
+
+Encoder noise is known beforehand; a motor's torque noise shows in the residual alone. No law of the arm leaves a
+residual without memory at every moment, so what is white through the filter is noise, not a gap.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from scipy import optimize, signal
+
+from stribeck.gap.fitted.model import Model
+from stribeck.gap.records.prepare import Prepared
+from stribeck.identify.conditioning import Conditioned
+
+LAGS = 12
+NARROWER = (0.6, 0.35, 0.2, 0.1, 0.05, 0.02)  # bandwidths of residuals with a memory, over the analysis cutoff
+SEGMENT = 16  # rows
+UPPER = (0.55, 0.95)  # of the cutoff: the band where motions leave least
+STEADY = 1.5  # a moment's violence (stops, knocks) is no noise: it may exceed the median moment's by this much
+
+
+def noise_of_best(
+    floor: np.ndarray, models: Sequence[Model], prepared: Prepared, before: np.ndarray | None = None
+) -> np.ndarray:
+    """Return the noise floor (n,), N m rms, raised to what is white in the residual of each joint's best model.
+
+    Parameters
+    ----------
+    floor : array (n,)
+        What encoder noise and filters leave, N m rms.
+    models : sequence of Model
+        Fitted to the same runs; each joint is judged by the one that leaves it least, of those without a compliance:
+        noise in the torque is whole in these alone.
+    prepared : Prepared
+    before : array (n,) or None
+        The floor as other models told it, which stands where all of these have a compliance.
+    """
+    stiff = [model for model in models if model.noise is None]
+    if before is not None and not stiff:
+        return before
+    models = stiff or models
+    runs = (*prepared.fit, *prepared.held)
+    whole = [model.whole for model in models]
+    best = np.argmin([np.mean(residual**2, axis=0) for residual in whole], axis=0)
+    white = [white_rms(whole[best[j]][:, j], runs, prepared.cutoff) for j in range(len(floor))]
+    return np.asarray(np.maximum(floor, white))
+
+
+def white_rms(residual: np.ndarray, runs: Sequence[Conditioned], cutoff: float) -> float:
+    """Return the root mean square of a residual's white part.
+
+    Parameters
+    ----------
+    residual : array (M,)
+        Rows of all runs, one after the other.
+    runs : sequence of Conditioned
+    cutoff : float
+        Of the analysis, Hz.
+
+    Notes
+    -----
+    The residual's autocorrelation is decomposed, with weights that are not negative (Lawson & Hanson 1974), into that
+    of noise through the filter and those of narrower spectra. The median power of short stretches in the upper band
+    bounds the former, for bursts may look white as well.
+    """
+    pieces = _pieces(residual, runs)
+    if not pieces:
+        return 0.0
+    correlation = np.sum([_lagged(piece) for piece in pieces], axis=0)
+    power = float(correlation[0])
+    if power <= 0.0:
+        return 0.0
+    share, _ = optimize.nnls(_atoms(runs[0], cutoff), correlation / power)
+    rms = float(np.sqrt(min(share[0], 1.0) * power / sum(map(len, pieces))))
+    return min(rms, STEADY * _steady_rms(pieces, runs[0], cutoff))
+
+
+def _pieces(residual: np.ndarray, runs: Sequence[Conditioned]) -> list[np.ndarray]:
+    """Return the rows of each run that is long enough to tell."""
+    edges = np.cumsum([0, *(len(run.analysis_index) for run in runs)])
+    parts = [residual[start:stop] for start, stop in pairwise(edges)]
+    return [part for part in parts if len(part) > 2 * SEGMENT]
+
+
+def _lagged(values: np.ndarray) -> np.ndarray:
+    """Return the sums of products (LAGS,) of values and their followers, as if no product were lost at the end."""
+    n = len(values)
+    return np.array([values[k:] @ values[: n - k] * n / (n - k) for k in range(LAGS)])
+
+
+def _atoms(run: Conditioned, cutoff: float) -> np.ndarray:
+    """Return autocorrelations (LAGS, K) of filtered noise: white, narrower ones, and a constant."""
+    step = run.sample_time
+    frequency = np.linspace(0.0, 0.5 / step, 4000)
+    passed = np.abs(signal.freqz(run.taps, worN=2 * np.pi * frequency * step)[1]) ** 2
+    spectra = [passed, *(passed * np.exp(-((frequency / (b * cutoff)) ** 2)) for b in NARROWER)]
+    waves = np.cos(2 * np.pi * step * run.decimation * np.outer(np.arange(LAGS), frequency))
+    columns = [waves @ spectrum / spectrum.sum() for spectrum in spectra]
+    return np.array([*columns, np.ones(LAGS)]).T
+
+
+def _steady_rms(pieces: Sequence[np.ndarray], run: Conditioned, cutoff: float) -> float:
+    """Return the rms of white noise with the median power of short stretches in the upper part of the band."""
+    step = run.sample_time
+    powers = []
+    for piece in pieces:
+        frequency, _, power = signal.spectrogram(
+            piece, fs=1.0 / (step * run.decimation), window="hann", nperseg=SEGMENT, noverlap=SEGMENT // 2
+        )
+        band = (frequency >= UPPER[0] * cutoff) & (frequency <= UPPER[1] * cutoff)
+        passed = np.abs(signal.freqz(run.taps, worN=2 * np.pi * frequency[band] * step)[1]) ** 2
+        powers.append((power[band] / passed[:, None]).ravel())
+    density = float(np.median(np.concatenate(powers))) / np.log(2.0)  # the median of chi-square with two degrees
+    return float(np.sqrt(0.5 * density * np.sum(run.taps**2) / step))

@@ -1,0 +1,186 @@
+"""From files to conditioned runs: uniform time, one analysis cutoff, fit and held-out parts, typical scales."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from stribeck.arm import Arm
+from stribeck.errors import InputError
+from stribeck.gap.records.sequence import distance_gone, in_sequence
+from stribeck.gap.records.spread import Noise
+from stribeck.gap.records.unsaid import with_unsaid
+from stribeck.grid import uniform
+from stribeck.identify.conditioning import Conditioned, condition, shaken
+from stribeck.identify.cutoff import cutoff_frequency
+from stribeck.identify.stretches import part, shortened
+from stribeck.model.layout import values_of
+from stribeck.model.path import SignalPath
+from stribeck.model.rigid_body import mass_matrix
+from stribeck.model.values import Scale
+from stribeck.run import Run
+
+HELD_SHARE = 0.3  # of the runs, or of a single run
+LOUD_SEED = 1
+PUSH = 0.01  # of the typical torque: less than stiction holds would be lost at rest at one arm and not at another
+BEYOND = 0.1  # of what all runs reach: further than that beyond every other run, a run stands alone
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """Runs ready for the search.
+
+    ``fit`` and ``held`` are conditioned runs; ``scales`` typical magnitudes per joint; ``cutoff`` in Hz; ``noise`` that
+    of every row of the residual, once a model is there to tell, and ``reference`` (2, n) what noise adds to the
+    re-tuned model's (:class:`stribeck.gap.fitted.model.Model`); ``arm`` has tolerances for what its file, as
+    ``stated``, says nothing of.
+    """
+
+    arm: Arm
+    fit: tuple[Conditioned, ...]
+    held: tuple[Conditioned, ...]
+    scales: tuple[Scale, ...]
+    cutoff: float
+    notes: tuple[str, ...]
+    warnings: tuple[str, ...]
+    noise: Noise | None = None
+    stated: Arm | None = None
+    reference: np.ndarray | None = None
+
+    @property
+    def push(self) -> np.ndarray:
+        """A small torque (n,) at each joint, N m."""
+        return PUSH * np.array([scale.torque for scale in self.scales])
+
+    @cached_property
+    def loud(self) -> tuple[tuple[Conditioned, ...], tuple[Conditioned, ...]]:
+        """Held-out runs with the encoder's noise once more, and with white noise in the commands.
+
+        The latter is ``push``, N m rms, behind the analysis filter.
+        """
+        rng = np.random.default_rng(LOUD_SEED)
+        moved = [shaken(self.arm, run, self.cutoff, rng.standard_normal(run.run.q.shape)) for run in self.held]
+        white = [rng.standard_normal(run.command.shape) / np.sqrt(np.sum(run.taps**2)) for run in self.held]
+        pushed = [replace(run, command=run.command + self.push * w) for run, w in zip(self.held, white, strict=True)]
+        return tuple(moved), tuple(pushed)
+
+    def as_stated(self, arm: Arm) -> Arm:
+        """Return an arm with no other tolerances than those of the arm file."""
+        if self.stated is None:
+            return arm
+        pairs = zip(arm.joints, self.stated.joints, strict=True)
+        return replace(arm, joints=tuple(replace(joint, tolerance=said.tolerance) for joint, said in pairs))
+
+
+def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = ()) -> Prepared:
+    """Condition runs for a diagnosis.
+
+    Parameters
+    ----------
+    arm : Arm
+    runs : sequence of Run
+        Fitted; some of them are kept back where ``held_out`` is empty.
+    held_out : sequence of Run
+        Judged, never fitted.
+    """
+    notes: list[str] = []
+    even = [_even(run, notes) for run in runs]
+    kept_back = [_even(run, notes) for run in held_out]
+    fit, held = (even, kept_back) if held_out else split(even, notes)
+    fit, held = shortened(fit, notes), shortened(held, notes)
+    every = [*fit, *held]
+    inertia = moved_inertia(arm, every)
+    cutoff = cutoff_frequency(arm, every, inertia)
+    notes.append(f"analysed up to {cutoff:.3g} Hz")
+    conditioned = in_sequence([condition(arm, run, cutoff, thin=True) for run in every], [*even, *kept_back])
+    fitted, judged = conditioned[: len(fit)], conditioned[len(fit) :]
+    for run in conditioned:
+        if not len(run.analysis_index):
+            raise InputError(f"{run.name}: too short to be analysed", f"{len(run.time)} samples", "leave it out")
+    warnings = tuple(f"{run.name}: {text}" for run in every for text in run.warnings)
+    gone = sum(distance_gone(run.q, run.sample_time) for run in [*even, *kept_back])
+    scales = typical(arm, fitted, inertia, np.asarray(gone))
+    return Prepared(with_unsaid(arm, scales), fitted, judged, scales, cutoff, tuple(notes), warnings, stated=arm)
+
+
+def _even(run: Run, notes: list[str]) -> Run:
+    even, said = uniform(run)
+    notes.extend(said)
+    return even
+
+
+def split(runs: Sequence[Run], notes: list[str]) -> tuple[list[Run], list[Run]]:
+    """Return (fit, held out): every third run from the second on is kept back, or the last part of a single run.
+
+    A run that goes where no other goes (a larger torque, speed or range) is fitted, and one near it kept back instead:
+    what only one recording shows cannot be learnt from the others.
+    """
+    if len(runs) == 1:
+        run = runs[0]
+        k = round((1.0 - HELD_SHARE) * len(run.t))
+        notes.append(f"{run.name}: the last {HELD_SHARE:.0%} is held out")
+        return [part(run, 0, k)], [part(run, k, len(run.t))]
+    alone = _alone(runs)
+    held: list[int] = []
+    for i in range(1, len(runs), 3):
+        near = sorted((k for k in range(len(runs)) if k not in held), key=lambda k: (abs(k - i), -k))
+        held.append(next((k for k in near if not alone[k]), near[0]))
+    return [run for i, run in enumerate(runs) if i not in held], [runs[i] for i in held]
+
+
+def _alone(runs: Sequence[Run]) -> np.ndarray:
+    """Return which runs (R,) go beyond all others in some joint's torque, speed or range, by a tenth of all runs'."""
+    reach = []
+    for run in runs:
+        speed = np.abs(np.diff(run.q, axis=0)) / np.diff(run.t)[:, None]
+        fast, hard = np.quantile(speed, 0.99, axis=0), np.max(np.abs(run.tau), axis=0)
+        reach.append(np.concatenate([fast, hard, run.q.max(axis=0), -run.q.min(axis=0)]))
+    values = np.array(reach)
+    n = runs[0].n
+    span = np.concatenate(
+        [values.max(axis=0)[: 2 * n], np.tile((values[:, 2 * n : 3 * n] + values[:, 3 * n :]).max(axis=0), 2)]
+    )
+    second = np.sort(values, axis=0)[-2]
+    return np.asarray(np.any(values > second + BEYOND * span, axis=1))
+
+
+def moved_inertia(arm: Arm, runs: Sequence[Run]) -> np.ndarray:
+    """Return the mean inertia (n,) that each joint moves in the poses of the runs, kg m^2."""
+    path = SignalPath(arm)
+    q = ca.SX.sym("q", arm.n)
+    mass = mass_matrix(path.body(), [q[i] for i in range(arm.n)], prismatic=path.prismatic)
+    diagonal = ca.diag(mass) + ca.vertcat(*[path.rotor(j) for j in range(arm.n)])
+    function = ca.Function("inertia", [q, path.p], [diagonal])
+    poses = np.concatenate([run.q[:: max(1, len(run.q) // 50)] for run in runs])
+    values = function(poses.T, values_of(path.entries)).full()
+    return np.asarray(values.mean(axis=1))
+
+
+def typical(arm: Arm, runs: Sequence[Conditioned], inertia: np.ndarray, gone: np.ndarray) -> tuple[Scale, ...]:
+    """Return the typical magnitudes of each joint in conditioned runs, of joints that have ``gone`` (n,) so far."""
+
+    def rms(name: str, j: int) -> float:
+        return float(np.sqrt(np.mean(np.concatenate([getattr(run, name)[:, j] for run in runs]) ** 2)))
+
+    def travel(j: int) -> float:
+        return max(float(np.ptp(run.position[:, j])) for run in runs)
+
+    return tuple(
+        Scale(
+            torque=rms("command", j) + 1e-9,
+            friction=arm.joints[j].friction.C0,
+            speed=rms("velocity", j) + 1e-6,
+            travel=travel(j) + 1e-6,
+            inertia=float(inertia[j]),
+            sample_time=runs[0].sample_time,
+            length=arm.joints[j].length,
+            prismatic=arm.joints[j].kind == "prismatic",
+            middle=float(np.median(np.concatenate([run.position[:, j] for run in runs]))),
+            distance=float(gone[j]) + 1e-6,
+        )
+        for j in range(arm.n)
+    )

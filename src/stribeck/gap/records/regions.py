@@ -1,0 +1,92 @@
+"""Regions of a motion: reversals, rest, speeds, directions, places and loads, as masks over a residual's samples."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from stribeck.identify.conditioning import Conditioned
+
+NEAR_REVERSAL = 0.08  # s
+POSITION_BINS = 6
+
+
+def analysis_signals(runs: Sequence[Conditioned]) -> dict[str, np.ndarray]:
+    """Return position, velocity, acceleration and command (M, n) at the analysis samples, and time in run (M,)."""
+    out = {
+        name: np.concatenate([getattr(run, name)[run.analysis_index] for run in runs])
+        for name in ("position", "velocity", "acceleration", "stuck")
+    }
+    out["command"] = np.concatenate([run.filtered(run.command) for run in runs])
+    out["time"] = np.concatenate([run.time[run.analysis_index] - run.time[0] for run in runs])
+    out["share"] = np.concatenate([np.linspace(0.0, 1.0, len(run.analysis_index)) for run in runs])
+    return out
+
+
+def region_masks(runs: Sequence[Conditioned], joint: int) -> dict[str, dict[str, np.ndarray]]:
+    """Return family -> region -> mask (M,) over the analysis samples; the regions of a family partition them."""
+    s = analysis_signals(runs)
+    velocity, position = s["velocity"][:, joint], s["position"][:, joint]
+    near = np.concatenate([_near_reversal(run, joint) for run in runs])
+    stuck = (s["stuck"][:, joint] > 0.5) & ~near
+    moving = ~near & ~stuck
+    speed = np.abs(velocity)
+    low, high = np.quantile(speed[moving], [1 / 3, 2 / 3]) if moving.any() else (0.0, 0.0)
+    families = {
+        "motion": {
+            "velocity reversal": near,
+            "stuck": stuck,
+            "low velocity": moving & (speed <= low),
+            "medium velocity": moving & (speed > low) & (speed <= high),
+            "high velocity": moving & (speed > high),
+        },
+        "direction": {"forward": (velocity > 0) & ~stuck, "backward": (velocity <= 0) & ~stuck, "at rest": stuck},
+        "position": _bins(position),
+        "load": _thirds(np.abs(s["command"][:, joint]), "load"),
+        "acceleration": _thirds(np.abs(s["acceleration"][:, joint]), "acceleration"),
+        "time": {
+            "first third of a run": s["share"] < 1 / 3,
+            "middle third of a run": (s["share"] >= 1 / 3) & (s["share"] < 2 / 3),
+            "last third of a run": s["share"] >= 2 / 3,
+        },
+    }
+    return {family: {k: m for k, m in masks.items() if m.any()} for family, masks in families.items()}
+
+
+def _bins(position: np.ndarray) -> dict[str, np.ndarray]:
+    """Return equal bins of the travel, named with as many digits as tell them apart."""
+    low, high = float(position.min()), float(position.max())
+    step = (high - low) / POSITION_BINS
+    if step <= 1e-12 * (1.0 + abs(low)):
+        return {f"{low:.2f} rad": np.ones(len(position), dtype=bool)}
+    digits = max(2, 1 - int(np.floor(np.log10(step))))
+    edges = np.linspace(low, high, POSITION_BINS + 1)
+    place = np.searchsorted(edges[1:-1], position, side="right")
+    return {f"{a:.{digits}f} to {b:.{digits}f} rad": place == i for i, (a, b) in enumerate(pairwise(edges))}
+
+
+def _thirds(size: np.ndarray, name: str) -> dict[str, np.ndarray]:
+    low, high = np.quantile(size, [1 / 3, 2 / 3])
+    return {
+        f"low {name}": size <= low,
+        f"medium {name}": (size > low) & (size <= high),
+        f"high {name}": size > high,
+    }
+
+
+def _near_reversal(run: Conditioned, joint: int) -> np.ndarray:
+    velocity, stuck = run.velocity[:, joint], run.stuck[:, joint] > 0.5
+    sign = np.sign(np.where(stuck, 0.0, velocity))
+    last = np.zeros_like(sign)
+    seen = np.flatnonzero(sign != 0)
+    if len(seen) == 0:
+        return np.zeros(len(run.analysis_index), dtype=bool)
+    last[seen] = sign[seen]
+    turns = seen[1:][np.diff(sign[seen]) != 0]
+    width = max(1, round(NEAR_REVERSAL / run.sample_time))
+    near = np.zeros(len(velocity), dtype=bool)
+    for i in turns:
+        near[max(0, i - width) : i + width] = True
+    return np.asarray(near[run.analysis_index])

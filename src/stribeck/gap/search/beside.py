@@ -1,0 +1,84 @@
+"""What each effect that was taken is worth beside all others, and which of them gives way once the others are there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from joblib import delayed
+
+from stribeck.gap.fitted.model import Model, finite, fit_model, weights_of
+from stribeck.gap.records.prepare import Prepared
+from stribeck.gap.search.candidates import candidates
+from stribeck.gap.search.gates import LEAST_GAIN, needed
+from stribeck.gap.search.rank import rank
+from stribeck.gap.search.step import Step, last_model
+from stribeck.model.layout import Placed
+
+SWAPS = 2  # rivals that are tried in an effect's place, once all are found
+SURELY = 0.95  # probability by which they must be the better ones
+WEIGHING = 40  # evaluations of the last model without one of its effects
+
+
+def without_each(prepared: Prepared, steps: Sequence[Step], pool: Any) -> list[Model]:
+    """Return, for each effect that was taken, the last model fitted anew without it."""
+    final, own, count = last_model(steps), len(steps[0].base.placed), sum(step.taken for step in steps)
+    if count < 2:
+        return [steps[0].base] * count
+    weights = weights_of(final, prepared, steps[-1].floor)
+    rests = [(*final.placed[:i], *final.placed[i + 1 :]) for i in range(own, own + count)]
+    return list(pool(delayed(fit_model)(prepared, rest, weights, None, evaluations=WEIGHING) for rest in rests))
+
+
+def weighed(prepared: Prepared, steps: Sequence[Step], without: Sequence[Model], seed: int) -> tuple[Step, ...]:
+    """Return the steps with what each effect that was taken is worth beside all others.
+
+    Parameters
+    ----------
+    without : sequence of Model
+        As of :func:`without_each`.
+    """
+    final, floor = last_model(steps), steps[-1].floor
+    found = [rank(prepared, [model, final], floor, seed) if finite(model) else None for model in without]
+    return tuple(replace(step, worth=found[i]) if i < len(found) else step for i, step in enumerate(steps))
+
+
+def idle(steps: Sequence[Step]) -> tuple[str, int] | None:
+    """Return an effect that the later ones have made needless, or None."""
+    for step in [step for step in steps if step.taken][:-1]:
+        if step.worth is not None and step.best is not None and not needed(step.worth):
+            place = step.best.placed[-1]
+            return place.effect.name, place.joint
+    return None
+
+
+def outdone(
+    prepared: Prepared, steps: Sequence[Step], pool: Any, seed: int, leave_out: Sequence[str] = ()
+) -> tuple[str, int] | None:
+    """Return an effect in whose place a rival of its step does better now that the others are there, or None.
+
+    A law with several parameters may be taken first because it follows two effects at once, neither of them its own.
+    """
+    taken = [step for step in steps if step.taken]
+    if len(taken) < 2:
+        return None
+    floor, final, own = steps[-1].floor, last_model(steps), len(steps[0].base.placed)
+    weights = weights_of(final, prepared, floor)
+    places, fits = [], []
+    for i, step in enumerate(taken, own):
+        rest = (*final.placed[:i], *final.placed[i + 1 :])
+        possible = {(effect.name, joint) for effect, joint in candidates(prepared.arm, rest, leave_out)}
+        possible -= {(final.placed[i].effect.name, final.placed[i].joint)}
+        rivals = [step.rivals[k - 1].placed[-1] for k in step.ranking.order if step.ranking.overall[k] > LEAST_GAIN]
+        for rival in [r for r in rivals if (r.effect.name, r.joint) in possible][:SWAPS]:
+            places.append(final.placed[i])
+            placed = (*rest, Placed(rival.effect, rival.joint))
+            fits.append(delayed(fit_model)(prepared, placed, weights, final.fit, rival.values, evaluations=WEIGHING))
+    found = [(place, model) for place, model in zip(places, pool(fits), strict=True) if finite(model)]
+    if not found:
+        return None
+    ranking = rank(prepared, [final, *(model for _, model in found)], floor, seed)
+    place = found[int(np.argmax(ranking.probability[1:]))][0]
+    return (place.effect.name, place.joint) if ranking.probability[0] < 1.0 - SURELY else None

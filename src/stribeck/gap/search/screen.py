@@ -1,0 +1,164 @@
+"""Which candidates are worth a full fit: each trial's residual, projected off everything that is re-tuned."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stribeck.gap.fitted.differentiable import differentiable
+from stribeck.gap.fitted.model import Model, start_values
+from stribeck.gap.fitted.sizes import effect_scales
+from stribeck.gap.records.prepare import Prepared
+from stribeck.gap.search.candidates import Trial
+from stribeck.gap.search.projector import Projector
+from stribeck.identify.problem import Weights
+from stribeck.identify.residual import Residual
+from stribeck.model.effect import Effect
+from stribeck.model.layout import Placed
+from stribeck.model.path import SignalPath
+from stribeck.model.waves import Trace
+
+REACH = 50.0  # typical sizes that one step may go: far, for it is taken back where it does not help
+LOOK, STEPS = 2, 12  # evaluations of every start, and further ones of the most hopeful starts, at most
+FOLLOWED = 2  # starts that are followed to the end
+HOPELESS = 10.0  # of the base's cost: a start that adds more at first is not followed
+LEAST_DAMPING = 1e-3
+HUGE = 1e100  # a law that has run away: its squares are no numbers any more
+LITTLE = 0.02  # of the cost saved: a step that promises less is not made
+
+
+def screen(
+    prepared: Prepared,
+    base: Model,
+    weights: Weights,
+    effect: Effect,
+    joint: int,
+    known: dict[str, float] | None = None,
+    states: Sequence[np.ndarray] | None = None,
+) -> Trial:
+    """Return the best trial of one candidate, improved by a few projected steps, with the cost that it saves.
+
+    The nominal parameters follow linearly (variable projection, Golub & Pereyra 1973), so that an evaluation needs
+    the derivatives by the candidate's own parameters only. Laws that take long see the half of the runs that says most.
+
+    Parameters
+    ----------
+    known : dict or None
+        Values from an earlier step of the search: the only start of a law that takes long.
+    states : sequence of array (N, nx), or None
+        States of the base model along the fitted runs, where it has any.
+    """
+    path = SignalPath(prepared.arm, (*base.placed, Placed(effect, joint)))
+    own = [i for i, entry in enumerate(path.entries) if entry.owner == len(base.placed)]
+    runs = _loudest(prepared, base, weights) if effect.nonlinear else list(range(len(prepared.fit)))
+    same = [states[i] for i in runs] if states and not effect.delays else None
+    some = [prepared.fit[i] for i in runs]
+    # a first compliance is tried without its observer, which takes noise from a residual besides
+    residual = Residual(path, some, own, same, observe=False)
+    first = not SignalPath(prepared.arm, base.placed).flexible
+    if not residual.reuses and (path.rough or set(own) & set(path.shifts) or not first):
+        residual = differentiable(path, prepared, some, own, observe=not first, far=True)
+    unit = _units(path, prepared, own)
+    projector = Projector(base.fit, weights, _rows_of(prepared, runs))
+    names = [path.entries[i].name for i in own]
+    scale = prepared.scales[joint]
+    best, sound = Trial(effect, joint, dict(effect.starts(scale)[0]), -np.inf), False
+    trace = _trace(prepared, base, joint)
+    starts = [known] if known else []
+    if not (known and effect.nonlinear):
+        starts += effect.starts_from(scale, trace)
+    tried = [_descend(residual, projector, start_values(path, base.fit, start), own, unit, LOOK) for start in starts]
+    # by where they are about to go: what has run away to nothing loses nothing either, and leads nowhere
+    hopeful = [way for way in tried if way.ahead > -HOPELESS * projector.cost]
+    for way in sorted(hopeful, key=lambda way: -way.ahead)[:FOLLOWED]:
+        way = _descend(residual, projector, way.p, own, unit, STEPS)
+        values = dict(zip(names, map(float, way.p[own]), strict=True))
+        plausible = effect.plausible(values, scale)  # else it stands for another law, which is tried itself
+        if (plausible, way.saved) > (sound, best.promise):
+            best, sound = Trial(effect, joint, values, way.saved), plausible
+    return best
+
+
+def _trace(prepared: Prepared, base: Model, joint: int) -> Trace:
+    """Return what a joint did in the fitted runs and what the base model leaves there."""
+
+    def column(name: str) -> np.ndarray:
+        parts = [getattr(run, name)[run.analysis_index] for run in prepared.fit]
+        return np.concatenate([part if part.ndim == 1 else part[:, joint] for part in parts])
+
+    time, position, velocity, command = map(column, ("told_time", "position", "velocity", "command"))
+    starts = tuple(_edges(prepared)[1:-1].tolist())
+    return Trace(time, position, velocity, command, base.fit.residual[:, joint], starts)
+
+
+def _edges(prepared: Prepared) -> np.ndarray:
+    """Return the first row of each run of the fit, and the number of rows."""
+    return np.cumsum([0, *(len(run.analysis_index) for run in prepared.fit)])
+
+
+def _loudest(prepared: Prepared, base: Model, weights: Weights) -> list[int]:
+    """Return the half of the runs, at least two, with most unexplained: an effect may stir in one motion only."""
+    squares = np.sum((base.fit.residual * weights.scale) ** 2, axis=1)
+    power = np.add.reduceat(squares, _edges(prepared)[:-1])
+    return sorted(np.argsort(-power)[: max(2, (len(power) + 1) // 2)].tolist())
+
+
+def _rows_of(prepared: Prepared, runs: Sequence[int]) -> np.ndarray:
+    """Return the rows of the fit that belong to some of its runs."""
+    edges = _edges(prepared)
+    return np.concatenate([np.arange(edges[i], edges[i + 1]) for i in runs])
+
+
+def _units(path: SignalPath, prepared: Prepared, own: Sequence[int]) -> np.ndarray:
+    scales = effect_scales(path, prepared)
+    return np.array([1.0 if path.entries[i].log else scales.get(path.entries[i].key, 1.0) for i in own])
+
+
+@dataclass(frozen=True)
+class _Way:
+    """The largest cost reduction met on the way down from a start, all values there, and the next step's promise."""
+
+    saved: float
+    p: np.ndarray
+    ahead: float
+
+
+def _descend(
+    residual: Residual, projector: Projector, p: np.ndarray, own: Sequence[int], unit: np.ndarray, steps: int
+) -> _Way:
+    """Return how far down one comes from a start in a few evaluations."""
+    entries = [residual.path.entries[i] for i in own]
+    log = np.array([entry.log for entry in entries], dtype=bool)
+    lower, upper = (np.array([getattr(entry, side) for entry in entries]) for side in ("lower", "upper"))
+    best, at, ahead, damping = -np.inf, p, -np.inf, LEAST_DAMPING
+    curvature, downhill = np.zeros((len(own), len(own))), np.zeros(len(own))
+    for _ in range(steps):
+        r, jacobian = residual(p)
+        slope = np.where(log, p[own], 1.0) * unit
+        saved = -np.inf
+        if np.all(np.abs(r) < HUGE) and np.all(np.abs(jacobian * slope) < HUGE):
+            saved, *equations = projector.step(r, jacobian * slope)
+        if saved > best:
+            best, at, damping = saved, p, max(damping / 10.0, LEAST_DAMPING)
+            curvature, downhill = equations
+        elif np.isfinite(best):
+            damping *= 30.0
+        else:
+            break
+        step = np.clip(_damped(curvature, downhill, damping), -REACH, REACH)
+        made = np.where(log, np.clip(step, -1.0, 1.0), step)
+        ahead = best - float(downhill @ made) - 0.5 * float(made @ curvature @ made)
+        if -0.5 * float(downhill @ step) < LITTLE * max(best, 1.0):
+            break
+        grown = at[own] * np.exp(np.where(log, made, 0.0))
+        p = at.copy()
+        p[own] = np.clip(np.where(log, grown, at[own] + made * unit), lower, upper)
+    return _Way(best, at, ahead)
+
+
+def _damped(curvature: np.ndarray, slope: np.ndarray, damping: float) -> np.ndarray:
+    """Return the step of Levenberg (1944) and Marquardt (1963)."""
+    ridge = np.diag(damping * np.diag(curvature) + 1e-9 * np.max(np.diag(curvature)) + 1e-12)
+    return np.asarray(np.linalg.solve(curvature + ridge, -slope))

@@ -1,0 +1,60 @@
+"""One step of the search."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stribeck.gap.fitted.model import Model
+from stribeck.gap.search.rank import Ranking
+
+
+@dataclass(frozen=True)
+class LookAlike:
+    """A law of no library that may stand behind what a step took: in words, and the chance that it does better."""
+
+    says: str
+    chance: float
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of the search: the base, its rivals, how they rank, and which of them may be taken, best first.
+
+    Attributes
+    ----------
+    floor : array (n,)
+        The noise floor by which they were judged, N m rms.
+    worth : Ranking or None
+        Of a step that took an effect, once the search has ended: the last model without that effect, and whole. An
+        effect that the gap of another one hid shows there what it is worth.
+    look_alike : LookAlike or None
+        Of a step that took an effect, once the search has ended: the decoy that comes nearest to it.
+    """
+
+    base: Model
+    rivals: tuple[Model, ...]
+    ranking: Ranking
+    passing: tuple[int, ...]
+    screened_out: tuple[tuple[str, int], ...]
+    floor: np.ndarray
+    worth: Ranking | None = None
+    look_alike: LookAlike | None = None
+
+    @property
+    def taken(self) -> bool:
+        """Whether the best rival was taken."""
+        return bool(self.passing)
+
+    @property
+    def best(self) -> Model | None:
+        """The best rival."""
+        return self.rivals[self.ranking.best - 1] if self.ranking.best else None
+
+
+def last_model(steps: Sequence[Step]) -> Model:
+    """Return the model with everything that was taken."""
+    last = steps[-1]
+    return last.best if last.taken and last.best is not None else last.base

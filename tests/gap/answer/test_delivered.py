@@ -1,0 +1,98 @@
+"""Measured beside commanded torque: how they are related, and on which side of the measurement the gap lies."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stribeck.gap.answer.delivered import as_commanded, delivered, relation
+from stribeck.gap.fitted.model import Model, retune
+from stribeck.gap.records.prepare import Prepared, prepare
+from stribeck.gap.result import Delivered
+from stribeck.identify.conditioning import condition
+from stribeck.run import Run
+
+from ..conftest import NOMINAL, TRUE, recorded, sines
+
+FLOOR = np.full(1, 0.01)
+
+
+def wavy(delay: float = 0.0) -> Run:
+    """Torque of a few frequencies: commanded (the mean over the step to come), and measured at the instant, late."""
+    run = sines(12.0)
+    step = run.sample_time
+
+    def torque(t: np.ndarray) -> np.ndarray:
+        return (3.0 * np.sin(5.0 * t) + np.sin(31.0 * t + 1.0))[:, None]
+
+    return replace(run, tau=torque(run.t + 0.5 * step), tau_meas=torque(run.t - delay))
+
+
+def test_a_measured_torque_stands_in_for_the_command() -> None:
+    run = wavy()
+    first, second = (condition(TRUE, r, 15.0) for r in (run, as_commanded(run)))
+    inside = slice(50, -50)
+    assert np.max(np.abs(first.command - second.command)[inside]) < 2e-3
+
+
+@pytest.mark.parametrize(("gain", "offset", "delay"), [(1.0, 0.0, 0.0), (0.83, 0.4, 0.012), (1.2, -0.1, -0.003)])
+def test_relation(gain: float, offset: float, delay: float) -> None:
+    run = wavy(delay)
+    assert run.tau_meas is not None
+    noise = 0.05 * np.random.default_rng(0).standard_normal(run.tau.shape)
+    run = replace(run, tau_meas=gain * run.tau_meas + offset + noise)
+    commanded, measured = (condition(TRUE, r, 15.0) for r in (run, as_commanded(run)))
+    found = relation([commanded], [measured], 0)
+    for estimate, true, close in zip(found[:3], (gain, offset, delay), (0.01, 0.02, 5e-4), strict=True):
+        assert estimate.low - 1e-3 * close <= true <= estimate.high + 1e-3 * close
+        assert estimate.high - estimate.low < 2.0 * close
+    assert 0.005 < found[3] < 0.05  # noise below the cutoff
+
+
+def looked_at(runs: tuple[Run, ...]) -> tuple[Delivered, ...]:
+    prepared = prepare(NOMINAL, runs)
+    return delivered(prepared, base_of(prepared), FLOOR)
+
+
+def base_of(prepared: Prepared) -> Model:
+    return retune(prepared, FLOOR)
+
+
+def test_a_late_drive_is_seen_before_the_measurement() -> None:
+    (row,) = looked_at(recorded(("delay", {"time": 0.02}), channels=("tau_meas",)))
+    assert row.joint == "A"
+    assert row.delay.value == pytest.approx(0.02, abs=0.003)
+    assert row.gain.value == pytest.approx(1.0, abs=0.02)
+    assert row.share is not None
+    assert row.share.low > 0.5  # the record's half a sample of delay is more than nothing to this floor
+    assert row.share.value > 0.8
+
+
+def test_a_late_encoder_is_not() -> None:
+    (row,) = looked_at(recorded(("time_shift", {"time": 0.02}), channels=("tau_meas",)))
+    assert row.share is not None
+    assert row.share.high < 0.1
+
+
+def test_nothing_is_said_without_the_measurement() -> None:
+    runs = recorded(channels=("tau_meas",))
+    assert looked_at((*runs[:-1], replace(runs[-1], tau_meas=None))) == ()
+    broken = replace(runs[-1], tau_meas=np.where(np.arange(len(runs[-1].t)) == 7, np.nan, 1.0)[:, None])
+    assert looked_at((*runs[:-1], broken)) == ()
+
+
+def test_no_share_of_no_gap() -> None:
+    prepared = prepare(NOMINAL, recorded(channels=("tau_meas",)))
+    (row,) = delivered(prepared, base_of(prepared), np.full(1, 10.0))
+    assert row.share is None
+
+
+@pytest.mark.parametrize(("commanded", "measured"), [(0.0, 1.0), (1.0, 0.0)])
+def test_a_joint_without_torque_tells_nothing(commanded: float, measured: float) -> None:
+    """A passive joint, or a sensor that reads zero: no delay of no width is made up."""
+    run = wavy()
+    assert run.tau_meas is not None
+    run = replace(run, tau=commanded * run.tau, tau_meas=measured * run.tau_meas)
+    found = relation([condition(TRUE, run, 15.0)], [condition(TRUE, as_commanded(run), 15.0)], 0)
+    assert all(np.isnan(estimate.value) and np.isnan(estimate.low) for estimate in found[:3])
+    assert np.isfinite(found[3])

@@ -1,0 +1,135 @@
+"""The arithmetic of the verdict: the closed part by the contract's formula, and probabilities that behave."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stribeck.effects.registry import effect_named
+from stribeck.gap.answer.verdict import (
+    NAMED_OVER,
+    UNKNOWN_HELD,
+    causes_of,
+    closes_estimate,
+    closure,
+    suspected,
+)
+from stribeck.gap.records.blocks import bayesian_bootstrap
+from stribeck.gap.result import Cause
+from stribeck.gap.search.step import Step
+from stribeck.model.layout import Placed
+from stribeck.model.values import Scale
+
+from ..conftest import taken_steps
+
+FLOOR = np.array([0.1, 0.4])
+SCALES = (Scale(1.0, 1.0, 1.0, 1.0, 1.0, 1e-3),) * 2
+
+
+def rows(*rms: float) -> np.ndarray:
+    """Residual (M, n) of given rms (n,), signs mixed."""
+    signs = np.where(np.arange(400) % 2, 1.0, -1.0)
+    return np.asarray(signs[:, None] * np.array(rms))
+
+
+@given(st.lists(st.floats(0.5, 5.0), min_size=2, max_size=2), st.lists(st.floats(1.05, 20.0), min_size=2, max_size=2))
+def test_closure(after: list[float], factor: list[float]) -> None:
+    """1 - (after^2 - floor^2) / (before^2 - floor^2), joints scaled by their floors, as the contract has it."""
+    first, last = FLOOR * np.array(after) * np.array(factor) * 1.1, FLOOR * np.array(after)
+    found = closure(rows(*first), rows(*last), FLOOR)
+    left, was = (np.sum((x / FLOOR) ** 2 - 1.0) for x in (last, first))
+    if was > 0.01:
+        assert found == pytest.approx(1.0 - max(left, 0.0) / was, abs=1e-9)
+
+
+def test_closure_in_numbers() -> None:
+    before, after = rows(0.5, 0.8), rows(0.2, 0.8)
+    assert closure(before, after, FLOOR) == pytest.approx(1.0 - (3.0 + 3.0) / (24.0 + 3.0))
+    assert closure(before, before, FLOOR) == pytest.approx(0.0)
+    assert closure(before, rows(0.1, 0.4), FLOOR) == pytest.approx(1.0)
+    assert closure(before, rows(1.0, 1.6), FLOOR) < 0.0  # worse than before is said as it is
+
+
+def test_nothing_to_close() -> None:
+    """Below the floor there is no gap; nothing is divided by nothing."""
+    assert np.isfinite(closure(rows(0.05, 0.1), rows(0.05, 0.1), FLOOR))
+
+
+def test_interval_of_the_closed_part() -> None:
+    rng = np.random.default_rng(0)
+    block = np.arange(400) // 20
+    draws = bayesian_bootstrap(20, 400, rng)
+    uneven = np.repeat(rng.uniform(0.2, 2.0, 20), 20)[:, None]
+    before, after = rows(0.5, 0.8) * uneven, rows(0.2, 0.8)
+    found = closes_estimate(before, after, FLOOR, block, draws)
+    assert found.value == closure(before, after, FLOOR)
+    assert found.low < found.value < found.high
+    even = closes_estimate(rows(0.5, 0.8), after, FLOOR, block, draws)
+    assert even.high - even.low < 1e-9  # blocks that are all alike leave nothing unsure
+
+
+def test_what_came_nearest_is_suspected() -> None:
+    """Probabilities sum to what there is to share, nothing suspected comes near a name, "unknown" keeps most."""
+    found = suspected(step("delay", "delay", "payload", "cogging"), 0.96, ("A", "B"))
+    assert sum(cause.probability for cause in found) == pytest.approx(0.96)
+    assert found[-1].effect == "unknown"
+    assert found[-1].probability == pytest.approx(UNKNOWN_HELD * 0.96)
+    assert all(0.0 < (cause.presence or 0.0) < NAMED_OVER for cause in found[:-1])
+    assert [cause.effect for cause in found[:-1]] == ["delay", "payload"]
+
+
+def test_where_nothing_was_tried_all_is_unknown() -> None:
+    assert suspected(step(), 0.9, ("A",)) == [Cause("unknown", 0.9)]
+
+
+def step(*effects: str) -> Step:
+    """The last step of a search, its rivals in the order of their score, as far as the question looks at it."""
+    models = tuple(SimpleNamespace(placed=(Placed(effect_named(name), k % 2),)) for k, name in enumerate(effects))
+    ranking = SimpleNamespace(order=tuple(range(1, len(models) + 1)))
+    return Step(None, models, ranking, (), (), FLOOR)  # type: ignore[arg-type]
+
+
+def late(
+    *times: float, effects: tuple[str, ...] = ("delay", "delay"), candidates: tuple[str, ...] = ("time_shift",)
+) -> Any:
+    """The steps of a search that took a delay at each of the joints, one after the other."""
+    placed = [Placed(effect_named(e), j, {"time": t}) for j, (e, t) in enumerate(zip(effects, times, strict=True))]
+    return taken_steps(placed, [8.0] * len(placed), gap=FLOOR, floor=FLOOR, candidates=candidates)
+
+
+@pytest.mark.parametrize(
+    ("steps", "same"),
+    [
+        (late(0.010, 0.011), True),
+        (late(0.010, 0.020), False),  # not by the same
+        (late(0.010, effects=("delay",)), False),  # not all joints
+        (late(-0.010, -0.010, effects=("time_shift", "time_shift"), candidates=("delay",)), False),  # no law is early
+        (late(0.010, 0.010, effects=("time_shift", "time_shift"), candidates=("delay",)), True),
+        (late(0.010, 0.010, candidates=()), False),  # left out
+    ],
+)
+def test_late_by_the_same_everywhere(steps: Any, same: bool) -> None:
+    """Which of the two records is late cannot be told where all joints share it."""
+    (cause,), _ = causes_of(steps, ("A", "B"), SCALES)
+    other = {"delay": "time_shift", "time_shift": "delay"}[cause.effect]
+    assert (other in cause.equivalent) is same
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "position", "leaned_on"), [(9.0, 0.1, True), (9.0, 0.3, False), (-9.0, 0.3, True), (-9.0, 0.1, False)]
+)
+def test_a_stop_that_is_leaned_on_most_of_the_time_may_be_a_cable(
+    stiffness: float, position: float, leaned_on: bool
+) -> None:
+    """The joint spends half of its time on either side of 0.2 rad."""
+    scale = replace(SCALES[0], middle=0.2)
+    values = {"stiffness": stiffness, "position": position, "damping": 0.1}
+    assert effect_named("contact").also(values, scale) == (("cable_spring",) if leaned_on else ())
+    steps = late(0.01, effects=("contact",), candidates=("cable_spring",))
+    object.__setattr__(steps[0].best.placed[0], "values", values)
+    (cause,), _ = causes_of(steps, ("A", "B"), (scale, scale))
+    assert cause.equivalent == (("contact", "cable_spring") if leaned_on else ("contact",))

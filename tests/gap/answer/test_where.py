@@ -1,0 +1,112 @@
+"""Where: regions that partition the samples, and a share that is found where it was put."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stribeck.gap.answer.where import regions
+from stribeck.gap.records.prepare import Prepared, prepare
+from stribeck.gap.records.regions import analysis_signals, region_masks
+
+from ..conftest import TRUE, recorded, sines
+
+
+@pytest.fixture(scope="module")
+def prepared() -> Prepared:
+    return prepare(TRUE, recorded())
+
+
+def assert_partition(prepared: Prepared) -> None:
+    rows = sum(len(run.analysis_index) for run in prepared.held)
+    for family, masks in region_masks(prepared.held, 0).items():
+        count = np.zeros(rows)
+        for mask in masks.values():
+            assert mask.any()
+            count += mask
+        assert (count == 1.0).all(), family
+
+
+def test_families_partition_the_samples(prepared: Prepared) -> None:
+    assert_partition(prepared)
+    assert {"motion", "direction", "position", "load", "acceleration", "time"} <= set(region_masks(prepared.held, 0))
+
+
+@settings(max_examples=15)
+@given(size=st.sampled_from([1e-6, 1e-3, 0.02, 1.0, 30.0]), seed=st.integers(0, 100))
+def test_families_partition_any_motion(size: float, seed: int) -> None:
+    assert_partition(prepare(TRUE, [sines(3.0, seed=seed, size=size), sines(3.0, seed=seed + 1, size=size)]))
+
+
+def test_joint_at_rest_is_stuck() -> None:
+    still = [replace(sines(3.0, seed=i), q=np.zeros((600, 1))) for i in range(2)]
+    held = prepare(TRUE, still)
+    assert_partition(held)
+    assert list(region_masks(held.held, 0)["motion"]) == ["stuck"]
+
+
+def test_region_means_what_it_says(prepared: Prepared) -> None:
+    signals = analysis_signals(prepared.held)
+    masks = region_masks(prepared.held, 0)
+    speed = np.abs(signals["velocity"][:, 0])
+    motion = masks["motion"]
+    assert speed[motion["low velocity"]].max() <= speed[motion["medium velocity"]].min()
+    assert speed[motion["medium velocity"]].max() <= speed[motion["high velocity"]].min()
+    assert (signals["velocity"][masks["direction"]["forward"], 0] > 0.0).all()
+    assert speed[motion["velocity reversal"]].mean() < speed.mean()
+    load = np.abs(signals["command"][:, 0])
+    assert load[masks["load"]["high load"]].min() >= load[masks["load"]["low load"]].max()
+
+
+def found(prepared: Prepared, before: np.ndarray, noise: float = 0.0) -> dict[tuple[str, str], tuple[float, ...]]:
+    """Share with interval, time share and rms by family and region."""
+    floor = np.full_like(before, noise)
+    return {
+        (r.family, r.region): (r.share.value, r.share.low, r.share.high, r.time_share, r.rms, r.rms_corrected)
+        for r in regions(prepared, before, 0.5 * before, floor, 0)
+    }
+
+
+def test_share_is_where_it_was_put(prepared: Prepared) -> None:
+    """A residual in one region only, on top of a floor that is taken off."""
+    rng = np.random.default_rng(0)
+    mask = region_masks(prepared.held, 0)["motion"]["high velocity"]
+    noise = 0.1
+    before = noise * rng.standard_normal((len(mask), 1)) + 2.0 * mask[:, None]
+    rows = found(prepared, before, noise)
+    share, low, high, time, rms, corrected = rows["motion", "high velocity"]
+    assert share == pytest.approx(1.0, abs=0.02)
+    assert low > 0.9
+    assert high <= 1.0
+    assert time == pytest.approx(mask.mean())
+    assert rms == pytest.approx(2.0, abs=0.05)
+    assert corrected == pytest.approx(0.5 * rms)
+    assert rows["motion", "low velocity"][0] < 0.02
+
+
+def test_even_residual_has_shares_of_time(prepared: Prepared) -> None:
+    rows = sum(len(run.analysis_index) for run in prepared.held)
+    shares = found(prepared, np.where(np.arange(rows) % 2, 1.0, -1.0)[:, None])
+    for (family, _), (share, low, high, time, *_) in shares.items():
+        if family != "frequency":
+            assert share == pytest.approx(time, abs=1e-9)
+            assert low <= share <= high
+
+
+def test_shares_of_a_family_sum_to_one(prepared: Prepared) -> None:
+    rows = sum(len(run.analysis_index) for run in prepared.held)
+    shares = found(prepared, np.random.default_rng(1).standard_normal((rows, 1)))
+    for family in {family for family, _ in shares}:
+        assert sum(row[0] for key, row in shares.items() if key[0] == family) == pytest.approx(1.0)
+
+
+def test_frequency_band_of_a_sine(prepared: Prepared) -> None:
+    """A residual of half the analysis cutoff lies in the highest band, a slow one in the lowest; power is kept."""
+    time = analysis_signals(prepared.held)["time"]
+    for hertz, place in ((0.5 * prepared.cutoff, 2), (0.06 * prepared.cutoff, 0)):
+        rows = found(prepared, np.sin(2 * np.pi * hertz * time)[:, None])
+        bands = [row for (family, _), row in rows.items() if family == "frequency"]
+        assert bands[place][0] > 0.9
+        assert np.sqrt(sum(row[4] ** 2 for row in bands)) == pytest.approx(np.sqrt(0.5), rel=0.05)

@@ -1,0 +1,139 @@
+"""Clocks: a wave from outside has a phase of its own in every run, and one phase once the clocks are set."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stribeck.effects.registry import effect_named
+from stribeck.gap.diagnose import diagnose
+from stribeck.gap.fitted.clocks import in_step
+from stribeck.gap.fitted.model import Model, retune
+from stribeck.gap.records.floor import noise_floor
+from stribeck.gap.records.prepare import Prepared, prepare
+from stribeck.identify.conditioning import Conditioned
+from stribeck.identify.conditioning import shaken as noisier
+from stribeck.model.layout import Placed, values_of
+from stribeck.model.path import SignalPath
+from stribeck.run import Run
+
+from ..conftest import NOMINAL, recorded, sines
+
+FLOOR = np.array([0.02])
+HERTZ = 3.1
+APART = (0.4, 2.9, -1.3, 1.2)  # rad
+
+
+def shaken(phases: Sequence[float], amplitude: float = 1.0) -> list[Run]:
+    """Runs under a wave that each of them meets at another phase."""
+    wave = {"noise": 0.0, "amplitude": amplitude, "frequency": HERTZ}
+    return [recorded(("input_disturbance", {**wave, "phase": p}))[i] for i, p in enumerate(phases)]
+
+
+@pytest.fixture(scope="module")
+def apart() -> tuple[Prepared, Model]:
+    prepared = prepare(NOMINAL, shaken(APART))
+    return prepared, retune(prepared, FLOOR)
+
+
+def phases_of(prepared: Prepared, base: Model) -> np.ndarray:
+    """Return the phase of the wave in the residual of each run, by its clock."""
+    runs = (*prepared.fit, *prepared.held)
+    rows = np.concatenate([base.fit.residual, base.held])[:, 0]
+    parts = np.split(rows, np.cumsum([len(run.analysis_index) for run in runs])[:-1])
+    clock = [run.told_time[run.analysis_index] for run in runs]
+    turn = -2j * np.pi * HERTZ
+    return np.array([np.angle(np.sum(r * np.exp(turn * t))) for r, t in zip(parts, clock, strict=True)])
+
+
+def spread(phases: np.ndarray) -> float:
+    return float(np.max(np.abs(np.angle(np.exp(1j * (phases - phases[0]))))))
+
+
+def test_runs_are_brought_in_step(apart: tuple[Prepared, Model]) -> None:
+    prepared, base = apart
+    assert spread(phases_of(prepared, base)) > 1.0
+    moved = in_step(prepared, base)
+    assert spread(phases_of(moved, base)) < 0.1
+    assert moved.fit[0].told_time == pytest.approx(prepared.fit[0].time)  # the first run keeps its clock
+    for run, before in zip((*moved.fit, *moved.held), (*prepared.fit, *prepared.held), strict=True):
+        assert run.time is before.time
+        assert abs(run.told_time[0] - before.time[0]) <= 1.0 / HERTZ + 1e-3
+
+
+@pytest.mark.parametrize("runs", [[0.4] * 4, None])
+def test_clocks_that_are_right_stay(runs: list[float] | None) -> None:
+    """One phase in all runs; and nothing that waves."""
+    prepared = prepare(NOMINAL, shaken(runs) if runs else recorded())
+    assert in_step(prepared, retune(prepared, FLOOR)) is prepared
+
+
+def test_a_disturbance_is_named_whatever_its_phases() -> None:
+    keep = ("input_disturbance", "cogging", "delay", "torque_offset")
+    from stribeck.effects.registry import registry
+
+    out = [name for name in registry() if name not in keep]
+    d = diagnose(NOMINAL, shaken(APART), jobs=1, leave_out=out)
+    assert d.named == ("input_disturbance",)
+    (cause,) = (c for c in d.causes if c.effect == "input_disturbance")
+    found = cause.parameters["A"]
+    assert found["frequency"].value == pytest.approx(HERTZ, rel=0.01)
+    assert np.hypot(found["sine"].value, found["cosine"].value) == pytest.approx(1.0, rel=0.1)
+    motion = {stage.stage: stage.motion["A"] for stage in d.stages}
+    assert motion["input_disturbance"] < 0.7 * motion["retuned"]  # the clocks hold in simulation too
+
+
+def with_residual(prepared: Prepared, base: Model, residual: np.ndarray) -> Model:
+    """Return the model with another residual (M, 1) along all runs."""
+    rows = len(base.fit.residual)
+    return replace(base, fit=replace(base.fit, residual=residual[:rows]), held=residual[rows:])
+
+
+def test_no_wave_no_clock(apart: tuple[Prepared, Model]) -> None:
+    """Nothing at all, something in one run only, and a record that is broken."""
+    prepared, base = apart
+    total = len(base.fit.residual) + len(base.held)
+    nothing = np.zeros((total, 1))
+    assert in_step(prepared, with_residual(prepared, base, nothing)) is prepared
+    assert in_step(prepared, with_residual(prepared, base, nothing * np.nan)) is prepared
+    one = nothing.copy()
+    one[-200:, 0] = np.sin(0.4 * np.arange(200))
+    moved = in_step(prepared, with_residual(prepared, base, one))
+    assert all(np.all(np.isfinite(run.told_time)) for run in (*moved.fit, *moved.held))
+
+
+def test_what_repeats_with_the_motion_is_no_clock() -> None:
+    """All runs swing at 1.3 Hz, each from another phase: so does whatever the model lacks."""
+    runs = []
+    for i, phase in enumerate(APART):
+        run = sines(8.0, seed=i)
+        q = np.sin(2 * np.pi * 1.3 * run.t + phase)[:, None]
+        runs.append(replace(run, name=f"run {i}", q=q, tau=20.0 * q))
+    prepared = prepare(NOMINAL, runs)
+    base = retune(prepared, FLOOR)
+    every = (*prepared.fit, *prepared.held)
+    third = [np.sin(6 * np.pi * 1.3 * r.time[r.analysis_index] + 3 * p) for r, p in zip(every, APART, strict=True)]
+    assert in_step(prepared, with_residual(prepared, base, np.concatenate(third)[:, None])) is prepared
+
+
+def test_noise_is_drawn_on_the_same_clock(apart: tuple[Prepared, Model]) -> None:
+    run = replace(apart[0].fit[0], clock=0.7)
+    again = noisier(NOMINAL, run, apart[0].cutoff, np.zeros_like(run.run.q))
+    assert again.told_time == pytest.approx(run.told_time)
+    assert run.told_time[0] == pytest.approx(0.7)
+
+
+def test_noise_is_told_on_the_clock_of_its_run(apart: tuple[Prepared, Model]) -> None:
+    """Noise and filters are told by runs made anew: on another clock, a known disturbance would count as noise."""
+    plain = apart[0].fit[0]
+    late, turn = 0.1, 2 * np.pi * HERTZ * 0.1
+
+    def floor(run: Conditioned, sine: float, cosine: float) -> np.ndarray:
+        known = {"sine": sine, "cosine": cosine, "frequency": HERTZ}
+        path = SignalPath(NOMINAL, (Placed(effect_named("input_disturbance"), 0, known),))
+        return noise_floor(NOMINAL, path, values_of(path.entries), [run], apart[0].cutoff, 0)
+
+    by_clock = floor(replace(plain, clock=float(plain.time[0]) + late), 3.0, 0.0)
+    by_phase = floor(plain, 3.0 * np.cos(turn), 3.0 * np.sin(turn))
+    assert by_clock == pytest.approx(by_phase, rel=1e-3, abs=1e-6)

@@ -1,0 +1,79 @@
+"""What is white through the analysis filter is noise; what has a memory, or comes in bursts, is not."""
+
+from functools import cache
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stribeck.gap.fitted.white import noise_of_best, white_rms
+from stribeck.identify.conditioning import Conditioned, condition
+from stribeck.run import Run
+
+from ..conftest import TRUE
+
+CUTOFF = 12.0
+SIZE = 0.3  # N m
+
+
+@cache
+def still(seed: int = 0) -> Conditioned:
+    """A long recording, whose filter and rows are what matters here."""
+    t = np.arange(20000) / 500.0
+    q = 0.5 * np.sin(t)[:, None] + 1e-5 * np.random.default_rng(seed).standard_normal((len(t), 1))
+    return condition(TRUE, Run("still", t, q, np.zeros_like(q)), CUTOFF, thin=True)
+
+
+def rows(torque: np.ndarray) -> np.ndarray:
+    """Torque at every sample (N,) as the analysis keeps it."""
+    return still().filtered(torque[:, None])[:, 0]
+
+
+def noise(seed: int) -> np.ndarray:
+    return SIZE * np.random.default_rng(seed).standard_normal(len(still().time))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_white_noise_is_all_noise(seed: int) -> None:
+    seen = rows(noise(seed))
+    assert white_rms(seen, [still()], CUTOFF) == pytest.approx(np.sqrt(np.mean(seen**2)), rel=0.1)
+
+
+@pytest.mark.parametrize("hertz", [0.3, 1.0, 3.0])
+def test_a_motion_is_not_noise(hertz: float) -> None:
+    seen = rows(np.sin(2 * np.pi * hertz * still().time))
+    assert white_rms(seen, [still()], CUTOFF) < 0.1 * np.sqrt(np.mean(seen**2))
+
+
+def test_noise_is_found_under_a_gap_three_times_as_large() -> None:
+    alone = rows(noise(5))
+    size = float(np.sqrt(np.mean(alone**2)))
+    seen = alone + 3.0 * size * np.sqrt(2.0) * rows(np.sin(2 * np.pi * 0.7 * still().time))
+    assert white_rms(seen, [still()], CUTOFF) == pytest.approx(size, rel=0.3)
+
+
+def test_bursts_are_no_noise() -> None:
+    """Knocks in one second out of ten are as white as noise, but not always there."""
+    torque = noise(7) * (np.floor(still().time) % 10 == 0)
+    seen = rows(torque)
+    assert white_rms(seen, [still()], CUTOFF) < 0.2 * np.sqrt(np.mean(seen**2))
+
+
+def test_nothing_is_nothing() -> None:
+    assert white_rms(np.zeros(len(still().analysis_index)), [still()], CUTOFF) == 0.0
+    assert white_rms(np.zeros(0), [], CUTOFF) == 0.0
+
+
+def test_noise_in_the_torque_is_judged_by_models_without_a_compliance() -> None:
+    """These hold all of it. Where there is none, what an earlier step's models told stands."""
+    whole, part = rows(noise(8)), 0.3 * rows(noise(9))
+    stiff: Any = SimpleNamespace(whole=whole[:, None], noise=None)
+    soft: Any = SimpleNamespace(whole=part[:, None], noise=np.zeros((2, 1)))
+    prepared: Any = SimpleNamespace(fit=(still(),), held=(), cutoff=CUTOFF)
+    floor, size = np.array([0.01]), np.sqrt(np.mean(whole**2))
+    assert noise_of_best(floor, [soft, stiff], prepared) == pytest.approx([size], rel=0.1)
+    assert noise_of_best(floor, [soft, stiff], prepared, np.array([9.0])) == pytest.approx([size], rel=0.1)
+    assert noise_of_best(floor, [soft], prepared, np.array([9.0])) == [9.0]
+    assert noise_of_best(floor, [soft], prepared) == pytest.approx([0.3 * size], rel=0.1)
+    assert noise_of_best(np.array([7.0]), [stiff], prepared) == [7.0]

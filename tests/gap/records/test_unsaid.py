@@ -1,0 +1,56 @@
+"""What an arm file has as zero is re-tuned, not diagnosed; what it states is held to what it states."""
+
+from dataclasses import replace
+
+import pytest
+
+from stribeck.arm import Arm
+from stribeck.gap.diagnose import diagnose
+from stribeck.gap.records.prepare import prepare
+from stribeck.identify.run_fit import fit_runs
+from stribeck.model.path import SignalPath
+
+from ..conftest import FRICTION, NOMINAL, recorded
+
+
+def without(arm: Arm, **values: float) -> Arm:
+    """Return the arm with other friction constants at its first joint."""
+    joint = arm.joints[0]
+    friction = replace(joint.friction, **values)
+    return replace(arm, joints=(replace(joint, friction=friction, backward=friction), *arm.joints[1:]))
+
+
+def spreads(arm: Arm) -> dict[str, float]:
+    prepared = prepare(arm, recorded())
+    return {entry.key.rpartition(".")[2]: entry.sd for entry in SignalPath(prepared.arm).entries}
+
+
+def test_only_what_is_zero_and_has_no_tolerance_gets_one() -> None:
+    arm = without(NOMINAL, C2=0.0)
+    said = replace(arm, joints=(replace(arm.joints[0], tolerance={"C2": 0.0}), *arm.joints[1:]))
+    nominal, unsaid, held = spreads(NOMINAL), spreads(arm), spreads(said)
+    assert nominal["C2"] == pytest.approx(NOMINAL.tolerance.friction * NOMINAL.joints[0].friction.C2)
+    assert unsaid["C2"] > 0.0
+    assert held["C2"] == 0.0
+    assert {key: sd for key, sd in unsaid.items() if key != "C2"} == {k: v for k, v in nominal.items() if k != "C2"}
+
+
+def test_friction_that_the_file_leaves_out_is_no_effect() -> None:
+    arm = without(NOMINAL, C0=0.0, C1=0.0, C2=0.0)
+    found = diagnose(arm, recorded(), jobs=1)
+    as_given, retuned = found.stages[0].torque, found.stages[1].torque
+    assert retuned["A"] < 0.3 * as_given["A"]
+    assert "asymmetric_friction" not in found.named
+    assert any("friction.C0: 0 in the arm file" in warning for warning in found.warnings)
+    assert all(joint.tolerance == {} for arm in found.models.values() for joint in arm.joints)
+    level = found.models["corrected"].joints[0].friction.C0
+    assert level == pytest.approx(FRICTION.C0, rel=0.3)
+
+
+def test_what_identification_reads_off_is_not_held_by_the_file() -> None:
+    """A tolerance is meant around the file's value, not around one that was read off the recordings."""
+    held = replace(NOMINAL, joints=(replace(NOMINAL.joints[0], tolerance={"C0": 0.0, "C2": 0.0}),))
+    runs = prepare(NOMINAL, recorded()).fit
+    plain, told = (fit_runs(arm, runs, [(True, True)]).arm.joints[0] for arm in (NOMINAL, held))
+    assert told.friction == plain.friction
+    assert told.backward == plain.backward

@@ -1,0 +1,109 @@
+"""The bars before an effect is taken: each of them alone keeps one out."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stribeck.effects.registry import effect_named
+from stribeck.gap.search.gates import LEAST_GAIN, LEAST_T, MOST_LOST, earns_its_place, needed, strained
+from stribeck.model.layout import Placed
+from stribeck.model.values import Scale
+
+SCALES = [Scale(torque=1.0, friction=0.5, speed=1.0, travel=1.0, inertia=0.1, sample_time=0.002, length=0.3)] * 2
+DELAY = Placed(effect_named("delay"), 0, {"time": 0.01})
+
+
+def taken(placed: Placed = DELAY, before: Any = (), random: Any = (), **changed: Any) -> bool:
+    """Return whether an effect with good figures, some of them changed, would be taken."""
+    figures: dict[str, Any] = {
+        "overall": 0.5, "gain": 0.4, "t": 6.0, "sure": 1.0, "lost": -0.5, "prior_gain": 0.0, "after": (1.0, 1.0)
+    } | changed  # fmt: skip
+    ranking: Any = SimpleNamespace(
+        overall=np.array([0.0, figures["overall"]]),
+        gain=np.array([[0.0] * 3, [figures["gain"]] * 3]),
+        t=np.array([0.0, figures["t"]]),
+        sure=np.array([0.0, figures["sure"]]),
+        lost=np.array([0.0, figures["lost"]]),
+        prior_gain=np.array([0.0, figures["prior_gain"]]),
+        power=np.array([[4.0, 1.0], figures["after"]]),
+    )
+    rival: Any = SimpleNamespace(placed=(*before, placed))
+    return earns_its_place(ranking, 1, rival, SCALES, before, random)
+
+
+def test_good_figures_are_taken() -> None:
+    assert taken()
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        {"overall": 0.5 * LEAST_GAIN},
+        {"overall": 0.2, "t": 0.9 * LEAST_T},  # not a large gain, which any choice of blocks may confirm
+        {"t": 0.9 * LEAST_T, "sure": 0.9},
+        {"gain": -0.3, "lost": 2.0 * MOST_LOST},  # held-out runs speak against it
+        {"after": (3.95, 1.0)},  # next to nothing of the noise floor's power
+        {"prior_gain": -10.0, "overall": 0.2},  # it is the nominal values that the law bends
+    ],
+)
+def test_one_poor_figure_keeps_it_out(bad: dict[str, Any]) -> None:
+    assert not taken(**bad)
+
+
+def test_a_bound_is_a_strain_but_for_one_that_stands_for_none() -> None:
+    shaft = effect_named("joint_flexibility")
+    bounds = {parameter.name: (parameter.lower, parameter.upper) for parameter in shaft.parameters}
+    fitted = {"stiffness": 60.0, "damping": 0.8}
+    assert not strained(Placed(shaft, 0, fitted))
+    assert not strained(Placed(shaft, 0, fitted | {"damping": bounds["damping"][0]}))  # no damping has no logarithm
+    assert strained(Placed(shaft, 0, fitted | {"damping": bounds["damping"][1]}))
+    assert strained(Placed(shaft, 0, fitted | {"stiffness": bounds["stiffness"][0]}))
+
+
+def test_held_out_runs_that_hardly_excite_it_need_not_confirm() -> None:
+    assert taken(gain=-0.1, lost=0.5 * MOST_LOST)
+    assert not taken(gain=-0.1, lost=0.5 * MOST_LOST, overall=0.1)
+
+
+def test_a_little_of_random_torque_is_the_loop_that_answers() -> None:
+    little = {"overall": 0.2, "gain": 0.2, "t": 12.0}
+    assert taken(**little)
+    assert taken(random=(1,), **little)
+    assert not taken(random=(0,), **little)
+    assert taken(Placed(effect_named("quadratic_damping"), 0, {"gain": 0.1}), random=(0,), **little)  # no filter
+    assert taken(random=(0,))
+
+
+def test_further_effect_at_a_joint_must_show_more() -> None:
+    before = (Placed(effect_named("torque_gain"), 0, {"gain": 1.1}),)
+    elsewhere = (Placed(effect_named("torque_gain"), 1, {"gain": 1.1}),)
+    assert taken(overall=0.1)
+    assert taken(overall=0.1, before=elsewhere)
+    assert not taken(overall=0.1, before=before)
+
+
+def test_a_large_gain_may_bend_the_nominal_values() -> None:
+    assert taken(prior_gain=-10.0, overall=0.3)
+
+
+def test_the_prior_may_ask_for_an_effect() -> None:
+    gain = Placed(effect_named("torque_gain"), 0, {"gain": 1.2})
+    assert taken(gain, overall=0.0, gain=0.0, t=0.0, prior_gain=20.0)
+    assert not taken(overall=0.0, gain=0.0, t=0.0, prior_gain=20.0)  # no delay saves the prior anything
+
+
+def test_a_fit_at_its_bound_is_none() -> None:
+    upper = next(p.upper for p in DELAY.effect.parameters if p.name == "time")
+    assert not taken(Placed(DELAY.effect, 0, {"time": upper}))
+
+
+def test_needed() -> None:
+    def ranking(gain: float, t: float, sure: float = 0.5, prior: float = 0.0) -> Any:
+        return SimpleNamespace(overall=[0.0, gain], t=[0.0, t], sure=[0.0, sure], prior_gain=[0.0, prior])
+
+    assert needed(ranking(0.3, 5.0))
+    assert needed(ranking(0.0, 0.0, prior=20.0))
+    assert not needed(ranking(0.5 * LEAST_GAIN, 5.0))
+    assert not needed(ranking(0.3, 1.0))

@@ -1,0 +1,79 @@
+"""What only fills in for a stronger effect of its own phenomenon is not named; what is of another kind, is."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stribeck.effects.registry import effect_named, laws
+from stribeck.gap.answer.verdict import NAMED_OVER, causes_of
+from stribeck.gap.search.kin import filling_in
+from stribeck.model.layout import Placed
+from stribeck.model.values import Scale
+
+from ..conftest import taken_steps
+
+FLOOR = np.ones(2)
+SCALES = (Scale(1.0, 1.0, 1.0, 1.0, 1.0, 1e-3, middle=0.2),) * 2
+
+
+def taken(*found: tuple[str, int, float], late: float = 0.01) -> list[Any]:
+    """The steps of a search: each an effect, its joint, and what it takes of the squared residual, in floors."""
+    placed = [Placed(effect_named(name), joint, {"time": late, "time_constant": late}) for name, joint, _ in found]
+    return taken_steps(placed, [size for _, _, size in found], gap=FLOOR, floor=FLOOR)
+
+
+@pytest.mark.parametrize(
+    ("found", "fills"),
+    [
+        ([("actuator_lag", 0, 9.0), ("delay", 0, 4.0)], [False, True]),
+        ([("delay", 0, 4.0), ("actuator_lag", 0, 9.0)], [True, False]),
+        ([("actuator_lag", 0, 9.0), ("delay", 1, 4.0)], [False, False]),
+        (
+            [("position_dependent_friction", 1, 9.0), ("torque_ripple", 1, 5.0), ("cogging", 1, 2.0)],
+            [False, True, True],
+        ),
+        ([("contact", 0, 9.0), ("torque_ripple", 0, 5.0)], [False, False]),
+        ([("presliding", 0, 9.0), ("payload", 0, 5.0)], [False, False]),
+    ],
+)
+def test_the_weaker_of_two_of_a_kind_at_a_joint_fills_in(
+    found: list[tuple[str, int, float]], fills: list[bool]
+) -> None:
+    assert filling_in(taken(*found)) == fills
+
+
+def test_what_is_kin_to_what_was_retuned_fills_in() -> None:
+    steps = taken(("time_shift", 0, 9.0), ("contact", 0, 4.0), ("time_shift", 1, 9.0))
+    steps[0].base.placed = (Placed(effect_named("delay"), 0, {"time": 0.001}),)
+    assert filling_in(steps) == [True, False, False]
+    steps[0].base.placed = (Placed(effect_named("delay"), 0, {"time": 0.01}),)  # the arm file's own
+    assert filling_in(steps) == [False, False, False]
+
+
+def test_it_keeps_half_of_its_presence_and_no_name() -> None:
+    alone, _ = causes_of(taken(("delay", 0, 4.0)), ("A", "B"), SCALES)
+    causes, left = causes_of(taken(("actuator_lag", 0, 9.0), ("delay", 0, 4.0)), ("A", "B"), SCALES)
+    presences = {cause.effect: cause.presence or 0.0 for cause in causes}
+    assert presences["actuator_lag"] > NAMED_OVER > presences["delay"]
+    assert presences["delay"] == pytest.approx(0.5 * (alone[0].presence or 0.0), rel=0.01)
+    assert left + sum(cause.probability for cause in causes) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("effect", ["delay", "actuator_lag", "time_shift"])
+def test_what_every_drive_has_some_of_is_not_named(effect: str) -> None:
+    (small,), _ = causes_of(taken((effect, 0, 9.0), late=0.0005), ("A", "B"), SCALES)
+    (large,), _ = causes_of(taken((effect, 0, 9.0), late=0.005), ("A", "B"), SCALES)
+    assert (small.presence or 0.0) < 0.2 < NAMED_OVER < (large.presence or 0.0)
+
+
+def test_a_joint_with_no_more_than_every_drive_has_is_not_listed() -> None:
+    steps = [*taken(("delay", 0, 9.0)), *taken(("delay", 1, 9.0), late=0.0005)]
+    (cause,), _ = causes_of(steps, ("A", "B"), SCALES)
+    assert cause.joints == ("A",)
+
+
+def test_nothing_is_alone_of_its_kind() -> None:
+    words = [word for effect in laws().values() for word in effect.kin]
+    names = {word: {effect.name for effect in laws().values() if word in effect.kin} for word in words}
+    assert all(len(families) > 1 for families in names.values())

@@ -1,0 +1,222 @@
+"""Laws of no library that pass for an effect are told from it; the effect itself stands against all of them."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from joblib import Parallel
+
+from stribeck.arm import Arm
+from stribeck.effects.registry import effect_named, registry
+from stribeck.gap.answer.verdict import NAMED_OVER, causes_of
+from stribeck.gap.diagnose import diagnose
+from stribeck.gap.fitted.model import Model, fit_model, retune, weights_of
+from stribeck.gap.records.prepare import Prepared, prepare
+from stribeck.gap.search.decoys import decoys
+from stribeck.gap.search.look_alike import TELLING, _in_its_place, doubt, told_alike, with_look_alikes
+from stribeck.gap.search.rank import rank
+from stribeck.gap.search.step import LookAlike, Step
+from stribeck.model.layout import Placed
+from stribeck.model.values import Scale
+from stribeck.run import Run
+from stribeck.withheld.arms import misinformed
+from stribeck.withheld.excitation import programme
+from stribeck.withheld.injections import Injection
+from stribeck.withheld.recorder import default_gains, record
+
+from ..conftest import JOINT, conditioned, taken_steps
+
+TRUE = Arm("two joints", (9.81, 0.0), (JOINT, replace(JOINT, name="B", mass=2.5)), sample_time=0.004)
+NOMINAL = misinformed(TRUE, np.random.default_rng(3), 0.03, 0.2)
+CROSS_TALK = 0.05
+FLOOR = np.array([0.03, 0.03])
+OTHERS = tuple(name for name in registry() if name not in ("torque_gain", "payload", "cable_spring"))
+
+
+def recordings(*hidden: Injection) -> list[Run]:
+    kinds = ("slow reversals", "multisine", "via points", "point to point")
+    motions = programme(NOMINAL, np.random.default_rng(1), kinds, 6.0)
+    gains = default_gains(NOMINAL, 3.0)
+    return list(record(TRUE, hidden, motions, rate=250.0, noise=1e-5, gains=gains, model=NOMINAL, seed=5))
+
+
+def crossed(runs: list[Run]) -> list[Run]:
+    """The same motions under drives of which the second also gives a share of the first one's command."""
+    mixing = np.array([[1.0, 0.0], [CROSS_TALK, 1.0]])
+    return [replace(run, tau=run.tau @ np.linalg.inv(mixing).T) for run in runs]
+
+
+def test_cross_talk_of_drives_is_no_torque_gain() -> None:
+    found = diagnose(NOMINAL, crossed(recordings()), leave_out=OTHERS, jobs=1)
+    assert not found.named
+    assert found.verdict == "unexplained"
+    assert any("a share of A's command at B" in text for text in found.warnings)
+    (unknown,) = (cause for cause in found.causes if cause.effect == "unknown")
+    assert unknown.probability > 0.5
+
+
+def test_a_torque_gain_is_no_cross_talk() -> None:
+    found = diagnose(NOMINAL, recordings(Injection("torque_gain", "A", {"gain": 0.85})), leave_out=OTHERS, jobs=1)
+    assert found.named == ("torque_gain",)
+    assert found.causes[0].joints == ("A",)
+    assert not any("library" in text for text in found.warnings)
+
+
+def alike(*chances: float | None) -> list[Any]:
+    """The steps of a search that took effects, with a decoy that does better than each with some chance."""
+    placed = [Placed(effect_named(name), 1) for name in ("torque_gain", "cable_spring")[: len(chances)]]
+    steps = taken_steps(placed, [9.0] * len(placed), gap=np.ones(2), floor=np.ones(2))
+    for step, chance in zip(steps, chances, strict=True):
+        step.look_alike = None if chance is None else LookAlike("something else", chance)
+    return steps
+
+
+def test_its_chance_is_taken_from_the_presence() -> None:
+    scales = (Scale(1.0, 1.0, 1.0, 1.0, 1.0, 1e-3),) * 2
+    sure, doubted, gone = (causes_of(alike(c), ("A", "B"), scales) for c in (None, 0.5, 1.0))
+    whole = sure[0][0].presence or 0.0
+    assert whole > NAMED_OVER
+    assert doubted[0][0].presence == pytest.approx(0.5 * whole)
+    assert gone[0][0].presence == 0.0
+    assert gone[1] == pytest.approx(1.0)  # left over, for unknown
+    assert [doubt(alike(c)) for c in (None, 0.5, 1.0)] == pytest.approx([0.0, 0.5 * whole, whole])
+
+
+def test_it_is_told_of_once() -> None:
+    assert told_alike(alike(None), ("A", "B")) == []
+    assert told_alike(alike(0.5 * TELLING), ("A", "B")) == []
+    (better,) = told_alike(alike(0.9), ("A", "B"))
+    assert better == "torque_gain at B: something else explains it better, and is no effect of the library"
+    (both,) = told_alike(alike(0.4, 0.4), ("A", "B"))
+    assert both.startswith("torque_gain at B and cable_spring at B: something else may explain it as well")
+
+
+def test_every_pair_and_joint_has_its_decoys() -> None:
+    arms = [
+        replace(TRUE, joints=joints) for joints in ((JOINT,), TRUE.joints, (*TRUE.joints, replace(JOINT, name="C")))
+    ]
+    one, two, three = (list(decoys(arm)) for arm in arms)
+    assert 0 < len(one) < len(two) < len(three)
+    assert len({decoy.says for decoy in three}) == len(three)
+
+
+def test_an_axis_has_no_turns() -> None:
+    axis = replace(TRUE, joints=(replace(JOINT, kind="prismatic"),))
+    assert [decoy.says for decoy in decoys(axis)] == ["torque that speed takes at A (a drive's voltage limit)"]
+
+
+def smooth() -> Any:
+    """Two joints on sines, with exact velocities and accelerations."""
+    t = np.linspace(0.0, 6.0, 60001)
+    size, rate, phase = np.array([0.9, 0.6]), 2.0 * np.pi * np.array([0.5, 0.8]), np.array([0.2, 1.1])
+    q, v, a = (size * rate**k * np.sin(np.outer(t, rate) + phase + 0.5 * np.pi * k) for k in range(3))
+    return SimpleNamespace(time=t, position=q, velocity=v, acceleration=a, command=2.0 * a + np.cos(q))
+
+
+def torques(motion: Any, says: str) -> list[np.ndarray]:
+    (decoy,) = (decoy for decoy in decoys(TRUE) if decoy.says.startswith(says))
+    return [term(motion) for term in decoy.terms]
+
+
+ENERGIES: dict[str, Callable[[Any], np.ndarray]] = {
+    "an inertia at B that varies 1 time a turn": lambda m: 0.5 * np.cos(m.position[:, 1]) * m.velocity[:, 1] ** 2,
+    "an inertia at A that varies 2 times a turn": lambda m: 0.5 * np.cos(2 * m.position[:, 0]) * m.velocity[:, 0] ** 2,
+    "an inertia between A and B": lambda m: np.prod(m.velocity, axis=1),
+    "a spring between A and B": lambda m: np.prod(m.position, axis=1),
+}
+
+
+@pytest.mark.parametrize("says", ENERGIES)
+def test_what_stores_energy_gives_it_back(says: str) -> None:
+    """The power of its torques is the rate of an energy: the law of an inertia or a spring, and no other."""
+    motion = smooth()
+    power = np.sum(torques(motion, says)[0] * motion.velocity, axis=1)
+    rate = np.gradient(ENERGIES[says](motion), motion.time)
+    assert power[5:-5] == pytest.approx(rate[5:-5], abs=2e-3 * np.abs(rate).max())
+
+
+@pytest.mark.parametrize(("kind", "side"), [("common", 1.0), ("relative", -1.0)])
+def test_what_rubs_takes_energy_in_its_own_motion_alone(kind: str, side: float) -> None:
+    motion = smooth()
+    (torque,) = torques(motion, f"friction between A and B, in their {kind}")
+    power = np.sum(torque * motion.velocity, axis=1)
+    assert power == pytest.approx(np.abs(motion.velocity[:, 0] + side * motion.velocity[:, 1]), abs=1e-12)
+
+
+FORMULAS: dict[str, Callable[[Any], tuple[Any, Any]]] = {
+    "torque that speed takes at B": lambda m: (0.0, m.command[:, 1] * m.velocity[:, 1] ** 2),
+    "a share of A's command at B": lambda m: (0.0, -m.command[:, 0]),
+    "friction at A under the load of B": lambda m: (np.sign(m.velocity[:, 0]) * np.abs(m.command[:, 1]), 0.0),
+    "torque at B by the square of A's speed": lambda m: (0.0, m.velocity[:, 0] ** 2),
+    "damping between A and B": lambda m: (m.velocity[:, 1], m.velocity[:, 0]),
+}
+
+
+@pytest.mark.parametrize("says", FORMULAS)
+def test_the_others_are_their_formulas(says: str) -> None:
+    motion = smooth()
+    (torque,) = torques(motion, says)
+    expected = np.zeros_like(torque)
+    expected[:, 0], expected[:, 1] = FORMULAS[says](motion)
+    assert torque == pytest.approx(expected)
+
+
+def test_a_spring_may_rest_anywhere() -> None:
+    constants = torques(smooth(), "a spring between A and B")[1:]
+    assert [constant.mean(axis=0).tolist() for constant in constants] == [[1.0, 0.0], [0.0, 1.0]]
+
+
+def test_rows_are_filtered_as_a_residual_is_and_rest_where_the_joint_does() -> None:
+    run, other = conditioned([3.0, 4.0])
+    run = replace(run, stuck=np.where(run.time[:, None] > 2.0, 1.0, 0.0))
+    arm = replace(TRUE, joints=(JOINT,))
+    for decoy in decoys(arm):
+        rows = decoy.rows([run, other])
+        assert rows.shape == (sum(len(one.analysis_index) for one in (run, other)), 1, len(decoy.terms))
+        here = rows[: len(run.analysis_index), :, 0]
+        time, reach = run.time[run.analysis_index], len(run.taps) * run.sample_time
+        moving = replace(run, stuck=np.zeros_like(run.stuck))
+        assert here[time < 2.0 - reach] == pytest.approx(run.filtered(decoy.terms[0](moving))[time < 2.0 - reach])
+        assert np.any(here)
+        assert not np.any(here[time > 2.0 + reach])
+
+
+@pytest.fixture(scope="module")
+def crossing() -> tuple[Prepared, Model]:
+    """Recordings with cross-talk, and what re-tuning leaves of it."""
+    prepared = prepare(NOMINAL, crossed(recordings()))
+    return prepared, retune(prepared, FLOOR)
+
+
+def test_a_decoy_takes_what_is_its_own_on_held_out_runs_too(crossing: tuple[Prepared, Model]) -> None:
+    prepared, base = crossing
+    weights = weights_of(base, prepared, FLOOR)
+    (talk,) = (decoy for decoy in decoys(NOMINAL) if decoy.says.startswith("a share of A's command at B"))
+    (idler,) = (decoy for decoy in decoys(NOMINAL) if "idler" in decoy.says)
+    model = _in_its_place(prepared, base, talk, weights)
+    assert model is not None
+    assert model.absorbed == 1
+    assert model.rms()[1] < 0.4 * base.rms()[1]
+    pulling = replace(idler, terms=(lambda run: -idler.terms[0](run),))
+    both = [_in_its_place(prepared, base, decoy, weights) for decoy in (idler, pulling)]
+    assert sum(model is None for model in both) == 1  # one of the two would have to push
+
+
+def test_one_decoy_for_several_effects(crossing: tuple[Prepared, Model]) -> None:
+    """Two effects that were taken for cross-talk are both in doubt, even if neither alone can be replaced by it."""
+    prepared, base = crossing
+    weights = weights_of(base, prepared, FLOOR)
+    placed = [Placed(effect_named(name), 1, {}) for name in ("torque_gain", "cable_spring")]
+    first = fit_model(prepared, placed[:1], weights, base.fit, {"gain": 1.1})
+    last = fit_model(prepared, (*first.placed, placed[1]), weights, first.fit, {"stiffness": 0.1, "rest": 0.0})
+    steps = [
+        Step(before, (after,), rank(prepared, [before, after], FLOOR, 0), (1,), (), FLOOR)
+        for before, after in ((base, first), (first, last))
+    ]
+    with Parallel(n_jobs=1) as pool:
+        out = with_look_alikes(prepared, steps, [last, last], pool, 0)  # nothing can be gained in the place of either
+    assert all(step.look_alike is not None and step.look_alike.chance > 0.9 for step in out)
+    assert {step.look_alike.says[:28] for step in out if step.look_alike} == {"a share of A's command at B "}

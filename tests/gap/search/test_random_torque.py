@@ -1,0 +1,140 @@
+"""Random torque: what knows nothing of the motion is noise, and nothing that a law leaves passes for it."""
+
+import importlib
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stribeck.gap.answer.files import diagnosis_json
+from stribeck.gap.diagnose import diagnose
+from stribeck.gap.fitted.model import Model, retune
+from stribeck.gap.records.prepare import Prepared, prepare
+from stribeck.gap.search.random_torque import random_joints, random_torque
+from stribeck.report import sentences
+from stribeck.run import Run
+
+from ..conftest import NOMINAL, recorded
+
+FLOOR = np.array([0.02])
+NOISE = {"amplitude": 0.0, "frequency": 1.0, "phase": 0.0, "noise": 0.3, "bandwidth": 3.0}
+LOUD = {**NOISE, "noise": 1.0}  # over what encoder noise leaves
+
+
+def retuned(runs: list[Run], floor: np.ndarray = FLOOR) -> tuple[Prepared, Model]:
+    prepared = prepare(NOMINAL, runs)
+    return prepared, retune(prepared, floor)
+
+
+def test_coloured_noise_in_the_torque_is_random() -> None:
+    prepared, base = retuned(recorded(("input_disturbance", NOISE)))
+    (found,) = random_torque(prepared, base, FLOOR)
+    assert found.joint == NOMINAL.names[0]
+    assert found.unit == "N m"
+    assert found.rms == pytest.approx(NOISE["noise"], rel=0.5)  # one short run is held out
+    assert 0.5 * NOISE["bandwidth"] < found.bandwidth < 2.0 * NOISE["bandwidth"]
+
+
+def test_it_counts_as_noise_and_nothing_is_named() -> None:
+    found = diagnose(NOMINAL, recorded(("input_disturbance", LOUD)), jobs=1)
+    assert found.verdict == "no_gap"
+    assert not found.named
+    floor = next(stage.torque for stage in found.stages if stage.stage == "noise_floor")[NOMINAL.names[0]]
+    assert floor > found.random[0].rms
+    chance = {cause.effect: cause.probability for cause in found.causes}
+    assert chance["none"] > chance["input_disturbance"] > 0.1
+    assert sum(chance.values()) == pytest.approx(1.0)
+    without = diagnose(NOMINAL, recorded(("input_disturbance", LOUD)), jobs=1, leave_out=("input_disturbance",))
+    assert "input_disturbance" not in {cause.effect for cause in without.causes}
+
+
+@pytest.mark.parametrize(
+    ("effect", "values"),
+    [
+        ("presliding", {"stiffness": 60.0, "damping": 0.5}),
+        ("backlash", {"gap": 0.02}),
+        ("actuator_lag", {"time": 0.02}),
+        ("cable_spring", {"stiffness": 3.0, "rest": 0.5}),
+        ("cogging", {"amplitude": 0.5, "harmonic": 7.0, "phase": 0.3}),
+    ],
+)
+def test_a_missing_law_is_not_random(effect: str, values: dict[str, float]) -> None:
+    prepared, base = retuned(recorded((effect, values)))
+    rms = np.sqrt(np.mean(np.concatenate([base.fit.residual, base.held]) ** 2))
+    assert rms > 1.5 * FLOOR[0]
+    assert random_torque(prepared, base, FLOOR) == ()
+
+
+def noise_of(prepared: Prepared, levels: Sequence[float]) -> np.ndarray:
+    """Return steady noise (M, 1), as strong as told in each run."""
+    rng = np.random.default_rng(0)
+    rows = [len(run.analysis_index) for run in (*prepared.fit, *prepared.held)]
+    made = [np.convolve(rng.normal(size=n + 7), np.hanning(8), "valid") for n in rows]
+    whole = np.std(np.concatenate(made))
+    return np.concatenate([level * part / whole for level, part in zip(levels, made, strict=True)])[:, None]
+
+
+def leaving(base: Model, residual: np.ndarray) -> Model:
+    fitted = len(base.fit.residual)
+    return replace(base, fit=replace(base.fit, residual=residual[:fitted]), held=residual[fitted:])
+
+
+@pytest.mark.parametrize(("law", "random"), [(0.0, True), (0.5, True), (0.9, False)])
+def test_what_other_runs_foretell_is_not(law: float, random: bool) -> None:
+    """A linear law leaves a residual as steady and as normal as the motion is; its part is never called random."""
+    prepared, base = retuned(recorded())
+    runs = (*prepared.fit, *prepared.held)
+    speed = np.concatenate([run.velocity[run.analysis_index] for run in runs])
+    residual = np.sqrt(law) * speed / speed.std() + np.sqrt(1.0 - law) * noise_of(prepared, [1.0] * len(runs))
+    found = random_torque(prepared, leaving(base, residual), FLOOR)
+    assert bool(found) is random
+    if found:
+        assert found[0].rms == pytest.approx(np.sqrt(1.0 - law), rel=0.3)
+        whole = float(np.mean(residual[len(base.fit.residual) :] ** 2))
+        assert found[0].rms ** 2 < (0.8 if law else 1.01) * whole  # the law's part is left out
+
+
+def test_noise_of_one_run_is_not_the_arm_s() -> None:
+    prepared, base = retuned(recorded())
+    assert random_torque(prepared, leaving(base, noise_of(prepared, [1.0, 1.0, 1.0, 0.9])), FLOOR)
+    assert random_torque(prepared, leaving(base, noise_of(prepared, [1.0, 1.0, 1.0, 0.3])), FLOOR) == ()
+
+
+def test_a_joint_that_rests_tells_nothing() -> None:
+    prepared, base = retuned(recorded())
+    assert random_joints(prepared, leaving(base, 0.0 * np.concatenate([base.fit.residual, base.held])), FLOOR) == {}
+
+
+def test_at_the_floor_there_is_nothing_to_tell() -> None:
+    prepared, base = retuned(recorded(("input_disturbance", LOUD)))
+    (found,) = random_torque(prepared, base, FLOOR)
+    level = np.sqrt(np.mean(base.held**2, axis=0))
+    assert random_torque(prepared, base, level / 1.1) == ()
+    assert random_torque(prepared, base, level / 1.3)[0].rms < found.rms
+    assert random_joints(prepared, base, level) != {}  # filters over it count for nothing at any size
+
+
+def test_loud_random_torque_is_warned_of_and_written() -> None:
+    found = diagnose(NOMINAL, recorded(("input_disturbance", LOUD)), jobs=1)
+    assert any("random torque" in text for text in found.warnings)
+    written = diagnosis_json(found)["random_torque"]["A"]
+    assert written["rms"] == {"value": pytest.approx(found.random[0].rms, rel=1e-5), "unit": "N m"}
+    assert written["bandwidth"]["unit"] == "Hz"
+    assert "random torque" in sentences.how_far(found)
+    assert "random_torque" not in diagnosis_json(replace(found, random=()))
+    assert "random" not in sentences.how_far(replace(found, random=()))
+
+
+def test_the_search_tells_its_gates_where_what_is_left_is_random(monkeypatch: pytest.MonkeyPatch) -> None:
+    search = importlib.import_module("stribeck.gap.search.search")
+    told = []
+
+    def gate(*args: Any) -> bool:
+        told.append(tuple(args[5]))
+        return False
+
+    monkeypatch.setattr(search, "earns_its_place", gate)
+    diagnose(NOMINAL, recorded(("input_disturbance", LOUD)), jobs=1)
+    assert set(told) == {(0,)}

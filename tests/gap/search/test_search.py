@@ -1,0 +1,496 @@
+"""What the search tries, and how it sorts what it has tried."""
+
+from dataclasses import replace
+from itertools import pairwise
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from joblib import Parallel
+
+from stribeck.effects.registry import effect_named, registry
+from stribeck.gap.fitted.model import Model, fit_model, retune, start_values, weights_of
+from stribeck.gap.records.prepare import Prepared, prepare
+from stribeck.gap.search import screen as screening
+from stribeck.gap.search import search as search_module
+from stribeck.gap.search.beside import idle as idle_of
+from stribeck.gap.search.beside import outdone as outdone_by
+from stribeck.gap.search.beside import weighed, without_each
+from stribeck.gap.search.candidates import Trial, candidates
+from stribeck.gap.search.families import best_laws, best_of_each, close_laws, laws_instead, relawed
+from stribeck.gap.search.projector import Projector
+from stribeck.gap.search.rank import rank
+from stribeck.gap.search.screen import _loudest, screen
+from stribeck.gap.search.search import _fit_trial, _Setting, _states, _survivors
+from stribeck.gap.search.step import Step
+from stribeck.identify.problem import Weights
+from stribeck.identify.residual import Residual
+from stribeck.model import cut as cut_module
+from stribeck.model.effect import Effect
+from stribeck.model.layout import Placed
+from stribeck.model.path import SignalPath
+from stribeck.model.values import Scale
+
+from ..conftest import NOMINAL, TRUE, recorded
+
+FLOOR = np.array([0.02])
+SCALE = Scale(torque=4.0, friction=2.0, speed=1.0, travel=2.0, inertia=0.3, sample_time=0.01, length=0.3)
+
+
+@pytest.fixture(scope="module")
+def late() -> tuple[Prepared, Model, Weights]:
+    """A drive that is 20 ms late, and what re-tuning leaves of it."""
+    prepared = prepare(NOMINAL, recorded(("delay", {"time": 0.02})))
+    base = retune(prepared, FLOOR)
+    return prepared, base, weights_of(base, prepared, FLOOR)
+
+
+def test_candidates() -> None:
+    found = [effect for effect, _ in candidates(TRUE, ())]
+    names = [effect.name for effect in found]
+    assert len(found) == len({effect.label for effect in found})
+    assert names.count("presliding") == 2  # every law of a family
+    assert "negative_damping" not in names  # the nominal model has a falling part
+    assert set(names) <= set(registry())
+    assert {"delay", "payload", "backlash"} <= set(names)
+
+
+def test_candidates_left_out_or_taken() -> None:
+    placed = [Placed(effect_named("delay"), 0)]
+    names = [effect.name for effect, _ in candidates(TRUE, placed, ("payload",))]
+    assert "payload" not in names
+    assert "delay" not in names
+
+
+@pytest.mark.parametrize(("there", "gone"), [("backlash", "joint_flexibility"), ("joint_flexibility", "backlash")])
+def test_one_compliance_a_joint(there: str, gone: str) -> None:
+    names = [effect.name for effect, _ in candidates(TRUE, [Placed(effect_named(there), 0)])]
+    assert gone not in names
+    assert "presliding" in names
+
+
+def test_of_a_family_the_law_that_promises_most() -> None:
+    one, other = effect_named("presliding", "lugre"), effect_named("presliding", "maxwell_slip")
+    tried = [Trial(one, 0, {}, 3.0), Trial(other, 0, {}, 4.0), Trial(one, 1, {}, 3.0), Trial(other, 1, {}, 3.0)]
+    kept = best_laws([*tried, Trial(effect_named("delay"), 0, {}, 1.0)])
+    assert [(trial.effect.label, trial.joint) for trial in kept] == [
+        ("presliding/maxwell_slip", 0), ("presliding/lugre", 1), ("delay", 0)
+    ]  # fmt: skip
+
+
+def test_laws_of_a_family_that_take_as_much_are_both_fitted() -> None:
+    """Where they take most of the gap; else what tells them apart is in the gap itself."""
+    one, other, third = (
+        effect_named("presliding", "lugre"),
+        effect_named("presliding", "maxwell_slip"),
+        effect_named("delay"),
+    )
+    kept = [Trial(one, 0, {}, 9.0), Trial(third, 0, {}, 9.5)]
+    close, far = Trial(other, 0, {}, 8.5), Trial(other, 0, {}, 5.0)
+    assert close_laws([*kept, close], kept, np.array([10.0, 100.0])) == [close]
+    assert close_laws([*kept, far], kept, np.array([10.0, 1.0])) == []
+    assert close_laws([*kept, close], kept, np.array([30.0, 1.0])) == []
+    assert close_laws([*kept, Trial(other, 1, {}, 9.0)], kept, np.full(2, 10.0)) == []  # at a joint where none was kept
+
+
+def test_a_law_is_tried_again_once_another_effect_is_there() -> None:
+    """Two poles and an offset, of which one pole was taken first."""
+    prepared = prepare(
+        NOMINAL, recorded(("actuator_lag", {"time": 0.015, "again": 0.015}), ("torque_offset", {"offset": 1.0}))
+    )
+    base = retune(prepared, FLOOR)
+    weights = weights_of(base, prepared, FLOOR)
+    first, second = effect_named("actuator_lag", "one_pole"), effect_named("actuator_lag", "two_poles")
+    known = {(e.name, e.law, 0): dict(screen(prepared, base, weights, e, 0).start) for e in (first, second)}
+    placed = (
+        Placed(first, 0, known[first.name, first.law, 0]),
+        Placed(effect_named("torque_offset"), 0, {"offset": 1.0}),
+    )
+    model = fit_model(prepared, placed, weights)
+    with Parallel(n_jobs=1) as pool:
+        found = relawed(prepared, FLOOR, pool, model, 0, known)
+        assert [place.effect.label for place in found.placed] == ["actuator_lag/two_poles", "torque_offset"]
+        assert found.rms()[0] < 0.8 * model.rms()[0]
+        assert relawed(prepared, FLOOR, pool, found, 0, known) is found
+        assert relawed(prepared, FLOOR, pool, model, 1, known) is model  # not of the nominal model's own
+
+
+def test_another_law_must_do_better_on_held_out_runs_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
+    lags = {law: effect_named("actuator_lag", law) for law in ("one_pole", "two_poles")}
+
+    def fitted(law: str, left: float, held: float) -> Any:
+        placed = (Placed(lags[law], 0, {"time_constant": 0.01}), Placed(effect_named("torque_offset"), 0))
+        rows = np.full((10, 1), left)
+        return SimpleNamespace(placed=placed, fit=SimpleNamespace(residual=rows), held=np.full((10, 1), held))
+
+    model, prepared = fitted("one_pole", 1.0, 1.0), SimpleNamespace(scales=(None,))
+    known = {("actuator_lag", "two_poles", 0): {"time_constant": 0.01}}
+    monkeypatch.setattr("stribeck.gap.search.families.weights_of", lambda *given: None)
+    for held, law in ((0.9, "two_poles"), (1.1, "one_pole")):
+        other = fitted("two_poles", 0.5, held)
+        kept = relawed(prepared, FLOOR, lambda fits, other=other: [other for _ in fits], model, 0, known)  # type: ignore[arg-type]
+        assert kept.placed[0].effect.law == law
+
+
+def test_screen_promises_what_the_fit_keeps(late: tuple[Prepared, Model, Weights]) -> None:
+    """The true effect promises most of the cost, its screened value is near, and the fit delivers the promise."""
+    prepared, base, weights = late
+    trial = screen(prepared, base, weights, effect_named("delay"), 0)
+    assert trial.key == ("delay", 0)
+    assert trial.start["time"] == pytest.approx(0.02, rel=0.15)
+    fitted = fit_model(prepared, [Placed(trial.effect, 0)], weights, base.fit, trial.start)
+    assert fitted.fit.ok
+    saved = base.fit.cost - fitted.fit.cost
+    assert trial.promise > 0.5 * base.fit.cost
+    assert trial.promise == pytest.approx(saved, rel=0.2)
+    assert fitted.placed[0].values["time"] == pytest.approx(0.02, rel=0.06)
+    assert fitted.rms()[0] < 0.4 * base.rms()[0]
+    again = retune(prepared, FLOOR, fitted.placed, rounds=2)  # with weights of its own
+    assert again.placed[0].values["time"] == pytest.approx(0.02, rel=0.03)
+
+
+@pytest.mark.parametrize(
+    ("hidden", "first", "instead"),
+    [("asymmetric_friction", "torque_offset", "asymmetric_friction"), ("torque_offset", "torque_offset", None)],
+)
+def test_what_was_taken_first_may_be_outdone_later(hidden: str, first: str, instead: str | None) -> None:
+    """A relative that was taken for what a later effect adds to it gives way; the true effect does not."""
+    values = {"torque_offset": {"offset": 1.0}, "asymmetric_friction": {"C0": 3.0}}[hidden]
+    prepared = prepare(NOMINAL, recorded((hidden, values), ("delay", {"time": 0.02})))
+    base = retune(prepared, FLOOR)
+    weights = weights_of(base, prepared, FLOOR)
+
+    def fitted(model: Model, *names: str) -> Model:
+        placed = (*model.placed, *(Placed(effect_named(name), 0) for name in names))
+        start = dict(screen(prepared, model, weights, placed[-1].effect, 0).start)
+        return fit_model(prepared, placed, weights, model.fit, start)
+
+    one, other = fitted(base, first), fitted(base, "asymmetric_friction" if first != hidden else "gravity_tilt")
+    both = fitted(one, "delay")
+    steps = []
+    for before, *rivals in ((base, one, other), (one, both)):
+        ranking = replace(rank(prepared, [before, *rivals], FLOOR, 0), best=1)
+        steps.append(Step(before, tuple(rivals), ranking, (1,), (), FLOOR))
+    pool = Parallel(n_jobs=1)
+    assert outdone_by(prepared, steps, pool, 0) == (None if instead is None else (first, 0))
+    assert outdone_by(prepared, steps[:1], pool, 0) is None
+
+
+@pytest.mark.parametrize(("stiffness", "inertia"), [(150.0, 0.4), (300.0, 0.5), (400.0, 1.0)])
+def test_a_resonance_between_the_starts_is_found(stiffness: float, inertia: float) -> None:
+    """Starts that run away to a rigid base lose nothing, and must not crowd out the one that leads down."""
+    hidden = {"stiffness": stiffness, "inertia": inertia, "damping": 1.0}
+    prepared = prepare(NOMINAL, recorded(("base_flexibility", hidden)))
+    base = retune(prepared, FLOOR)
+    weights = weights_of(base, prepared, FLOOR)
+    trial = screen(prepared, base, weights, effect_named("base_flexibility"), 0)
+    assert trial.start["stiffness"] == pytest.approx(stiffness, rel=0.3)
+    assert trial.promise > 0.5 * base.fit.cost
+
+
+def test_a_start_is_followed_for_where_it_leads(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without a start at the resonance: one not far from it leads down, though others have run away to no loss."""
+    monkeypatch.setattr("stribeck.effects.rigid_body.base_flexibility.ringing", lambda trace, span: [])
+    hidden = {"stiffness": 100.0, "inertia": 1.2, "damping": 1.0}
+    prepared = prepare(NOMINAL, recorded(("base_flexibility", hidden)))
+    base = retune(prepared, FLOOR)
+    weights = weights_of(base, prepared, FLOOR)
+    assert screen(prepared, base, weights, effect_named("base_flexibility"), 0).promise > 0.4 * base.fit.cost
+
+
+def test_a_start_that_ends_as_another_law_stands_back(
+    late: tuple[Prepared, Model, Weights], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A play that has closed is a spring, which is tried itself: what stays a play is taken, though it saves less."""
+    ends = iter([(1e-6, 5.0), (0.02, 3.0)])
+
+    def descend(residual: Any, projector: Any, p: np.ndarray, own: Any, unit: Any, steps: int) -> Any:
+        if steps == screening.LOOK:
+            return screening._Way(0.0, p, 0.0)
+        p = p.copy()
+        p[own[0]], saved = next(ends)
+        return screening._Way(saved, p, 0.0)
+
+    monkeypatch.setattr(screening, "_descend", descend)
+    prepared, base, weights = late
+    trial = screen(prepared, base, weights, effect_named("backlash"), 0)
+    assert (trial.start["gap"], trial.promise) == (0.02, 3.0)
+
+
+def test_a_law_that_runs_away_leads_nowhere(late: tuple[Prepared, Model, Weights]) -> None:
+    """An unstable law's residual is finite and its squares are not."""
+    prepared, base, weights = late
+    path = SignalPath(prepared.arm, (*base.placed, Placed(effect_named("delay"), 0)))
+    own = [i for i, entry in enumerate(path.entries) if entry.owner == len(base.placed)]
+    residual = Residual(path, prepared.fit, own)
+    away: Any = type(
+        "Away", (), {"path": path, "__call__": lambda self, p: tuple(1e200 * part for part in residual(p))}
+    )
+    projector = Projector(base.fit, weights, np.arange(len(base.fit.residual)))
+    start = start_values(path, base.fit, {"time": 0.01})
+    assert screening._descend(residual, projector, start, own, np.ones(1), 1).saved > 0.0
+    assert screening._descend(away(), projector, start, own, np.ones(1), 3).saved == -np.inf
+
+
+def test_a_large_gap_is_weighed_anew_as_it_closes() -> None:
+    """Against a residual that is all gap, close tolerances count for more than the rows; they must not for good."""
+    tight = replace(NOMINAL, tolerance=replace(NOMINAL.tolerance, friction=0.1))
+    prepared = prepare(tight, recorded(("asymmetric_friction", {"C0": 4.0})))
+    base = retune(prepared, FLOOR)
+    weights = weights_of(base, prepared, FLOOR)
+    trial = screen(prepared, base, weights, effect_named("asymmetric_friction"), 0)
+    once = fit_model(prepared, [Placed(trial.effect, 0)], weights, base.fit, trial.start)
+    model = _fit_trial(prepared, base, weights, trial, FLOOR)
+    assert model is not None
+    assert model.rms()[0] < 0.8 * once.rms()[0]
+    assert model.placed[0].values["coulomb"] == pytest.approx(2.0, rel=0.1)
+
+
+@pytest.mark.parametrize(("gain", "ends"), [(0.1, True), (0.6, False)])
+def test_the_search_goes_on_after_a_large_gain(monkeypatch: pytest.MonkeyPatch, gain: float, ends: bool) -> None:
+    """What is doubtful because much is left may be what hides the next one."""
+    monkeypatch.setattr(search_module, "evidence", lambda step: search_module.CENTRE)
+    monkeypatch.setattr(search_module, "presence", lambda seen: 0.1)
+    step = SimpleNamespace(ranking=SimpleNamespace(overall=np.array([0.0, gain]), best=1))
+    assert search_module._hardly(step) is ends
+
+
+def test_what_is_left_does_not_end_the_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It may be the gap of an effect that is found next."""
+    centre = search_module.CENTRE
+    monkeypatch.setattr(search_module, "evidence", lambda step: replace(centre, left=centre.left + 3.0))
+    monkeypatch.setattr(search_module, "presence", lambda seen: 0.5 if seen.left == centre.left else 0.01)
+    step = SimpleNamespace(ranking=SimpleNamespace(overall=np.array([0.0, 0.1]), best=1))
+    assert not search_module._hardly(step)
+
+
+def test_a_law_that_rests_on_a_bound_gives_way_to_one_that_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Though it leaves less; of two sound laws the one that leaves less is kept."""
+
+    def fitted(law: str, left: float) -> SimpleNamespace:
+        place = Placed(effect_named("actuator_lag", law), 0, {"time_constant": 0.01})
+        return SimpleNamespace(placed=(place,), fit=SimpleNamespace(residual=np.full((10, 1), left)))
+
+    models, scales = [fitted("one_pole", 1.0), None, fitted("two_poles", 0.5)], SimpleNamespace(scales=(None,))
+    kept = best_of_each(models, scales, FLOOR)  # type: ignore[arg-type]
+    assert [model.placed[0].effect.law for model in kept] == ["two_poles"]
+    monkeypatch.setattr("stribeck.gap.search.families.strained", lambda place: place.effect.law == "two_poles")
+    kept = best_of_each(models, scales, FLOOR)  # type: ignore[arg-type]
+    assert [model.placed[0].effect.law for model in kept] == ["one_pole"]
+
+
+def test_where_no_law_holds_that_takes_the_gap_the_family_has_others_to_fit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not where one of them holds, nor what takes little, is at another joint, or promises less than half as much."""
+    one, other = effect_named("dwell_time", "ageing"), effect_named("dwell_time", "break_away")
+    first, second = Trial(one, 0, {}, 9.0), Trial(other, 0, {}, 6.0)
+    tried = [first, second, Trial(other, 1, {}, 9.0), Trial(effect_named("delay"), 0, {}, 8.0)]
+    model: Any = SimpleNamespace(placed=(Placed(one, 0, one.starts(SCALE)[0]),))
+    prepared: Any = SimpleNamespace(scales=(SCALE, SCALE))
+    cost = np.array([10.0, 10.0])
+    assert laws_instead(tried, {first.law_key: model}, cost, prepared) == []
+    assert laws_instead(tried, {first.law_key: None}, cost, prepared) == [second]
+    monkeypatch.setattr("stribeck.gap.search.families.strained", lambda place: True)
+    assert laws_instead(tried, {first.law_key: model}, cost, prepared) == [second]
+    assert laws_instead(tried, {first.law_key: model}, 3.0 * cost, prepared) == []
+    assert laws_instead(tried, {first.law_key: model, second.law_key: model}, cost, prepared) == []
+    for promise in (4.0, -1.0, -np.inf):
+        assert laws_instead([first, Trial(other, 0, {}, promise)], {first.law_key: model}, cost, prepared) == []
+
+
+def test_the_laws_tried_instead_are_fitted(
+    late: tuple[Prepared, Model, Weights], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    prepared, base, _ = late
+    spring = effect_named("cable_spring")
+    other = Trial(spring, 0, spring.starts(prepared.scales[0])[0], 1.0)
+    late_drive = Trial(effect_named("delay"), 0, {"time": 0.01}, 2.0)
+    monkeypatch.setattr(search_module, "screen", lambda *_: late_drive)
+    monkeypatch.setattr(search_module, "_survivors", lambda tried, strained: [late_drive])
+    monkeypatch.setattr(search_module, "laws_instead", lambda *_: [other])
+    with Parallel(n_jobs=1) as pool:
+        setting = _Setting(prepared, FLOOR, 0, pool, (), frozenset(), lambda text: None)
+        step = search_module._step(setting, base, (), {}, None)
+    assert {model.placed[-1].effect.name for model in step.rivals} == {"delay", "cable_spring"}
+
+
+@pytest.mark.parametrize("wrong", ["payload", "cable_spring", "cogging", "load_dependent_friction"])
+def test_wrong_effect_promises_little(late: tuple[Prepared, Model, Weights], wrong: str) -> None:
+    prepared, base, weights = late
+    true, other = (screen(prepared, base, weights, effect_named(name), 0) for name in ("delay", wrong))
+    assert other.promise < 0.3 * true.promise
+
+
+def test_known_values_are_the_start(late: tuple[Prepared, Model, Weights]) -> None:
+    prepared, base, weights = late
+    trial = screen(prepared, base, weights, effect_named("delay"), 0, {"time": 0.019})
+    assert trial.start["time"] == pytest.approx(0.02, rel=0.06)
+
+
+def test_weights_are_spread_and_correlation(late: tuple[Prepared, Model, Weights]) -> None:
+    prepared, base, weights = late
+    rms = np.sqrt(np.mean(base.fit.residual**2, axis=0))
+    assert weights.sd == pytest.approx(np.full_like(base.fit.residual, rms[0]))
+    assert weights.correlation[0] > 2.0  # a late torque leaves a coloured residual
+    assert weights_of(base, prepared, np.array([50.0])).sd == pytest.approx(np.full_like(base.fit.residual, 50.0))
+
+
+def test_retuning_starts_from_nominal_and_improves(late: tuple[Prepared, Model, Weights]) -> None:
+    from stribeck.identify.residual import Residual
+    from stribeck.model.layout import values_of
+    from stribeck.model.path import SignalPath
+
+    prepared, base, _ = late
+    path = SignalPath(NOMINAL)
+    nominal = Residual(path, prepared.held, ())(values_of(path.entries))[0]
+    assert base.fit.ok
+    assert base.rms()[0] < np.sqrt(np.mean(nominal**2))
+
+
+def test_screening_comes_down_from_a_far_start(late: tuple[Prepared, Model, Weights]) -> None:
+    """A step that makes things worse is taken back, so that a start ten times too small ends where a near one does."""
+    prepared, base, weights = late
+    found = screen(prepared, base, weights, effect_named("delay"), 0, {"time": 0.002})
+    near = screen(prepared, base, weights, effect_named("delay"), 0, {"time": 0.019})
+    assert found.promise == pytest.approx(near.promise, rel=0.05)
+    assert found.start["time"] == pytest.approx(0.02, rel=0.1)
+
+
+def test_laws_that_strained_values_mimic_are_fitted_in_any_case() -> None:
+    tried = [Trial(effect_named("delay"), 0, {}, 9.0 + k) for k in range(9)]
+    heavy = Trial(effect_named("payload"), 0, {}, 0.01)
+    assert heavy not in _survivors([*tried, heavy], strained=False)
+    assert heavy in _survivors([*tried, heavy], strained=True)
+
+
+def test_half_of_the_runs_that_says_most(late: tuple[Prepared, Model, Weights]) -> None:
+    prepared, base, weights = late
+    quiet = np.full(1, 1e-3)
+    lengths = [len(run.analysis_index) for run in prepared.fit]
+    loud = np.repeat([0.0, 1.0, 2.0][: len(lengths)], lengths)[:, None]
+    fit = replace(base.fit, residual=loud * quiet)
+    assert _loudest(prepared, replace(base, fit=fit), weights) == [1, 2]
+
+
+@pytest.mark.parametrize("name", ["torque_offset", "encoder_eccentricity", "presliding"])
+def test_known_states_change_no_trial(
+    late: tuple[Prepared, Model, Weights], name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whether or not a candidate has a say in the states that the base model has, the trial is the same.
+
+    Nearly, where the link's observer would follow what the candidate changes of the residual.
+    """
+    prepared, base, weights = late
+    assert _states(prepared, base) is None
+    flexible = fit_model(prepared, [Placed(effect_named("joint_flexibility"), 0)], weights, base.fit, evaluations=5)
+    states = _states(prepared, flexible)
+    assert states is not None
+    assert [len(part) for part in states] == [len(run.time) for run in prepared.fit]
+    near = [screen(prepared, flexible, weights, effect_named(name), 0, None, given) for given in (None, states)]
+    assert near[0].start == pytest.approx(near[1].start, rel=1e-4)
+    assert near[0].promise == pytest.approx(near[1].promise, rel=1e-4)
+    monkeypatch.setattr(cut_module, "observed", lambda balance, step, now, carried, moved: moved)
+    states = _states(prepared, flexible)
+    trials = [screen(prepared, flexible, weights, effect_named(name), 0, None, given) for given in (None, states)]
+    assert trials[0].start == pytest.approx(trials[1].start, rel=1e-9, abs=1e-12)
+    assert trials[0].promise == pytest.approx(trials[1].promise, rel=1e-9, abs=1e-9)
+
+
+def test_worth_beside_the_others(late: tuple[Prepared, Model, Weights]) -> None:
+    """Of a true effect and a needless one, whichever was taken first: the one is worth all, the other nothing."""
+    prepared, base, weights = late
+    for names in (("delay", "cogging"), ("cogging", "delay")):
+        models = [base]
+        for name in names:
+            placed = (*models[-1].placed, Placed(effect_named(name), 0))
+            start = effect_named(name).starts(prepared.scales[0])[0]
+            models.append(fit_model(prepared, placed, weights, models[-1].fit, start, evaluations=30))
+        steps = [
+            Step(before, (after,), rank(prepared, [before, after], FLOOR, 0), (1,), (), FLOOR)
+            for before, after in pairwise(models)
+        ]
+        with Parallel(n_jobs=1) as pool:
+            worth = weighed(prepared, steps, without_each(prepared, steps, pool), 0)
+            found = {step.best.placed[-1].effect.name: step.worth for step in worth if step.best}
+        late_one, needless = found["delay"], found["cogging"]
+        assert late_one is not None
+        assert needless is not None
+        assert late_one.overall[1] > 0.8
+        assert needless.overall[1] < 0.1
+
+
+def test_a_hopeless_start_is_not_followed(
+    late: tuple[Prepared, Model, Weights], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    prepared, base, weights = late
+    soft = {"stiffness": 0.3, "damping": 0.01}  # swings at half a hertz
+    for at_most, followed in ((1e9, True), (1.0, False)):
+        monkeypatch.setattr(screening, "HOPELESS", at_most)
+        found = screen(prepared, base, weights, effect_named("joint_flexibility"), 0, soft)
+        assert bool(np.isfinite(found.promise)) == followed
+
+
+def taken(name: str, overall: float, t: float) -> Step:
+    """A step that took an effect, with what its ranking, and its worth, say of it."""
+    gains = SimpleNamespace(
+        best=1, overall=np.array([0.0, overall]), t=np.array([0.0, t]), sure=np.array([0.0, 0.5]),
+        power=np.array([[9.0], [9.0 * (1.0 - overall)]]), prior_gain=np.zeros(2),
+    )  # fmt: skip
+    model = SimpleNamespace(placed=(Placed(effect_named(name), 0),))
+    return Step(SimpleNamespace(placed=()), (model,), gains, (1,), (), FLOOR, gains)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("overall", "t", "steps"), [(0.06, 2.9, 1), (0.95, 20.0, search_module.MOST_EFFECTS)])
+def test_the_search_ends_at_what_is_hardly_there(
+    overall: float, t: float, steps: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(search_module, "_step", lambda *given: taken("frictional_lag", overall, t))
+    setting = SimpleNamespace(prepared=None, floor=FLOOR, pool=None)
+    assert len(search_module._forward(setting, SimpleNamespace(placed=()))) == steps  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("overall", "t", "kept"), [(0.06, 2.9, 1), (0.95, 20.0, 2)])
+def test_nothing_is_weighed_beside_what_is_hardly_there(
+    overall: float, t: float, kept: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The second takes the first one's place as well as it can: together each is worth little."""
+    weighings = []
+
+    def weighing(prepared: object, steps: tuple[Step, ...], *rest: object) -> tuple[Step, ...]:
+        weighings.append(sum(step.taken for step in steps))
+        return steps
+
+    monkeypatch.setattr(search_module, "weighed", weighing)
+    monkeypatch.setattr(search_module, "without_each", lambda *_: [])
+    setting: Any = SimpleNamespace(prepared=None, pool=None, seed=0)
+    steps, _ = search_module._believed(setting, (taken("delay", 0.9, 12.0), taken("frictional_lag", overall, t)))
+    assert [step.taken for step in steps] == [True] * kept + [False] * (2 - kept)
+    assert weighings == [2, *([kept] if kept < 2 else [])]
+    assert search_module._believed(setting, steps[:1])[0] == steps[:1]  # the only one stays, to be told
+
+
+def test_an_effect_is_idle_that_is_worth_nothing_once_another_is_there() -> None:
+    worthy, idle = taken("delay", 0.9, 12.0), taken("payload", 0.01, 0.5)
+    assert idle_of([worthy, worthy]) is None
+    assert idle_of([idle, worthy]) == ("payload", 0)
+    assert idle_of([worthy, idle]) is None  # the last has just been judged by the same figures
+    assert idle_of([replace(idle, worth=None), worthy]) is None  # a fit that failed says nothing
+
+
+def test_a_start_that_led_nowhere_is_not_the_next_one(
+    late: tuple[Prepared, Model, Weights], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A law that another gap hid is tried from all of its starts again."""
+    prepared, base, _ = late
+
+    def hopeless(prepared: Prepared, base: Model, weights: Weights, effect: Effect, joint: int, *rest: object) -> Trial:
+        return Trial(effect, joint, {}, -np.inf)
+
+    monkeypatch.setattr(search_module, "screen", hopeless)
+    known: dict[tuple[str, str, int], dict[str, float]] = {}
+    with Parallel(n_jobs=1) as pool:
+        setting = _Setting(prepared, FLOOR, 0, pool, (), frozenset(), lambda text: None)
+        step = search_module._step(setting, base, (), known, None)
+    assert known == {}
+    assert not step.taken
+    assert len(step.screened_out) == len({(e.name, j) for e, j in candidates(prepared.arm, ())})
