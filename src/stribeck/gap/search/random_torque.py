@@ -3,7 +3,8 @@
 What shakes an arm without a period, and the noise of its drive, is coloured: it lies above the floor that encoders
 and white noise make. No model of the arm can follow it. It shows as a residual that is as strong wherever the joint
 moves, in every run, normally distributed, and for the most part not foretold by the motion of other runs; of a law of
-the arm that is missing, one of these is hardly ever true.
+the arm that is missing, one of these is hardly ever true. Short recordings cannot tell: there, and where a good part of
+the torque is at stake, what is left stays unexplained.
 
 The arm answers to what shakes it, and its loop to the arm: a filter that is laid over random torque closes a little
 of it, surely and on all runs, for what it is fed with holds the answer. Such a little counts for nothing (``gates``).
@@ -30,7 +31,9 @@ ABOVE = 1.2  # residual over noise floor from which there is anything to tell
 HUSHED = 0.05  # of the noise floor, below which a residual is a joint's that rests
 WINDOW = 0.25  # s of motion, whose mean squares are compared
 LEAST_WINDOWS = 12
-LEAST_INDEPENDENT = 40.0  # rows: of what wanders slowly, too little is seen
+LOUDEST = (
+    0.08  # of the torque asked for: drives and stands are quieter than what a law leaves (0.044 the most, simulated)
+)
 SURROGATES = 50
 EVEN = 1.25  # factor by which the spread of the windows may differ from that of steady noise of the same spectrum
 KURTOSIS = (2.5, 3.7)  # 3 for a normal distribution
@@ -84,17 +87,20 @@ def random_joints(prepared: Prepared, model: Model, floor: Floats, seed: int = 0
     -----
     Steadiness is judged against surrogates with the same spectrum and random phases (Theiler, Eubank, Longtin,
     Galdrikian & Farmer 1992), as strong in every run, where the joint moves: at rest, stiction hides what shakes it.
+    From fewer independent rows than it has features, the motion foretells nothing, law or not: that says nothing.
     """
     runs = (*prepared.fit, *prepared.held)
-    residual = model.whole
+    residual, features = model.whole, _features(runs)
+    rms = np.sqrt(np.mean(residual**2, axis=0))
+    loudest = LOUDEST * np.sqrt(np.mean(analysis_signals(runs)["command"] ** 2, axis=0))
     even = residual / spread(residual, noise_power(prepared.noise, floor, len(residual)))
     found = {}
-    for j in (int(j) for j in np.flatnonzero(np.mean(residual**2, axis=0) > (HUSHED * floor) ** 2)):
+    for j in (int(j) for j in np.flatnonzero((rms > HUSHED * floor) & (rms < loudest))):
         bandwidth = _bandwidth(even[:, j], runs)
-        if np.pi * bandwidth * len(residual) * _step(runs) < LEAST_INDEPENDENT:
+        if np.pi * bandwidth * len(residual) * _step(runs) < features.shape[1]:
             continue
         if _steady(even[:, j], runs, j, np.random.default_rng([seed, j])):
-            share = _unforetold(even[:, j], runs)
+            share = _unforetold(even[:, j], runs, features)
             if share > LEAST_UNFORETOLD:
                 found[j] = Randomness(bandwidth, share)
     return found
@@ -145,12 +151,11 @@ def _surrogate(part: Floats, rng: np.random.Generator) -> Floats:
     return np.asarray(np.fft.irfft(turned, len(part)) + part.mean())
 
 
-def _unforetold(residual: Floats, runs: Sequence[Conditioned]) -> float:
+def _unforetold(residual: Floats, runs: Sequence[Conditioned], features: Floats) -> float:
     """Return the share of a residual's squares (M,) that the motion does not foretell, by the other runs.
 
     Of a single run, by its other parts.
     """
-    features = np.column_stack([*_features(runs), np.ones(len(residual))])
     lengths = [len(run.analysis_index) for run in runs]
     group = np.repeat(np.arange(len(runs)), lengths) if len(runs) > 1 else np.arange(len(residual)) * 4 // len(residual)
     left = 0.0
@@ -162,8 +167,8 @@ def _unforetold(residual: Floats, runs: Sequence[Conditioned]) -> float:
     return min(left / float(np.sum(residual**2)), 1.0)
 
 
-def _features(runs: Sequence[Conditioned]) -> list[Floats]:
-    """Return what laws of an arm are made of (M,): what moves at a few lags, and waves over the travel."""
+def _features(runs: Sequence[Conditioned]) -> Floats:
+    """Return what laws of an arm are made of (M, K): what moves at a few lags, waves over the travel, a constant."""
     signals = analysis_signals(runs)
     out: list[Floats] = []
     waves: list[Floats] = []
@@ -178,7 +183,8 @@ def _features(runs: Sequence[Conditioned]) -> list[Floats]:
         direction = np.tanh(5.0 * speed)
         out += [np.sin(position), np.cos(position), speed, acceleration, torque, direction]
         out += [speed * np.abs(speed), torque * direction, np.gradient(torque), np.gradient(acceleration)]
-    return [*waves, *(np.roll(feature, lag) for feature in out for lag in LAGS)]
+    moving = [np.roll(feature, lag) for feature in out for lag in LAGS]
+    return np.column_stack([*waves, *moving, np.ones(len(moving[0]))])
 
 
 def _bandwidth(residual: Floats, runs: Sequence[Conditioned]) -> float:
