@@ -93,7 +93,7 @@ class Effect(ABC):
         """Return the names of other effects that such fitted values may as well mean."""
         return ()
 
-    def ordinary(self, values: Mapping[str, float]) -> bool:
+    def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
         """Return whether fitted values are what every arm has some of: fitted along with the others, never named."""
         return False
 

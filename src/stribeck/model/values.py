@@ -15,6 +15,12 @@ Expression = Any
 PROMPT = 1.6e-3
 """Lateness that any drive or record has, s: current loops of 100 Hz and more, a sample of a fast digital loop."""
 
+GIVES = 2e-5
+"""Way by which any contact gives before it slides, m: rolling elements and teeth do so by some ten micrometres."""
+
+ARM_OF_CONTACT = 0.05
+"""Radius at which the contacts of a joint that turns lie, m: of its bearings and gears."""
+
 MOST_PERIODS = 60.0
 """Periods over the travel that are looked for on an axis in m: a screw or a magnet track may have as many."""
 
@@ -89,6 +95,11 @@ class Scale:
         From one to ``most`` a turn; on an axis in m from half a period over the travel to MOST_PERIODS of them.
         """
         return (math.pi / self.travel, 2.0 * math.pi * MOST_PERIODS / self.travel) if self.prismatic else (1.0, most)
+
+    @property
+    def gives(self) -> float:
+        """Way by which any contact gives before it slides, rad: GIVES, for a joint that turns at ARM_OF_CONTACT."""
+        return GIVES if self.prismatic else GIVES / ARM_OF_CONTACT
 
 
 @dataclass(frozen=True)

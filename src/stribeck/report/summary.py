@@ -16,7 +16,7 @@ STYLE = {"no_gap": "bold green", "explained": "bold cyan", "partly_explained": "
 
 
 def summary(diagnosis: Diagnosis) -> RenderableType:
-    """Return the verdict, the three sentences, the torque gap per stage and the warnings, for rich to print.
+    """Return the verdict, the three sentences, the torque gap per stage, notes and warnings, for rich to print.
 
     Names go in as plain text: markup and control characters in them do nothing.
     """
@@ -25,6 +25,7 @@ def summary(diagnosis: Diagnosis) -> RenderableType:
     parts: list[RenderableType] = [head, _answers(diagnosis)]
     if diagnosis.stages:
         parts.append(_stages(diagnosis))
+    parts += [Text(f"note: {words.clean(text)}", "dim") for text in diagnosis.notes]
     parts += [Text(f"warning: {words.clean(text)}", "yellow") for text in diagnosis.warnings]
     return Group(*parts)
 

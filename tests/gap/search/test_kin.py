@@ -40,15 +40,15 @@ def taken(*found: tuple[str, int, float], late: float = 0.01) -> list[Any]:
 def test_the_weaker_of_two_of_a_kind_at_a_joint_fills_in(
     found: list[tuple[str, int, float]], fills: list[bool]
 ) -> None:
-    assert filling_in(taken(*found)) == fills
+    assert filling_in(taken(*found), SCALES) == fills
 
 
 def test_what_is_kin_to_what_was_retuned_fills_in() -> None:
     steps = taken(("time_shift", 0, 9.0), ("contact", 0, 4.0), ("time_shift", 1, 9.0))
     steps[0].base.placed = (Placed(effect_named("delay"), 0, {"time": 0.001}),)
-    assert filling_in(steps) == [True, False, False]
+    assert filling_in(steps, SCALES) == [True, False, False]
     steps[0].base.placed = (Placed(effect_named("delay"), 0, {"time": 0.01}),)  # the arm file's own
-    assert filling_in(steps) == [False, False, False]
+    assert filling_in(steps, SCALES) == [False, False, False]
 
 
 def test_it_keeps_half_of_its_presence_and_no_name() -> None:

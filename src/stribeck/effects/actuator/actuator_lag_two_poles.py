@@ -30,7 +30,7 @@ class ActuatorLagTwoPoles(ActuatorEffect):
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         return ({"time_constant": 0.01},)
 
-    def ordinary(self, values: Mapping[str, float]) -> bool:
+    def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
         return values["time_constant"] < PROMPT
 
     def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:

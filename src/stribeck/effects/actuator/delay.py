@@ -27,5 +27,5 @@ class Delay(ActuatorEffect):
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         return ({"time": 0.01},)
 
-    def ordinary(self, values: Mapping[str, float]) -> bool:
+    def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
         return values["time"] < PROMPT

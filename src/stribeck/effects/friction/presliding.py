@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import final
 
@@ -39,6 +40,9 @@ class Presliding(FrictionEffect):
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         level = max(scale.friction, 0.01 * scale.torque)
         return tuple({"stiffness": level / (part * scale.travel), "damping": 0.0} for part in (0.003, 0.015, 0.06))
+
+    def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
+        return 0.0 < scale.friction < values["stiffness"] * scale.gives
 
     def bristle_torque(self, level: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         return x["torque"] + p["damping"] * (s.velocity - s.slide * x["torque"] / _floor(level))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from itertools import pairwise
 from types import MappingProxyType
 from typing import final
@@ -61,6 +62,9 @@ class PreslidingMaxwellSlip(FrictionEffect):
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         level = max(scale.friction, 0.01 * scale.torque)
         return tuple({"stiffness": level / (part * scale.travel), "damping": 0.0} for part in (0.003, 0.015, 0.06))
+
+    def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
+        return 0.0 < scale.friction < values["stiffness"] * scale.gives
 
     def bristle_torque(self, level: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         sticking = [_sticking(level, i, s, x) for i in range(len(NAMES))]

@@ -32,5 +32,5 @@ class TimeShift(SensingEffect):
         # a fit finds its way from some 15 ms off
         return tuple({"time": side * time} for time in (0.005, 0.015, 0.035) for side in (1.0, -1.0))
 
-    def ordinary(self, values: Mapping[str, float]) -> bool:
+    def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
         return abs(values["time"]) < PROMPT

@@ -37,8 +37,8 @@ from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.records.sequence import on_average
 from stribeck.gap.records.unsaid import told_of
 from stribeck.gap.result import Cause, Diagnosis, Estimate, Tuned
-from stribeck.gap.search.lateness import told_late
 from stribeck.gap.search.look_alike import doubt, told_alike
+from stribeck.gap.search.ordinary import told_ordinary
 from stribeck.gap.search.random_torque import added_power, loud, random_torque
 from stribeck.gap.search.step import Step, last_model
 from stribeck.identify.confidence import Intervals, intervals
@@ -110,7 +110,7 @@ class Assembly:
             tuned=tuned,
             traces=traces_of(prepared, self.given, self.base, final),
             models={name: prepared.as_stated(one) for name, one in arms.items()},
-            notes=(*prepared.notes, *told_late(self.base, placed_effects(arm), arm.names)),
+            notes=(*prepared.notes, *told_ordinary(self.base, placed_effects(arm), arm.names)),
             warnings=(
                 *prepared.warnings,
                 *missing,

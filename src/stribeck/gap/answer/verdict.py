@@ -42,7 +42,7 @@ def causes_of(steps: Sequence[Step], names: Sequence[str], scales: Sequence[Scal
     """Return the causes that the taken steps name, without parameters, and the probability of ``unknown``."""
     taken = [step for step in steps if step.taken]
     gathered: dict[str, list[_Found]] = {}
-    for step, fills in zip(taken, filling_in(taken), strict=True):
+    for step, fills in zip(taken, filling_in(taken, scales), strict=True):
         found = _found(step, fills, scales)
         gathered.setdefault(found.place.effect.name, []).append(found)
     late = _late_as_one(steps, len(names)) if taken else ()
@@ -82,7 +82,7 @@ def _found(step: Step, fills: bool, scales: Sequence[Scale]) -> _Found:
     twins = [step.rivals[i - 1].placed[-1].effect.name for i in r.twins()]
     shown = r.overall[r.best] if step.worth is None else step.worth.overall[1]
     share = -float(np.log(np.clip(1.0 - shown, 1e-6, 0.99)))  # each has some: the gates saw a gain
-    ordinary = place.effect.ordinary(place.values)
+    ordinary = place.effect.ordinary(place.values, scales[place.joint])
     kept = ORDINARY if ordinary else FILLING if fills else 1.0
     also = [name for name in place.effect.also(place.values, scales[place.joint]) if name in _tried(step)]
     equivalent = tuple(dict.fromkeys([place.effect.name, *twins, *also]))

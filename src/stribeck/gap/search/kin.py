@@ -12,18 +12,19 @@ import numpy as np
 
 from stribeck.gap.search.step import Step
 from stribeck.model.layout import Placed
+from stribeck.model.values import Scale
 
 FILLING = 0.5  # of the presence: of seven that came after their kin on cases of two plants, none was there
 
 
-def filling_in(steps: Sequence[Step]) -> list[bool]:
+def filling_in(steps: Sequence[Step], scales: Sequence[Scale]) -> list[bool]:
     """Return, for steps that each took an effect, whether it is kin to one that takes more at its joint.
 
-    Kin to what re-tuning has taken up there already (``gap.lateness``), it may fill in as well.
+    Kin to what re-tuning has taken up there already (``gap.search.ordinary``), it may fill in as well.
     """
     found = [(step.best.placed[-1], _removed(step)) for step in steps if step.best is not None]
     before = steps[0].base.placed if steps else ()
-    known = [(place, np.inf) for place in before if place.effect.ordinary(place.values)]
+    known = [(place, np.inf) for place in before if place.effect.ordinary(place.values, scales[place.joint])]
     return [any(_kin(mine, other) and size < larger for other, larger in [*found, *known]) for mine, size in found]
 
 

@@ -6,13 +6,14 @@ the other, before what the recordings are about.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 
 import numpy as np
 
 from stribeck.effects.registry import effect_named
 from stribeck.gap.fitted.model import Model, fit_model, retune, weights_of
 from stribeck.gap.records.prepare import Prepared
+from stribeck.gap.search.ordinary import is_ordinary
 from stribeck.gap.search.rank import rank
 from stribeck.model.layout import Placed
 
@@ -45,21 +46,11 @@ def on_time(prepared: Prepared, base: Model, floor: np.ndarray, seed: int, leave
     weights = weights_of(base, prepared, floor)
     tried = fit_model(prepared, (*base.placed, *trial), weights, base.fit, evaluations=EVALUATIONS)
     fitted = tried.placed[len(base.placed) :]
-    kept = [place for place in fitted if place.values["time"] > LEAST and delay.ordinary(place.values)]
+    kept = [place for place in fitted if place.values["time"] > LEAST and is_ordinary(place, prepared.scales)]
     if not kept:
         return base
     model = retune(prepared, floor, (*base.placed, *kept))
-    if not all(delay.ordinary(place.values) for place in model.placed[len(base.placed) :]):
+    if not all(is_ordinary(place, prepared.scales) for place in model.placed[len(base.placed) :]):
         return base
     ranking = rank(prepared, [base, model], floor, seed)
     return model if ranking.t[1] > LEAST_T and ranking.overall[1] > 0.0 else base
-
-
-def told_late(base: Model, stated: Collection[Placed], names: Sequence[str]) -> list[str]:
-    """Return a note on each delay that re-tuning took in beside the effects that the arm file has ``stated``."""
-    own = {(place.effect.name, place.joint) for place in stated}
-    return [
-        f"{names[place.joint]}: {1e3 * place.values['time']:.2g} ms late, as any drive may be; re-tuning took it in"
-        for place in base.placed
-        if place.effect.delays and (place.effect.name, place.joint) not in own
-    ]

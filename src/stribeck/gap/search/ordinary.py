@@ -1,0 +1,41 @@
+"""What every arm has some of: it belongs to what is re-tuned, and is told of, but is no cause of a gap.
+
+Any drive is a millisecond late; any contact gives way by some ten micrometres before it slides. Where a search finds so
+little, the model is re-tuned with it, and the search is made anew from there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+from stribeck.gap.fitted.model import Model
+from stribeck.gap.search.step import Step, last_model
+from stribeck.model.layout import Placed
+from stribeck.model.values import Scale
+
+
+def is_ordinary(place: Placed, scales: Sequence[Scale]) -> bool:
+    """Return whether an effect with its fitted values is no more than every arm has."""
+    return place.effect.ordinary(place.values, scales[place.joint])
+
+
+def ordinary(steps: Sequence[Step], scales: Sequence[Scale]) -> tuple[Placed, ...]:
+    """Return what a search took of what every arm has, with its values beside everything else that was taken."""
+    return tuple(place for place in last_model(steps).placed[len(steps[0].base.placed) :] if is_ordinary(place, scales))
+
+
+def told_ordinary(base: Model, stated: Collection[Placed], names: Sequence[str]) -> list[str]:
+    """Return a note on what re-tuning took in beside the effects that the arm file has ``stated``."""
+    own = {(place.effect.name, place.joint) for place in stated}
+    return [
+        f"{names[place.joint]}: {_said(place)}; re-tuning took it in"
+        for place in base.placed
+        if (place.effect.name, place.joint) not in own
+    ]
+
+
+def _said(place: Placed) -> str:
+    if place.effect.delays:
+        return f"{1e3 * place.values['time']:.2g} ms late, as any drive may be"
+    values = ", ".join(f"{p.description} {place.values[p.name]:.3g} {p.unit}" for p in place.effect.parameters)
+    return f"{place.effect.label} ({values}), no more than any joint has"

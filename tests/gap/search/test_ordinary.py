@@ -1,0 +1,46 @@
+"""What every arm has some of is re-tuned and told of, wherever a search finds it; more of the same is named."""
+
+import io
+from dataclasses import replace
+
+import pytest
+from rich.console import Console
+
+from stribeck.effects.registry import laws
+from stribeck.gap.diagnose import diagnose
+from stribeck.model.effect import Effect
+from stribeck.model.values import Scale
+from stribeck.report.summary import summary
+
+from ..conftest import FRICTION, NOMINAL, recorded
+
+SCALE = Scale(10.0, 4.0, 1.0, 1.0, 1.0, 1e-3)  # 4 N m of Coulomb friction
+BRISTLES = [effect for effect in laws().values() if effect.name == "presliding"]
+
+
+@pytest.mark.parametrize("effect", BRISTLES, ids=lambda effect: effect.law)
+def test_a_contact_that_gives_way_by_no_more_than_any_does_is_ordinary(effect: Effect) -> None:
+    def ordinary(gives: float, scale: Scale = SCALE) -> bool:
+        return effect.ordinary({"stiffness": 4.0 / gives, "damping": 0.0}, scale)
+
+    assert ordinary(3e-4)
+    assert not ordinary(5e-4)
+    on_an_axis = replace(SCALE, prismatic=True)
+    assert ordinary(1.5e-5, on_an_axis)
+    assert not ordinary(3e-5, on_an_axis)
+    assert not ordinary(3e-4, replace(SCALE, friction=0.0))  # the arm file says nothing of it
+
+
+@pytest.mark.parametrize(("gives", "named"), [(2e-4, ()), (3e-3, ("presliding",))])
+def test_where_a_search_finds_it_the_model_is_retuned_with_it(gives: float, named: tuple[str, ...]) -> None:
+    hidden = ("presliding", {"stiffness": FRICTION.C0 / gives, "damping": 1.0})
+    found = diagnose(NOMINAL, recorded(hidden, noise=1e-6), jobs=1)
+    assert found.named == named
+    assert found.verdict == ("explained" if named else "no_gap")
+    told = [note for note in found.notes if "presliding" in note and "no more than any joint has" in note]
+    assert len(told) == (not named)
+    shown = Console(file=io.StringIO(), width=400)
+    shown.print(summary(found))
+    assert all(note in shown.file.getvalue() for note in told)  # type: ignore[attr-defined]
+    assert [entry.effect for entry in found.models["retuned"].effects] == ["presliding"] * (not named)
+    assert [entry.effect for entry in found.models["corrected"].effects] == ["presliding"]
