@@ -47,7 +47,7 @@ class Conditioned:
     motion that is no noise; ``velocity_sd`` and ``noise`` (n,), what encoder noise leaves in the velocity and its own;
     ``instant`` the time to either side for which a sample stands, s; ``analysis_time`` (M,); ``taps`` the low-pass (odd
     length). ``clock`` is the time of the first sample by the clock of what acts from outside, s (set in
-    ``gap.clocks``); None: its own. ``past`` is what was recorded before it (set in ``gap.sequence``).
+    ``gap.fitted.clocks``); None: its own. ``past`` is what was recorded before it (set in ``gap.records.sequence``).
     """
 
     name: str

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from joblib import Parallel
+from scipy.integrate import solve_ivp
 
 from stribeck.arm import Arm
 from stribeck.effects.registry import effect_named, registry
@@ -15,7 +16,7 @@ from stribeck.gap.answer.verdict import NAMED_OVER, causes_of
 from stribeck.gap.diagnose import diagnose
 from stribeck.gap.fitted.model import Model, fit_model, retune, weights_of
 from stribeck.gap.records.prepare import Prepared, prepare
-from stribeck.gap.search.decoys import decoys
+from stribeck.gap.search.decoys import DAMPING, RINGS, decoys
 from stribeck.gap.search.look_alike import TELLING, _in_its_place, doubt, told_alike, with_look_alikes
 from stribeck.gap.search.rank import rank
 from stribeck.gap.search.step import LookAlike, Step
@@ -167,6 +168,41 @@ def test_the_others_are_their_formulas(says: str) -> None:
 def test_a_spring_may_rest_anywhere() -> None:
     constants = torques(smooth(), "a spring between A and B")[1:]
     assert [constant.mean(axis=0).tolist() for constant in constants] == [[1.0, 0.0], [0.0, 1.0]]
+
+
+def test_a_tool_that_rings_is_a_mass_on_a_spring_across_the_last_link() -> None:
+    """Against its own equation of motion, driven by a tip that is differentiated by numbers."""
+    motion, arm = smooth(), TRUE
+    motion.sample_time = float(motion.time[1])
+    hertz = float(RINGS[8])
+    omega = 2.0 * np.pi * hertz
+    (decoy,) = (decoy for decoy in decoys(arm) if decoy.says.startswith("a tool") and f"{hertz:.2g} Hz" in decoy.says)
+
+    def tip(position: np.ndarray) -> np.ndarray:
+        angle = np.cumsum(position, axis=-1)
+        return np.stack([np.cos(angle), np.sin(angle)], axis=-2) @ np.array([joint.length for joint in arm.joints])
+
+    last = motion.position.sum(axis=1)
+    across = np.stack([-np.sin(last), np.cos(last)], axis=1)
+    step = motion.sample_time
+    speed = np.gradient(tip(motion.position), step, axis=0)
+    felt = np.sum(across * (np.gradient(speed, step, axis=0) - np.array(arm.gravity)), axis=1)
+    felt[:2] = felt[2]  # one-sided differences
+
+    def rate(t: float, x: np.ndarray) -> list[float]:
+        return [x[1], -2.0 * DAMPING * omega * x[1] - omega**2 * x[0] - np.interp(t, motion.time, felt)]
+
+    bent = solve_ivp(rate, (0.0, 6.0), [-felt[0] / omega**2, 0.0], t_eval=motion.time, max_step=2e-3, rtol=1e-8)
+    beyond = np.gradient(bent.y[1], step)
+    lever = np.stack(
+        [
+            np.sum(across * (tip(motion.position + move) - tip(motion.position)) / 1e-6, axis=1)
+            for move in 1e-6 * np.eye(2)
+        ],
+        axis=1,
+    )
+    expected, torque = lever * beyond[:, None], decoy.terms[1](motion)
+    assert torque[50:-50] == pytest.approx(expected[50:-50], abs=5e-3 * np.abs(expected).max())
 
 
 def test_rows_are_filtered_as_a_residual_is_and_rest_where_the_joint_does() -> None:

@@ -2,7 +2,7 @@
 
 Of laws that no library holds, some pass for one that it does: a share of another drive's command is a torque gain to a
 fit that knows no better. Each decoy is torque linear in a constant or a few: couplings of two joints that no effect of
-the library is, inertia that varies, a drive that speed weakens.
+the library is, inertia that varies, a drive that speed weakens, a tool that rings.
 """
 
 from __future__ import annotations
@@ -14,12 +14,17 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import signal
 
 from stribeck.arm import Arm
 from stribeck.identify.conditioning import Conditioned
 
 Floats = NDArray[np.float64]
 Term: TypeAlias = Callable[[Conditioned], Floats]
+
+RINGS = np.geomspace(1.0, 16.0, 20)  # Hz, of a tool: a step is three times what its damping widens
+BESIDE = (0.95, 1.0, 1.05)  # of these: what lies between two is a mixture
+DAMPING = 0.05
 
 
 @dataclass(frozen=True)
@@ -54,6 +59,9 @@ def decoys(arm: Arm) -> Iterator[Decoy]:
             says = f"an inertia at {name} that varies {turns} time{'s' * (turns > 1)} a turn (a linkage, an unbalance)"
             yield Decoy(says, (_varying(j, turns, 0.0), _varying(j, turns, 0.5 * np.pi)))
         yield Decoy(f"torque that speed takes at {name} (a drive's voltage limit)", (_at(j, _taken_by_speed),), True)
+    for hertz in RINGS if arm.n > 1 and all(turning) else ():  # at a single joint a stand that gives way is the same
+        says = f"a tool that rings across {names[-1]}'s link at {hertz:.2g} Hz"
+        yield Decoy(says, tuple(_rings(arm, beside * hertz) for beside in BESIDE))
     for i, j in permutations(range(arm.n), 2):
         one, other = names[i], names[j]
         yield Decoy(f"a share of {other}'s command at {one} (cross-talk of drives)", (_from(i, j, _command),))
@@ -68,6 +76,35 @@ def decoys(arm: Arm) -> Iterator[Decoy]:
         if turning[i] and turning[j]:
             yield Decoy(f"friction {pair}, in their common motion (an idler)", (_rubbing(i, j, 1.0),), True)
             yield Decoy(f"friction {pair}, in their relative motion", (_rubbing(i, j, -1.0),), True)
+
+
+def _rings(arm: Arm, hertz: float) -> Term:
+    """Return the term of a mass that rings across the end of the last link, beyond that of one that is fixed there."""
+
+    def term(run: Conditioned) -> Floats:
+        felt, lever = _across_the_end(arm, run)
+        return np.asarray(lever * (_swinging(felt, hertz, run.sample_time) - felt)[:, None])
+
+    return term
+
+
+def _across_the_end(arm: Arm, run: Conditioned) -> tuple[Floats, Floats]:
+    """Return what a mass at the end of the last link feels across it (N,), m/s^2, and its torque by 1 N (N, n)."""
+    angle, speed, rate = (np.cumsum(of, axis=1) for of in (run.position, run.velocity, run.acceleration))
+    last = angle[:, -1]
+    turned, lengths = angle - last[:, None], np.array([joint.length for joint in arm.joints])
+    lever = np.cos(turned) * lengths  # of each link's turn
+    felt = np.sum(lever * rate - np.sin(turned) * lengths * speed**2, axis=1)
+    felt -= np.array(arm.gravity) @ np.array([-np.sin(last), np.cos(last)])
+    return felt, np.cumsum(lever[:, ::-1], axis=1)[:, ::-1]
+
+
+def _swinging(felt: Floats, hertz: float, sample_time: float) -> Floats:
+    """Return the acceleration of a mass on a spring whose other end feels so much (N,); it starts at rest."""
+    omega = 2.0 * np.pi * hertz
+    spring = [2.0 * DAMPING * omega, omega**2]
+    b, a = signal.bilinear(spring, [1.0, *spring], 1.0 / sample_time)
+    return np.asarray(signal.lfilter(b, a, felt, zi=signal.lfilter_zi(b, a) * felt[0])[0])
 
 
 def _at(j: int, torque: Callable[[Conditioned, int], Floats]) -> Term:
