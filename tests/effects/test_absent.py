@@ -29,6 +29,6 @@ def test_nothing_is_taken(seed: int) -> None:
     floor = np.sqrt(np.mean(noise_floor(arm, path, nominal, prepared.held, prepared.cutoff, seed) ** 2, axis=0))
     base = retune(prepared, floor)
     floor = np.sqrt(np.mean(noise_floor(arm, path, base.fit.p, prepared.held, prepared.cutoff, seed) ** 2, axis=0))
-    steps = search(prepared, base, floor, seed=seed, jobs=1)
+    _, steps = search(prepared, base, floor, seed=seed, jobs=1)
     best = steps[0].best
     assert [step.taken for step in steps] == [False], best.placed if best else None

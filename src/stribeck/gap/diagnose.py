@@ -12,22 +12,19 @@ from stribeck.effects.registry import placed_effects
 from stribeck.errors import InputError
 from stribeck.gap.answer.assembly import Assembly
 from stribeck.gap.fitted.clocks import in_step
-from stribeck.gap.fitted.model import Model, noise_in, retune
+from stribeck.gap.fitted.model import retune
 from stribeck.gap.records.floor import noise_of_rows
 from stribeck.gap.records.observed import observe
 from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.records.spread import Noise
 from stribeck.gap.result import Diagnosis
 from stribeck.gap.search.lateness import on_time
-from stribeck.gap.search.ordinary import ordinary
 from stribeck.gap.search.search import Progress, search
 from stribeck.gap.search.step import Step
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import values_of
 from stribeck.model.path import SignalPath
 from stribeck.run import Run
-
-ROUNDS = 2  # of searches that find what every arm has
 
 
 def diagnose(
@@ -110,24 +107,9 @@ def searched(
     noise = _noise_along(path, base.fit.p, prepared, seed)
     prepared = replace(prepared, noise=noise)
     base = on_time(prepared, base, noise.rms, seed, leave_out)
-    prepared = _referred(prepared, base)
-    steps = search(prepared, base, noise.rms, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
-    for _ in range(ROUNDS):
-        common = ordinary(steps, prepared.scales)
-        if not common:
-            break
-        progress("again, re-tuned with what every arm has")
-        base = retune(prepared, noise.rms, (*base.placed, *common))
-        prepared = _referred(prepared, base)
-        steps = search(prepared, base, noise.rms, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
+    prepared, steps = search(prepared, base, noise.rms, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
     more = np.maximum(steps[-1].floor ** 2 - noise.rms**2, 0.0)
     return Searched(prepared, given, np.sqrt(noise.held**2 + more), steps)
-
-
-def _referred(prepared: Prepared, base: Model) -> Prepared:
-    """Return the recordings with what noise adds to a re-tuned model's residual."""
-    through = Residual(SignalPath(prepared.arm, base.placed), prepared.held, ())
-    return replace(prepared, reference=noise_in(through, base.fit.p, base.held, prepared))
 
 
 def _noise_along(path: SignalPath, p: np.ndarray, prepared: Prepared, seed: int) -> Noise:

@@ -83,6 +83,12 @@ def fit_model(
     return Model(_with_values(placed, result), result, held, noise)
 
 
+def referred(prepared: Prepared, base: Model) -> Prepared:
+    """Return recordings that know what noise adds to a re-tuned model's residual."""
+    through = Residual(SignalPath(prepared.arm, base.placed), prepared.held, ())
+    return replace(prepared, reference=noise_in(through, base.fit.p, base.held, prepared))
+
+
 def noise_in(judged: Residual, p: np.ndarray, held: np.ndarray, prepared: Prepared) -> np.ndarray:
     """Return what encoder noise, and 1 N m of noise in the commands, add (2, n) to a held-out residual, N m rms."""
     moved, pushed = (np.std(judged.along(runs)(p)[0] - held, axis=0) for runs in prepared.loud)

@@ -10,7 +10,7 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from stribeck.effects.registry import registry
-from stribeck.gap.fitted.model import Model, finite, fit_model, weights_of
+from stribeck.gap.fitted.model import Model, finite, fit_model, referred, retune, weights_of
 from stribeck.gap.fitted.white import noise_of_best
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.search.beside import SURELY, idle, outdone, weighed, without_each
@@ -18,6 +18,7 @@ from stribeck.gap.search.candidates import Trial, candidates
 from stribeck.gap.search.families import best_laws, best_of_each, close_laws, laws_instead, relawed
 from stribeck.gap.search.gates import LARGE_GAIN, LEAST_GAIN, earns_its_place
 from stribeck.gap.search.look_alike import with_look_alikes
+from stribeck.gap.search.ordinary import ordinary
 from stribeck.gap.search.presence import CENTRE, evidence, presence
 from stribeck.gap.search.random_torque import random_joints
 from stribeck.gap.search.rank import rank
@@ -49,11 +50,12 @@ def search(
     jobs: int = 2,
     leave_out: Sequence[str] = (),
     progress: Progress = lambda text: None,
-) -> tuple[Step, ...]:
-    """Return the steps of the search from the re-tuned model.
+) -> tuple[Prepared, tuple[Step, ...]]:
+    """Return the recordings, as the re-tuned model is compared by them, and the steps of the search from there.
 
-    Forward first. Then each effect is tried without: what it is worth beside the others. One that was taken for the
-    sake of a later one (masking) is not needed any more, and the search is made again without it.
+    Forward first, from a model that is re-tuned with what every arm has, where that is found. Then each effect is tried
+    without: what it is worth beside the others. One that was taken for the sake of a later one (masking) is not needed
+    any more, and the search is made again without it.
 
     Parameters
     ----------
@@ -64,8 +66,10 @@ def search(
     """
     _ = prepared.loud  # once, for all processes
     with Parallel(n_jobs=jobs) as pool:
-        setting = _Setting(prepared, floor, seed, pool, tuple(leave_out), frozenset(), progress)
-        steps, without = _believed(setting, _forward(setting, base))
+        setting = _Setting(referred(prepared, base), floor, seed, pool, tuple(leave_out), frozenset(), progress)
+        setting, base, found = _from_the_ordinary(setting, base)
+        prepared = setting.prepared
+        steps, without = _believed(setting, found)
         unneeded = idle(steps)
         needless = unneeded or outdone(prepared, steps, pool, seed, leave_out)
         if needless is not None:
@@ -75,7 +79,7 @@ def search(
             better = ranking.overall[1] > -LEAST_GAIN if unneeded else ranking.probability[1] > SURELY
             if better:
                 steps, without = _believed(setting, other)
-        return with_look_alikes(prepared, steps, without, pool, seed)
+        return prepared, with_look_alikes(prepared, steps, without, pool, seed)
 
 
 @dataclass(frozen=True)
@@ -107,14 +111,29 @@ def _believed(setting: _Setting, steps: tuple[Step, ...]) -> tuple[tuple[Step, .
     return steps, without
 
 
+def _from_the_ordinary(setting: _Setting, base: Model) -> tuple[_Setting, Model, tuple[Step, ...]]:
+    """Return the first steps of a search that starts anew, re-tuned with what every arm has, where it finds that."""
+    steps = _forward(setting, base)
+    for _ in range(setting.prepared.arm.n):
+        common = ordinary(steps, setting.prepared.scales)
+        if not common:
+            break
+        setting.progress("again, re-tuned with what every arm has")
+        base = retune(setting.prepared, setting.floor, (*base.placed, *common))
+        setting = replace(setting, prepared=referred(setting.prepared, base))
+        steps = _forward(setting, base)
+    return setting, base, steps
+
+
 def _forward(setting: _Setting, base: Model) -> tuple[Step, ...]:
+    """Return steps that take one effect after the other; what every arm has is the last of them."""
     steps: list[Step] = []
     known: dict[tuple[str, str, int], dict[str, float]] = {}
     own = len(base.placed)
     while len(steps) < MOST_EFFECTS:
         step = _step(setting, base, base.placed[own:], known, steps[-1].floor if steps else None)
         steps.append(step)
-        if not step.taken or step.best is None or _hardly(step):
+        if not step.taken or step.best is None or _hardly(step) or ordinary(steps, setting.prepared.scales):
             break
         base = step.best
         if len(steps) > 1:
