@@ -445,7 +445,7 @@ def test_the_search_ends_at_what_is_hardly_there(
     overall: float, t: float, steps: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(search_module, "_step", lambda *given: taken("frictional_lag", overall, t))
-    setting = SimpleNamespace(prepared=None, floor=FLOOR, pool=None)
+    setting = SimpleNamespace(prepared=SimpleNamespace(scales=(SCALE,)), floor=FLOOR, pool=None)
     assert len(search_module._forward(setting, SimpleNamespace(placed=()))) == steps  # type: ignore[arg-type]
 
 
