@@ -18,7 +18,7 @@ from stribeck.gap.search.candidates import Trial, candidates
 from stribeck.gap.search.families import best_laws, best_of_each, close_laws, laws_instead, relawed
 from stribeck.gap.search.gates import LARGE_GAIN, LEAST_GAIN, earns_its_place
 from stribeck.gap.search.look_alike import with_look_alikes
-from stribeck.gap.search.ordinary import ordinary
+from stribeck.gap.search.ordinary import is_ordinary, ordinary
 from stribeck.gap.search.presence import CENTRE, evidence, presence
 from stribeck.gap.search.random_torque import random_joints
 from stribeck.gap.search.rank import rank
@@ -119,21 +119,26 @@ def _from_the_ordinary(setting: _Setting, base: Model) -> tuple[_Setting, Model,
         if not common:
             break
         setting.progress("again, re-tuned with what every arm has")
-        base = retune(setting.prepared, setting.floor, (*base.placed, *common))
-        setting = replace(setting, prepared=referred(setting.prepared, base))
+        again = retune(setting.prepared, setting.floor, (*base.placed, *common))
+        if not all(is_ordinary(place, setting.prepared.scales) for place in again.placed[len(base.placed) :]):
+            return setting, base, _forward(setting, base, steps)  # alone, it would stand in for what hides it
+        base, setting = again, replace(setting, prepared=referred(setting.prepared, again))
         steps = _forward(setting, base)
     return setting, base, steps
 
 
-def _forward(setting: _Setting, base: Model) -> tuple[Step, ...]:
-    """Return steps that take one effect after the other; what every arm has is the last of them."""
-    steps: list[Step] = []
+def _forward(setting: _Setting, base: Model, before: Sequence[Step] = ()) -> tuple[Step, ...]:
+    """Return steps that take one effect after the other; what every arm has ends them, unless it came ``before``."""
+    steps = list(before)
     known: dict[tuple[str, str, int], dict[str, float]] = {}
     own = len(base.placed)
+    base = last_model(before) if before else base
     while len(steps) < MOST_EFFECTS:
         step = _step(setting, base, base.placed[own:], known, steps[-1].floor if steps else None)
         steps.append(step)
-        if not step.taken or step.best is None or _hardly(step) or ordinary(steps, setting.prepared.scales):
+        if not step.taken or step.best is None or _hardly(step):
+            break
+        if not before and ordinary(steps, setting.prepared.scales):
             break
         base = step.best
         if len(steps) > 1:
