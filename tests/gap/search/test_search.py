@@ -449,6 +449,20 @@ def test_the_search_ends_at_what_is_hardly_there(
     assert len(search_module._forward(setting, SimpleNamespace(placed=()))) == steps  # type: ignore[arg-type]
 
 
+def test_it_ends_at_what_every_arm_has_and_goes_on_from_there_when_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    late = taken("delay", 0.95, 20.0)
+    assert late.best is not None
+    prompt = SimpleNamespace(placed=(replace(late.best.placed[0], values={"time": 0.001}),))
+    step = replace(late, rivals=(prompt,))  # type: ignore[arg-type]
+    monkeypatch.setattr(search_module, "_step", lambda *given: step)
+    monkeypatch.setattr(search_module, "relawed", lambda *given: prompt)
+    setting: Any = SimpleNamespace(prepared=SimpleNamespace(scales=(SCALE,)), floor=FLOOR, pool=None)
+    base: Any = SimpleNamespace(placed=())
+    steps = search_module._forward(setting, base)
+    assert len(steps) == 1
+    assert len(search_module._forward(setting, base, steps)) == search_module.MOST_EFFECTS
+
+
 @pytest.mark.parametrize(("overall", "t", "kept"), [(0.06, 2.9, 1), (0.95, 20.0, 2)])
 def test_nothing_is_weighed_beside_what_is_hardly_there(
     overall: float, t: float, kept: int, monkeypatch: pytest.MonkeyPatch

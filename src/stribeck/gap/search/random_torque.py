@@ -31,9 +31,7 @@ ABOVE = 1.2  # residual over noise floor from which there is anything to tell
 HUSHED = 0.05  # of the noise floor, below which a residual is a joint's that rests
 WINDOW = 0.25  # s of motion, whose mean squares are compared
 LEAST_WINDOWS = 12
-LOUDEST = (
-    0.08  # of the torque asked for: drives and stands are quieter than what a law leaves (0.044 the most, simulated)
-)
+LOUDEST = 0.08  # of the torque asked for: twice what is loud among simulated drives; a law may leave more
 SURROGATES = 50
 EVEN = 1.25  # factor by which the spread of the windows may differ from that of steady noise of the same spectrum
 KURTOSIS = (2.5, 3.7)  # 3 for a normal distribution
