@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -227,3 +229,13 @@ def assert_one_line(capsys: pytest.CaptureFixture[str], says: str) -> None:
     assert captured.err.endswith("\n")
     assert says in captured.err
     assert captured.out == ""
+
+
+def test_the_module_is_the_program(bench: Path) -> None:
+    """``python -m stribeck`` takes the same arguments and ends with the same status."""
+    told = subprocess.run(
+        [sys.executable, "-m", "stribeck", "predict", "none.toml", "run.csv", "--horizon", "1", "--out", "p.csv"],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert told.returncode == 2
+    assert "none.toml" in told.stderr
