@@ -11,7 +11,7 @@ from stribeck.blind.key import Opened
 from stribeck.blind.outcome import CHANNELS, outcome, strength_bin
 from stribeck.blind.rates import calibration, detection_limit, rate
 from stribeck.blind.score import score
-from stribeck.effects.registry import registry
+from stribeck.effects.registry import laws, registry
 from stribeck.withheld.injections import KNOWN
 
 LIBRARY = ["delay", "actuator_lag", "payload", "input_disturbance", "gravity_tilt", "torque_offset"]
@@ -146,15 +146,19 @@ def test_a_law_of_another_kind_does_not_count_against_intervals():
     assert (result["coverage"]["n"], result["parameters"][0]["value"]) == (0, 0.0)
 
 
-@pytest.mark.parametrize(("entering", "law", "alike"), [
-    (0.0, "proportional", True), (1.0, "directional", True), (1.0, "proportional", False), (0.0, "directional", False),
+@pytest.mark.parametrize(("name", "shared", "further", "plain", "law"), [
+    ("load_dependent_friction", "ratio", "input", "proportional", "directional"),
+    ("torque_saturation", "limit", "fade", "constant", "back_emf"),
+    ("cable_spring", "stiffness", "cubic", "linear", "hardening"),
 ])  # fmt: skip
-def test_of_two_laws_with_one_parameter_only_the_plants_own_is_held_to_it(entering, law, alike):
-    true = truth(effect("load_dependent_friction", ratio=0.3, input=entering))
-    said = cause("load_dependent_friction", ratio=(0.25, [0.24, 0.26]))
-    said["law"] = dict.fromkeys(said["parameters"], law)
-    row = outcome(true, answer(said), [*LIBRARY, "load_dependent_friction"])
-    assert [(item["inside"], item["same_law"]) for item in row["intervals"]] == [(False, alike)]
+@pytest.mark.parametrize("is_further", [False, True])
+@pytest.mark.parametrize("said_further", [False, True])
+def test_only_the_plants_own_of_two_laws_is_held_to_it(name, shared, further, plain, law, is_further, said_further):
+    true = truth(effect(name, **{shared: 0.3, further: float(is_further)}))
+    said = cause(name, **{shared: (0.25, [0.24, 0.26])})
+    said["law"] = dict.fromkeys(said["parameters"], law if said_further else plain)
+    row = outcome(true, answer(said), [*LIBRARY, name])
+    assert [(item["inside"], item["same_law"]) for item in row["intervals"]] == [(False, is_further == said_further)]
 
 
 def test_statements():
@@ -297,7 +301,9 @@ def test_comparable_parameters_are_the_library_s(name):
     given = dict.fromkeys(KNOWN[name].parameters, 0.5) | {"C1": 0.0}
     values = true_values(name, given)
     assert values
-    assert set(values) <= {parameter.name for parameter in registry()[name].parameters}
+    assert set(values) <= {
+        parameter.name for key, law in laws().items() if key[0] == name for parameter in law.parameters
+    }
 
 
 def test_a_wave_by_size_and_phase_is_one_by_sine_and_cosine():

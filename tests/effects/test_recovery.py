@@ -81,7 +81,10 @@ CASES = {
     "delay": Case("B", {"time": 0.02}, {"time": (0.02, 0.0006)}, 0.3),
     "torque_gain": Case("B", {"gain": 0.8}, {"gain": (0.8, 0.02)}, 0.4),
     "torque_offset": Case("B", {"offset": 1.0}, {"offset": (1.0, 0.05)}, 0.3),
-    "torque_saturation": Case("B", {"limit": 4.5}, {"limit": (4.5, 0.1)}, 0.1),
+    "torque_saturation/constant": Case("B", {"limit": 4.5}, {"limit": (4.5, 0.1)}, 0.1),
+    "torque_saturation/back_emf": Case(
+        "B", {"limit": 6.0, "fade": 0.15}, {"limit": (6.0, 0.2), "fade": (0.15, 0.015)}, 0.1
+    ),
     "torque_dead_zone": Case("B", {"width": 1.0}, {"width": (1.0, 0.1)}, 0.4),
     "cogging/one_wave": Case("A", {"amplitude": 1.5, "harmonic": 12.0, "phase": 0.4}, wave(1.5, 0.4, 12.0), 0.4),
     "cogging/two_waves": Case(
@@ -116,7 +119,15 @@ CASES = {
         0.3,
     ),
     "gravity_tilt": Case("A", {"x": -0.3, "y": 2.0}, {"x": (-0.3, 0.15), "y": (2.0, 0.1)}, 0.2),
-    "cable_spring": Case("B", {"stiffness": 2.0, "rest": 0.4}, {"stiffness": (2.0, 0.1), "rest": (0.4, 0.03)}, 0.2),
+    "cable_spring/linear": Case(
+        "B", {"stiffness": 2.0, "rest": 0.4}, {"stiffness": (2.0, 0.1), "rest": (0.4, 0.03)}, 0.2
+    ),
+    "cable_spring/hardening": Case(
+        "B",
+        {"stiffness": 1.0, "rest": 0.2, "cubic": 3.0},
+        {"stiffness": (1.0, 0.15), "rest": (0.2, 0.03), "cubic": (3.0, 0.3)},
+        0.2,
+    ),
     "contact/linear": Case(
         "B",
         {"stiffness": 20.0, "position": -0.4, "side": -1.0, "damping": 0.0, "exponent": 1.0},
@@ -146,7 +157,8 @@ CASES = {
 
 
 SAMPLE = (  # one of each stage; all of them take a good part of a minute
-    "load_dependent_friction/proportional", "delay", "joint_flexibility", "time_shift", "payload", "cable_spring",
+    "load_dependent_friction/proportional", "delay", "joint_flexibility", "time_shift", "payload",
+    "cable_spring/linear",
 )  # fmt: skip
 
 

@@ -165,6 +165,17 @@ def test_drive_laws(bench, effect, params, law):
     assert trace.torque[1:, 0] == pytest.approx(law(trace.tau[:-1, 0]), abs=1e-12)
 
 
+def test_what_speed_takes_of_the_voltage_a_driving_motor_has_no_more(bench):
+    params = {"limit": 1.2, "fade": 0.08}
+    _, trace = free(bench, [Injection("torque_saturation", "A", params)], lambda t: 2.0 * np.sin(6.0 * t), 2.0)
+    u, speed = trace.tau[:-1, 0], trace.dq[1:, 0]
+    limit = np.where(u * speed > 0.0, 1.2 * np.maximum(0.0, 1.0 - 0.08 * np.abs(speed)), 1.2)
+    assert np.ptp(limit) > 0.3
+    firm = np.abs(speed) > 0.1  # where it turns about, it drives and brakes within a sample
+    expected = np.clip(u, -limit, limit)
+    assert trace.torque[1:, 0][firm] == pytest.approx(expected[firm], abs=2e-3)
+
+
 def test_cogging_and_ripple_follow_the_angle(bench):
     heavy = {"inertia": 50.0}
     params = {"harmonic": 7.0, "phase": 0.4}
@@ -286,6 +297,16 @@ def test_cable_is_a_spring(bench):
     t, trace = bench.open_loop(arm, lambda t: np.zeros((len(t), 1)), 4.0, hidden)
     omega = math.sqrt(3.0 / (0.01 + 0.02 + 0.0625))
     assert trace.link[:, 0] == pytest.approx(0.4 - 0.4 * np.cos(omega * t), abs=1e-5)
+
+
+def test_a_stiffening_cable_swings_as_its_energy_says(bench):
+    arm = bench.one_link()
+    hidden = (Injection("cable_spring", "A", {"stiffness": 1.0, "rest": 0.4, "cubic": 20.0}),)
+    _, trace = bench.open_loop(arm, lambda t: np.zeros((len(t), 1)), 4.0, hidden)
+    away = trace.link[:, 0] - 0.4
+    energy = 0.5 * 0.0925 * trace.link_rate[:, 0] ** 2 + 0.5 * away**2 + 0.25 * 20.0 * away**4
+    assert away.max() == pytest.approx(0.4, abs=1e-3)
+    assert energy == pytest.approx(energy[0], rel=1e-3)
 
 
 def test_wall_pushes_back_and_takes_energy(bench):

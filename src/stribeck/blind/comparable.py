@@ -48,7 +48,7 @@ CONVERT: Mapping[str, Callable[[Values], Converted]] = {
     "delay": _named(time="time"),
     "torque_gain": _named(gain="gain"),
     "torque_offset": _named(offset="offset"),
-    "torque_saturation": _named(limit="limit"),
+    "torque_saturation": _named(limit="limit", fade="fade"),
     "torque_dead_zone": _named(width="width"),
     "cogging": _wave("amplitude"),
     "torque_ripple": _wave("ratio"),
@@ -62,7 +62,7 @@ CONVERT: Mapping[str, Callable[[Values], Converted]] = {
     "payload": _named(mass="mass"),
     "gravity_tilt": _named(x="x", y="y"),
     "base_flexibility": _named(stiffness="stiffness"),
-    "cable_spring": _named(stiffness="stiffness", rest="rest"),
+    "cable_spring": _named(stiffness="stiffness", rest="rest", cubic="cubic"),
     "contact": _wall,
     "input_disturbance": _named(frequency="frequency"),
 }
@@ -71,12 +71,19 @@ CONVERT: Mapping[str, Callable[[Values], Converted]] = {
 # The plant has another law under the same name (Iwan's elements, another contact, another lag): the parameters mean
 # nearly the same, but an interval around the one need not hold the other
 RELATED = frozenset({"presliding", "backlash", "frictional_lag", "negative_damping", "contact"})
+# The further law of a family, and the plant's parameter that makes it that one
+FURTHER = {
+    "load_dependent_friction": ("directional", "input"),
+    "torque_saturation": ("back_emf", "fade"),
+    "cable_spring": ("hardening", "cubic"),
+}
 
 
 def same_law(effect: str, parameters: Values, law: str | None) -> bool:
     """Return whether the plant's law of an effect is the library's one: an interval is then to hold the parameter."""
-    if effect == "load_dependent_friction":
-        return (law == "directional") == (parameters.get("input", 0.0) == 1.0)
+    if effect in FURTHER:
+        further, parameter = FURTHER[effect]
+        return (law == further) == (parameters.get(parameter, 0.0) > 0.0)
     return effect not in RELATED
 
 

@@ -21,7 +21,9 @@ from stribeck.effects.actuator.torque_offset import TorqueOffset
 from stribeck.effects.actuator.torque_ripple import TorqueRipple
 from stribeck.effects.actuator.torque_ripple_two_waves import TorqueRippleTwoWaves
 from stribeck.effects.actuator.torque_saturation import TorqueSaturation
+from stribeck.effects.actuator.torque_saturation_back_emf import TorqueSaturationBackEmf
 from stribeck.effects.external.cable_spring import CableSpring
+from stribeck.effects.external.cable_spring_hardening import CableSpringHardening
 from stribeck.effects.external.contact import Contact
 from stribeck.effects.external.contact_linear import ContactLinear
 from stribeck.effects.external.input_disturbance import InputDisturbance
@@ -76,6 +78,7 @@ _OWN: tuple[type[Effect], ...] = (
     TorqueGain,
     TorqueOffset,
     TorqueSaturation,
+    TorqueSaturationBackEmf,
     TorqueDeadZone,
     Cogging,
     CoggingTwoWaves,
@@ -93,6 +96,7 @@ _OWN: tuple[type[Effect], ...] = (
     GravityTilt,
     BaseFlexibility,
     CableSpring,
+    CableSpringHardening,
     Contact,
     ContactLinear,
     InputDisturbance,

@@ -114,7 +114,9 @@ KNOWN: dict[str, Rule] = {
     "delay": Rule({"time": 0.0}, {}, {"time": "delay"}),
     "torque_gain": Rule({"gain": 1.0}, {}, _same("gain")),
     "torque_offset": Rule({"offset": 0.0}, {}, _same("offset")),
-    "torque_saturation": Rule({"limit": math.inf}, {}, {"limit": "saturation"}),
+    "torque_saturation": Rule(
+        {"limit": math.inf}, {"fade": 0.0}, {"limit": "saturation", "fade": "saturation_fade"}
+    ),
     "torque_dead_zone": Rule({"width": 0.0}, {}, {"width": "dead_zone"}),
     "cogging": Rule(
         {"amplitude": 0.0}, {"harmonic": 12.0, "phase": 0.0, **_NO_OVERTONE},
@@ -141,7 +143,8 @@ KNOWN: dict[str, Rule] = {
         {"stiffness": math.inf}, {"damping": math.nan, "inertia": math.nan}, special.soft_base
     ),
     "cable_spring": Rule(
-        {"stiffness": 0.0}, {"rest": 0.0}, {"stiffness": "cable_stiffness", "rest": "cable_rest"}
+        {"stiffness": 0.0}, {"rest": 0.0, "cubic": 0.0},
+        {"stiffness": "cable_stiffness", "rest": "cable_rest", "cubic": "cable_cubic"},
     ),
     "contact": Rule(
         {"stiffness": 0.0}, {"position": 0.5, "side": 1.0, "damping": 0.5, "exponent": 1.5},

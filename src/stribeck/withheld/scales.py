@@ -113,6 +113,11 @@ def _encoder_offset(st: Stage) -> Params:
     return lambda s: {"offset": sign * s}
 
 
+def _saturation(st: Stage) -> Params:
+    fade = st.one_of(0.0, 1.0) * st.between(0.1, 0.3) / st.speed
+    return lambda s: {"limit": max(st.peak / s, 1.1 * st.holding), "fade": fade}
+
+
 def _shift(st: Stage) -> Params:
     sign = st.one_of(1.0, 1.0, -1.0)
     return lambda s: {"time": sign * s}
@@ -128,7 +133,8 @@ def _tilt(st: Stage) -> Params:
 
 def _cable(st: Stage) -> Params:
     rest = float(st.rng.choice(st.angles)) + st.between(-0.3, 0.3)
-    return lambda s: {"stiffness": s * st.torque, "rest": rest}
+    cubic = st.one_of(0.0, 1.0) * st.between(1.0, 4.0)  # 1/rad^2
+    return lambda s: {"stiffness": s * st.torque, "rest": rest, "cubic": cubic * s * st.torque}
 
 
 def _contact(st: Stage) -> Params:
@@ -188,7 +194,7 @@ SCALES: dict[str, Scale] = {
     "torque_gain": Scale(_gain, (0.01, 0.5)),
     "torque_offset": Scale(_offset, (0.01, 0.8)),
     "torque_saturation": Scale(
-        lambda st: lambda s: {"limit": max(st.peak / s, 1.1 * st.holding)},
+        _saturation,
         levels={"clear": (1.3, 1.7), "medium": (1.15, 1.3), "weak": (1.05, 1.15)},
     ),
     "torque_dead_zone": Scale(_simple("width", _rms_torque), (0.01, 0.8)),

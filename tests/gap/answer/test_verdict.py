@@ -16,7 +16,9 @@ from stribeck.gap.answer.verdict import (
     causes_of,
     closes_estimate,
     closure,
+    named_of,
     suspected,
+    with_idle,
 )
 from stribeck.gap.records.blocks import bayesian_bootstrap
 from stribeck.gap.result import Cause
@@ -133,3 +135,12 @@ def test_a_stop_that_is_leaned_on_most_of_the_time_may_be_a_cable(
     object.__setattr__(steps[0].best.placed[0], "values", values)
     (cause,), _ = causes_of(steps, ("A", "B"), (scale, scale))
     assert cause.equivalent == (("contact", "cable_spring") if leaned_on else ("contact",))
+
+
+def test_what_closes_nothing_in_the_delivered_model_is_not_named() -> None:
+    sure, idle = Cause("delay", 0.6, ("A",), presence=0.97), Cause("cogging", 0.3, ("B",), presence=0.97)
+    assert named_of([sure, idle]) == ("delay", "cogging")
+    causes, left = with_idle([sure, idle], ["cogging"])
+    assert named_of(causes) == ("delay",)
+    assert sum(cause.probability for cause in causes) + left == pytest.approx(1.0)
+    assert left == pytest.approx(0.1 + 0.15)

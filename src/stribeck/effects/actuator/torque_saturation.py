@@ -17,6 +17,7 @@ class TorqueSaturation(ActuatorEffect):
     """A symmetric limit of the torque (current or voltage) below the one that the command is held to."""
 
     name = "torque_saturation"
+    law = "constant"
     channel = "actuator"
     equation = r"\tau = \max(-L, \min(L, u))"
     symptom = "a residual only at the largest commands, towards zero torque, that grows with the command beyond a level"

@@ -13,6 +13,7 @@ class CableSpring(ExternalEffect):
     """A linear spring on the joint's link."""
 
     name = "cable_spring"
+    law = "linear"
     channel = "external"
     equation = r"\tau = k (q - q_0)"
     symptom = "a static torque that grows with the joint's own position, whatever the pose of the others"

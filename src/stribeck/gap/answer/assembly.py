@@ -13,6 +13,7 @@ from stribeck.gap.answer.delivered import delivered
 from stribeck.gap.answer.listing import candidates_of, traces_of
 from stribeck.gap.answer.margins import widened
 from stribeck.gap.answer.nominal import nominal_intervals
+from stribeck.gap.answer.off_the_line import told_off_the_line
 from stribeck.gap.answer.places import places
 from stribeck.gap.answer.stages import HORIZON, stages_of
 from stribeck.gap.answer.verdict import (
@@ -21,9 +22,11 @@ from stribeck.gap.answer.verdict import (
     NONE_OVER,
     causes_of,
     closes_estimate,
+    named_of,
     no_gap_probability,
     shaken,
     suspected,
+    with_idle,
     with_observed,
 )
 from stribeck.gap.answer.where import regions
@@ -75,8 +78,12 @@ class Assembly:
         """Return the diagnosis."""
         arm, prepared = self.prepared.arm, self.prepared
         causes, left_over = causes_of(self.steps, arm.names, prepared.scales)
-        in_torque = tuple(cause.effect for cause in causes if (cause.presence or 0.0) > NAMED_OVER)
+        in_torque = named_of(causes)
         chain = self._chain(in_torque)
+        while idle := self._idle(in_torque, chain):
+            causes, left_over = with_idle(causes, idle)
+            in_torque = named_of(causes)
+            chain = self._chain(in_torque)
         causes = [self._with_details(cause, chain if cause.effect in in_torque else self.models) for cause in causes]
         final = chain[-1]
         verdict, causes = self._verdict(final, in_torque, causes, left_over)
@@ -110,7 +117,11 @@ class Assembly:
             tuned=tuned,
             traces=traces_of(prepared, self.given, self.base, final),
             models={name: prepared.as_stated(one) for name, one in arms.items()},
-            notes=(*prepared.notes, *told_ordinary(self.base, placed_effects(arm), arm.names)),
+            notes=(
+                *prepared.notes,
+                *told_ordinary(self.base, placed_effects(arm), arm.names),
+                *told_off_the_line(arm, causes, named),
+            ),
             warnings=(
                 *prepared.warnings,
                 *missing,
@@ -125,6 +136,10 @@ class Assembly:
             random=self.random,
             settings={"seed": self.seed, "cutoff_hz": prepared.cutoff, "horizon_s": HORIZON},
         )
+
+    def _idle(self, named: Sequence[str], chain: Sequence[Model]) -> list[str]:
+        """Return the named effects that close nothing without those that are not: they stood beside them alone."""
+        return [effect for effect in named if chain is not self.models and self._closed_by(effect, chain).value <= 0.0]
 
     def _chain(self, named: Sequence[str]) -> list[Model]:
         """Return the models from the re-tuned one to that with all named effects, one effect more each."""

@@ -23,6 +23,7 @@ UNKNOWN_HELD = 0.65  # of the chance of "unknown": four of ten unexplained gaps 
 MOST_SUSPECTS = 2
 IN_TIME = 0.25  # of their mean, by which the delays of all joints may differ and still be one
 ORDINARY = 0.1  # of the presence of what every arm has some of: it is there, and no cause to be named
+IDLE = 0.5  # of the presence of what closes nothing in the model that would be delivered
 FROM_OUTSIDE = 0.3  # of the chance of "none", where what is left is random torque: its cause may count as an effect
 # probability of presence from which an effect is named: of those just above, two in three are there
 NAMED_OVER = 0.55
@@ -59,6 +60,25 @@ def causes_of(steps: Sequence[Step], names: Sequence[str], scales: Sequence[Scal
         causes.append(Cause(effect, surest * part, joints, equivalent, presence=surest))
     left_over = 1.0 - sum(cause.probability for cause in causes)
     return causes, max(left_over, 0.0)
+
+
+def named_of(causes: Sequence[Cause]) -> tuple[str, ...]:
+    """Return the effects that are named."""
+    return tuple(cause.effect for cause in causes if (cause.presence or 0.0) > NAMED_OVER)
+
+
+def with_idle(causes: Sequence[Cause], idle: Collection[str]) -> tuple[list[Cause], float]:
+    """Return the causes, those that close nothing in the model that would be delivered at half; and what is left.
+
+    With several ways to share a gap, the likeliest shares need not be one of them.
+    """
+    changed = [
+        replace(cause, presence=IDLE * (cause.presence or 0.0), probability=IDLE * cause.probability)
+        if cause.effect in idle
+        else cause
+        for cause in causes
+    ]
+    return changed, max(1.0 - sum(cause.probability for cause in changed), 0.0)
 
 
 class _Found(NamedTuple):

@@ -16,15 +16,17 @@ static double held_mean(const double *command, int stride, double period, double
     return weight * first + (1.0 - weight) * second;
 }
 
-/* Drive without memory: uneven gain, gain, dead zone, limit. */
-static double drive(const Joint *j, double u) {
+/* Drive without memory: uneven gain, gain, dead zone, limit. What speed takes of the voltage, driving has no more. */
+static double drive(const Joint *j, double u, double speed) {
     if (j->hardening != 0.0) {
         double x = u / j->hardening_torque;
         u *= 1.0 + j->hardening * x * x;
     }
     u *= j->gain;
     if (j->dead_zone > 0.0) u = copysign(fmax(0.0, fabs(u) - j->dead_zone), u);
-    return fmax(-j->saturation, fmin(j->saturation, u));
+    double limit = j->saturation;
+    if (u * speed > 0.0 && j->saturation_fade > 0.0) limit *= fmax(0.0, 1.0 - j->saturation_fade * fabs(speed));
+    return copysign(fmin(fabs(u), limit), u);
 }
 
 /* First-order lag over one step, exact for a constant input: returns the mean and moves the state to the end. */
@@ -59,7 +61,8 @@ static double shaft(const Joint *j, double twist, double twist_rate) {
 
 /* Cable and wall, on the link's angle. Wall: Hunt & Crossley (1975), force k d^e (1 + c d'). */
 static double outside(const Joint *j, double angle, double rate) {
-    double torque = -j->cable_stiffness * (angle - j->cable_rest);
+    double taut = angle - j->cable_rest;
+    double torque = -taut * (j->cable_stiffness + j->cable_cubic * taut * taut);
     if (j->wall_stiffness > 0.0) {
         double depth = (angle - j->wall_position) * j->wall_side;
         if (depth > 0.0) {

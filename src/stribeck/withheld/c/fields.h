@@ -15,7 +15,7 @@
     X(dwell_rise) X(dwell_time) X(dwell_distance) X(warm_change) X(warm_time) X(warm_power) X(wear_work)         \
     X(wave_amplitude) X(wave_harmonic) X(wave_phase) X(load_ratio) X(load_input) X(quadratic)                    \
     /* drive */                                                                                                  \
-    X(lag) X(lag_again) X(delay) X(gain) X(offset) X(saturation) X(dead_zone)                                                 \
+    X(lag) X(lag_again) X(delay) X(gain) X(offset) X(saturation) X(saturation_fade) X(dead_zone)                              \
     X(cogging_amplitude) X(cogging_harmonic) X(cogging_phase)                                                    \
     X(ripple_ratio) X(ripple_harmonic) X(ripple_phase)                                                           \
     X(cogging_overtone) X(cogging_overtone_phase) X(ripple_overtone) X(ripple_overtone_phase)                    \
@@ -25,7 +25,7 @@
     X(eccentricity) X(eccentricity_harmonic) X(eccentricity_phase) X(encoder_offset) X(resolution)               \
     X(eccentricity_overtone) X(eccentricity_overtone_phase) X(time_shift) X(velocity_lag)                        \
     /* outside forces */                                                                                         \
-    X(cable_stiffness) X(cable_rest) X(wall_position) X(wall_side) X(wall_stiffness) X(wall_damping)             \
+    X(cable_stiffness) X(cable_rest) X(cable_cubic) X(wall_position) X(wall_side) X(wall_stiffness) X(wall_damping)             \
     X(wall_exponent)                                                                                             \
     /* effects that no library knows */                                                                          \
     X(supply_torque) X(supply_frequency) X(supply_speed)                                                         \

@@ -153,7 +153,7 @@ static void push_joint(Plant *p, int k, double t, double h, double command, doub
     const Joint *j = &p->joint[k];
     double angle = p->flexible[k] ? p->theta[k] + 0.5 * h * p->omega[k] : mid;
     double rate = p->flexible[k] ? 1.5 * p->omega[k] - 0.5 * p->omega_old[k] : glide;
-    double u = lagged_mean(j->lag, drive(j, command), h, &p->amplifier[k]);
+    double u = lagged_mean(j->lag, drive(j, command, rate), h, &p->amplifier[k]);
     u = lagged_mean(j->lag_again, u, h, &p->second[k]);
     double torque = at_rotor(j, u, angle, rate, t + 0.5 * h) + push;
     p->rotor_torque[k] = torque;
