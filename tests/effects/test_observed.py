@@ -41,13 +41,17 @@ def test_steps_that_the_arm_file_states_are_no_news(resolution: float | None) ->
     assert EncoderQuantisation().observed(record(step=1e-5, resolution=resolution)) is None
 
 
-@pytest.mark.parametrize("lag", [0.002, 0.01, 0.05])
+@pytest.mark.parametrize("lag", [0.003, 0.01, 0.05])
 def test_lag_of_the_velocity_is_seen(lag: float) -> None:
     seen = VelocityFilter().observed(record(lag=lag))
     assert seen is not None
     value, low, high = seen.values["time"]
     assert low < value < high
     assert value == pytest.approx(lag, rel=0.1)
+
+
+def test_a_velocity_a_sample_late_is_what_any_drive_gives() -> None:
+    assert VelocityFilter().observed(record(lag=STEP)) is None
 
 
 @pytest.mark.parametrize("samples", [5, 12, 30])

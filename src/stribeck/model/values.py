@@ -21,6 +21,12 @@ GIVES = 2e-5
 ARM_OF_CONTACT = 0.05
 """Radius at which the contacts of a joint that turns lie, m: of its bearings and gears."""
 
+STRAY = 0.015
+"""Torque by which any drive or gear strays, of the rms command: offsets of amplifiers, slots, sides not quite alike."""
+
+UNEVEN = 0.02
+"""Part of its friction by which any joint's varies along its way."""
+
 MOST_PERIODS = 60.0
 """Periods over the travel that are looked for on an axis in m: a screw or a magnet track may have as many."""
 
@@ -95,6 +101,11 @@ class Scale:
         From one to ``most`` a turn; on an axis in m from half a period over the travel to MOST_PERIODS of them.
         """
         return (math.pi / self.travel, 2.0 * math.pi * MOST_PERIODS / self.travel) if self.prismatic else (1.0, most)
+
+    @property
+    def stray(self) -> float:
+        """Torque by which any drive or gear strays, N m."""
+        return STRAY * self.torque
 
     @property
     def gives(self) -> float:

@@ -47,6 +47,10 @@ def test_what_is_kin_to_what_was_retuned_fills_in() -> None:
     steps = taken(("time_shift", 0, 9.0), ("contact", 0, 4.0), ("time_shift", 1, 9.0))
     steps[0].base.placed = (Placed(effect_named("delay"), 0, {"time": 0.001}),)
     assert filling_in(steps, SCALES) == [True, False, False]
+    slight = {"sine": 0.001, "cosine": 0.001, "harmonic": 3.0}
+    waves = taken(("torque_ripple", 0, 9.0))
+    waves[0].base.placed = (Placed(effect_named("cogging"), 0, slight),)
+    assert filling_in(waves, SCALES) == [False]
     steps[0].base.placed = (Placed(effect_named("delay"), 0, {"time": 0.01}),)  # the arm file's own
     assert filling_in(steps, SCALES) == [False, False, False]
 

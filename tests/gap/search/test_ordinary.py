@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 
-from stribeck.effects.registry import laws
+from stribeck.effects.registry import effect_named, laws
 from stribeck.gap.diagnose import diagnose
 from stribeck.model.effect import Effect
 from stribeck.model.values import Scale
@@ -29,6 +29,38 @@ def test_a_contact_that_gives_way_by_no_more_than_any_does_is_ordinary(effect: E
     assert ordinary(1.5e-5, on_an_axis)
     assert not ordinary(3e-5, on_an_axis)
     assert not ordinary(3e-4, replace(SCALE, friction=0.0))  # the arm file says nothing of it
+
+
+@pytest.mark.parametrize(
+    ("name", "law", "little"),
+    [
+        ("torque_offset", None, {"offset": -0.14}),
+        ("encoder_offset", None, {"offset": 0.019}),
+        ("cogging", "one_wave", {"sine": 0.1, "cosine": -0.1, "harmonic": 12.0}),
+        (
+            "cogging",
+            "two_waves",
+            {"sine": 0.1, "cosine": 0.0, "second_sine": 0.0, "second_cosine": -0.1, "harmonic": 9.0},
+        ),
+        ("asymmetric_friction", None, {"coulomb": -0.1, "viscous": 0.04}),
+        ("position_dependent_friction", None, {"sine": -0.013, "cosine": 0.013, "harmonic": 3.0}),
+    ],
+)
+def test_what_strays_by_a_per_cent_is_ordinary(name: str, law: str | None, little: dict[str, float]) -> None:
+    effect = effect_named(name, law)
+    assert effect.ordinary(little, SCALE)
+    for part in set(little) - {"harmonic"}:
+        if little[part]:
+            assert not effect.ordinary(little | {part: 2.0 * little[part]}, SCALE)
+
+
+def test_a_texture_of_friction_is_no_cause_and_what_is_hidden_beside_it_is() -> None:
+    texture = ("position_dependent_friction", {"amplitude": 0.015 * FRICTION.C0, "harmonic": 3.0})
+    slight = diagnose(NOMINAL, recorded(texture, noise=1e-6), jobs=1)
+    assert (slight.verdict, slight.named) == ("no_gap", ())
+    assert any("position_dependent_friction" in note for note in slight.notes)
+    beside = diagnose(NOMINAL, recorded(texture, ("delay", {"time": 0.02}), noise=1e-6), jobs=1)
+    assert beside.named == ("delay",)
 
 
 @pytest.mark.parametrize(("gives", "named"), [(2e-4, ()), (3e-3, ("presliding",))])

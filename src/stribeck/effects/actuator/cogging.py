@@ -45,6 +45,9 @@ class Cogging(ActuatorEffect):
         # much less than a period is any curve over position: a spring that stiffens, a stop that is soft
         return values["harmonic"] * scale.travel > 1.5 * math.pi
 
+    def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
+        return math.hypot(values["sine"], values["cosine"]) < scale.stray
+
     def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         phase = p["harmonic"] * s.position
         return torque + p["sine"] * ca.sin(phase) + p["cosine"] * ca.cos(phase)

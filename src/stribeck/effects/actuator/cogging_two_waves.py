@@ -47,5 +47,8 @@ class CoggingTwoWaves(ActuatorEffect):
         # much less than a period is any curve over position: a spring that stiffens, a stop that is soft
         return values["harmonic"] * scale.travel > 1.5 * math.pi
 
+    def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
+        return math.hypot(*(value for name, value in values.items() if name != "harmonic")) < scale.stray
+
     def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         return torque + two_waves(p["harmonic"] * s.position, p)

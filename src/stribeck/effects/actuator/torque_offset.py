@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import final
 
 from stribeck.model.effect import ActuatorEffect
@@ -22,6 +23,9 @@ class TorqueOffset(ActuatorEffect):
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         return ({"offset": 0.1 * scale.torque},)
+
+    def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
+        return abs(values["offset"]) < scale.stray
 
     def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         return torque + p["offset"]

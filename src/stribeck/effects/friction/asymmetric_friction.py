@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import final
 
 import casadi as ca
@@ -28,6 +29,9 @@ class AsymmetricFriction(FrictionEffect):
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         size = 0.1 * max(scale.friction, 0.02 * scale.torque)
         return ({"coulomb": size, "viscous": 0.0}, {"coulomb": 0.0, "viscous": size / scale.speed})
+
+    def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
+        return abs(values["coulomb"]) + abs(values["viscous"]) * scale.speed < scale.stray
 
     def level(self, level: Expression, direction: float, s: Signals, x: States, p: Parameters) -> Expression:
         return ca.fmax(level + direction * p["coulomb"], 0.0)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from typing import final
 
 import casadi as ca
 import numpy as np
 
 from stribeck.model.effect import FrictionEffect
-from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
+from stribeck.model.values import UNEVEN, Expression, Parameter, Parameters, Scale, Signals, States
 from stribeck.model.waves import Trace, strongest_waves
 
 
@@ -41,6 +43,9 @@ class PositionDependentFriction(FrictionEffect):
         return tuple(
             {"sine": _inside(w.sine / size), "cosine": _inside(w.cosine / size), "harmonic": w.rate} for w in waves
         )
+
+    def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
+        return math.hypot(values["sine"], values["cosine"]) < UNEVEN
 
     def level(self, level: Expression, direction: float, s: Signals, x: States, p: Parameters) -> Expression:
         phase = p["harmonic"] * s.position

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any, final
 
 from stribeck.model.effect import SensingEffect
 from stribeck.model.values import Expression, Parameter, Parameters, Scale
+
+HOMED = 0.02  # rad, within which any encoder is homed, and any centre of mass known to lie on its link's line
 
 
 @final
@@ -28,6 +31,9 @@ class EncoderOffset(SensingEffect):
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         return ({"offset": 0.03},)
+
+    def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
+        return abs(values["offset"]) < HOMED
 
     def measured(self, position: Expression, p: Parameters) -> Expression:
         return position + p["offset"]

@@ -116,11 +116,16 @@ def weights_from(
     return Weights(sd, correlation_rows(residual / sd, prepared.fit))
 
 
-def retune(prepared: Prepared, floor: np.ndarray, placed: Sequence[Placed] = (), rounds: int = 3) -> Model:
-    """Return the re-tuned model: weights and fit in turn until the weights hold."""
+def retune(
+    prepared: Prepared, floor: np.ndarray, placed: Sequence[Placed] = (), rounds: int = 3, known: Fit | None = None
+) -> Model:
+    """Return the re-tuned model: weights and fit in turn until the weights hold, from nominal values or ``known`` ones.
+
+    A wave that starts beside values that are far off may leap to another pitch.
+    """
     path = SignalPath(prepared.arm, placed)
-    residual, _ = Residual(path, prepared.fit, ())(values_of(path.entries))
-    model = fit_model(prepared, placed, weights_from(residual, prepared, floor))
+    residual, _ = Residual(path, prepared.fit, ())(start_values(path, known, None))
+    model = fit_model(prepared, placed, weights_from(residual, prepared, floor), known)
     for _ in range(rounds - 1):
         model = fit_model(prepared, placed, weights_of(model, prepared, floor), model.fit)
     return model

@@ -8,28 +8,33 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from stribeck.gap.search.step import Step
 from stribeck.model.layout import Placed
 from stribeck.model.values import Scale
 
+SLIGHT = frozenset({"wave", "curve"})  # kinds of which what every arm has leaves nothing to fill in
 FILLING = 0.5  # of the presence: of seven that came after their kin on cases of two plants, none was there
 
 
 def filling_in(steps: Sequence[Step], scales: Sequence[Scale]) -> list[bool]:
     """Return, for steps that each took an effect, whether it is kin to one that takes more at its joint.
 
-    Kin to what re-tuning has taken up there already (``gap.search.ordinary``), it may fill in as well.
+    Kin to what re-tuning has taken up there already (``gap.search.ordinary``), it may fill in as well; but a wave or a
+    curve of a per cent leaves less than any cause takes.
     """
     found = [(step.best.placed[-1], _removed(step)) for step in steps if step.best is not None]
     before = steps[0].base.placed if steps else ()
-    known = [(place, np.inf) for place in before if place.effect.ordinary(place.values, scales[place.joint])]
-    return [any(_kin(mine, other) and size < larger for other, larger in [*found, *known]) for mine, size in found]
+    known = [place for place in before if place.effect.ordinary(place.values, scales[place.joint])]
+    return [
+        any(_kin(mine, other) and size < larger for other, larger in found)
+        or any(_kin(mine, other) - SLIGHT for other in known)
+        for mine, size in found
+    ]
 
 
-def _kin(one: Placed, other: Placed) -> bool:
-    return one.joint == other.joint and bool(set(one.effect.kin) & set(other.effect.kin))
+def _kin(one: Placed, other: Placed) -> set[str]:
+    """Return the kinds that two effects share at one joint."""
+    return set(one.effect.kin) & set(other.effect.kin) if one.joint == other.joint else set()
 
 
 def _removed(step: Step) -> float:

@@ -33,6 +33,7 @@ LEAST_SURVIVORS, LEAST_AT_JOINT = 3, 2
 MOST_SURVIVORS = 8
 HOPEFUL = 0.3  # of the best promise: candidates with less are not fitted
 MOST_EFFECTS = 3
+MOST_ROUNDS = 4  # of a search that starts anew from a model with more of what every arm has
 HARDLY = 0.15  # presence below which the search ends, unless the effect takes much: what hides it may come next
 RELIEVED = 0.85  # of a joint's residual: an effect that leaves less is fitted once more, with weights of its own
 AGAIN = 4  # times at most
@@ -113,18 +114,22 @@ def _believed(setting: _Setting, steps: tuple[Step, ...]) -> tuple[tuple[Step, .
 
 def _from_the_ordinary(setting: _Setting, base: Model) -> tuple[_Setting, Model, tuple[Step, ...]]:
     """Return the first steps of a search that starts anew, re-tuned with what every arm has, where it finds that."""
+    own, scales = len(base.placed), setting.prepared.scales
     steps = _forward(setting, base)
-    for _ in range(setting.prepared.arm.n):
-        common = ordinary(steps, setting.prepared.scales)
+    for _ in range(MOST_ROUNDS):
+        common = ordinary(steps, scales)
         if not common:
-            break
+            return setting, base, steps
         setting.progress("again, re-tuned with what every arm has")
-        again = retune(setting.prepared, setting.floor, (*base.placed, *common))
-        if not all(is_ordinary(place, setting.prepared.scales) for place in again.placed[len(base.placed) :]):
-            return setting, base, _forward(setting, base, steps)  # alone, it would stand in for what hides it
-        base, setting = again, replace(setting, prepared=referred(setting.prepared, again))
-        steps = _forward(setting, base)
-    return setting, base, steps
+        again = retune(setting.prepared, setting.floor, (*base.placed, *common), known=last_model(steps).fit)
+        if not all(is_ordinary(place, scales) for place in again.placed[own:]):
+            break  # alone, it would stand in for what hides it
+        anew = replace(setting, prepared=referred(setting.prepared, again))
+        further = _forward(anew, again)
+        if not all(is_ordinary(place, scales) for place in last_model(further).placed[own : len(again.placed)]):
+            break  # it would grow into a cause beside what is found
+        setting, base, steps = anew, again, further
+    return setting, base, _forward(setting, base, steps) if ordinary(steps, scales) else steps
 
 
 def _forward(setting: _Setting, base: Model, before: Sequence[Step] = ()) -> tuple[Step, ...]:
