@@ -41,7 +41,7 @@ def test_steps_that_the_arm_file_states_are_no_news(resolution: float | None) ->
     assert EncoderQuantisation().observed(record(step=1e-5, resolution=resolution)) is None
 
 
-@pytest.mark.parametrize("lag", [0.003, 0.01, 0.05])
+@pytest.mark.parametrize("lag", [0.004, 0.01, 0.05])
 def test_lag_of_the_velocity_is_seen(lag: float) -> None:
     seen = VelocityFilter().observed(record(lag=lag))
     assert seen is not None

@@ -22,7 +22,7 @@ ARM_OF_CONTACT = 0.05
 """Radius at which the contacts of a joint that turns lie, m: of its bearings and gears."""
 
 STRAY = 0.015
-"""Torque by which any drive or gear strays, of the rms command: offsets of amplifiers, slots, sides not quite alike."""
+"""Part of its torque by which any drive or gear strays: offsets, slots, ripples, sides that are not quite alike."""
 
 UNEVEN = 0.02
 """Part of its friction by which any joint's varies along its way."""

@@ -42,6 +42,12 @@ def test_a_contact_that_gives_way_by_no_more_than_any_does_is_ordinary(effect: E
             "two_waves",
             {"sine": 0.1, "cosine": 0.0, "second_sine": 0.0, "second_cosine": -0.1, "harmonic": 9.0},
         ),
+        ("torque_ripple", "one_wave", {"sine": 0.01, "cosine": -0.01, "harmonic": 6.0}),
+        (
+            "torque_ripple",
+            "two_waves",
+            {"sine": 0.0, "cosine": 0.01, "second_sine": 0.01, "second_cosine": 0.0, "harmonic": 6.0},
+        ),
         ("asymmetric_friction", None, {"coulomb": -0.1, "viscous": 0.04}),
         ("position_dependent_friction", None, {"sine": -0.013, "cosine": 0.013, "harmonic": 3.0}),
     ],

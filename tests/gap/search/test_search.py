@@ -446,7 +446,7 @@ def test_the_search_ends_at_what_is_hardly_there(
 ) -> None:
     monkeypatch.setattr(search_module, "_step", lambda *given: taken("frictional_lag", overall, t))
     setting = SimpleNamespace(prepared=SimpleNamespace(scales=(SCALE,)), floor=FLOOR, pool=None)
-    assert len(search_module._forward(setting, SimpleNamespace(placed=()))) == steps  # type: ignore[arg-type]
+    assert len(search_module._forward(setting, SimpleNamespace(placed=()), {})) == steps  # type: ignore[arg-type]
 
 
 def test_it_ends_at_what_every_arm_has_and_goes_on_from_there_when_told(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -458,9 +458,9 @@ def test_it_ends_at_what_every_arm_has_and_goes_on_from_there_when_told(monkeypa
     monkeypatch.setattr(search_module, "relawed", lambda *given: prompt)
     setting: Any = SimpleNamespace(prepared=SimpleNamespace(scales=(SCALE,)), floor=FLOOR, pool=None)
     base: Any = SimpleNamespace(placed=())
-    steps = search_module._forward(setting, base)
+    steps = search_module._forward(setting, base, {})
     assert len(steps) == 1
-    assert len(search_module._forward(setting, base, steps)) == search_module.MOST_EFFECTS
+    assert len(search_module._forward(setting, base, {}, steps)) == search_module.MOST_EFFECTS
 
 
 @pytest.mark.parametrize(("overall", "t", "kept"), [(0.06, 2.9, 1), (0.95, 20.0, 2)])

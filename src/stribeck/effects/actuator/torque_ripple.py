@@ -9,7 +9,7 @@ from typing import final
 import casadi as ca
 
 from stribeck.model.effect import ActuatorEffect
-from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
+from stribeck.model.values import STRAY, Expression, Parameter, Parameters, Scale, Signals, States
 from stribeck.model.waves import Trace, strongest_waves
 
 
@@ -42,6 +42,9 @@ class TorqueRipple(ActuatorEffect):
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
         # much less than a period is any gain that changes with position
         return values["harmonic"] * scale.travel > 1.5 * math.pi
+
+    def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
+        return math.hypot(values["sine"], values["cosine"]) < STRAY
 
     def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         return torque * self.command_scale(s.position, p)

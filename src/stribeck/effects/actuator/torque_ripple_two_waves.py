@@ -8,7 +8,7 @@ from typing import final
 
 from stribeck.model.effect import ActuatorEffect
 from stribeck.model.overtones import slower_wave, two_waves
-from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
+from stribeck.model.values import STRAY, Expression, Parameter, Parameters, Scale, Signals, States
 from stribeck.model.waves import Trace, strongest_waves
 
 
@@ -43,6 +43,9 @@ class TorqueRippleTwoWaves(ActuatorEffect):
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
         # much less than a period is any gain that changes with position
         return values["harmonic"] * scale.travel > 1.5 * math.pi
+
+    def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
+        return math.hypot(*(value for name, value in values.items() if name != "harmonic")) < STRAY
 
     def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         return torque * self.command_scale(s.position, p)

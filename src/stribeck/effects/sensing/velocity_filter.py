@@ -23,7 +23,7 @@ SHORTEST = 50  # samples: of fewer nothing is told
 LEAST = 0.5  # of the squared difference that a lag must explain
 RATHER = 1.5  # times what a delay leaves, a lag may leave: a late record, of either channel, is not a filter
 LATER = 0.6  # samples: a difference quotient alone is half a sample late
-A_SAMPLE, AT_ONCE = 1.1, 2.5e-3  # samples, s: one over two samples, or a little smoothing, is as much, and no cause
+AT_ONCE = 3e-3  # s: any drive smooths its velocity by as much
 
 
 @final
@@ -55,8 +55,7 @@ class VelocityFilter(SensingEffect):
             return None
         alone = sum(run.misfit(0.0, _late) for run in runs)
         kind, (time, left) = min(((kind, _best(runs, kind)) for kind in KINDS), key=lambda found: found[1][1])
-        step = min(record.sample_time)
-        if left > (1.0 - LEAST) * alone or time < max(LATER * step, min(A_SAMPLE * step, AT_ONCE)):
+        if left > (1.0 - LEAST) * alone or time < max(LATER * min(record.sample_time), AT_ONCE):
             return None
         if left > RATHER * _best(runs, _late)[1]:
             return None

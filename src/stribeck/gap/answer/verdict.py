@@ -24,7 +24,8 @@ MOST_SUSPECTS = 2
 IN_TIME = 0.25  # of their mean, by which the delays of all joints may differ and still be one
 ORDINARY = 0.1  # of the presence of what every arm has some of: it is there, and no cause to be named
 IDLE = 0.5  # of the presence of what closes nothing in the model that would be delivered
-FROM_OUTSIDE = 0.1  # of the chance of "none", where random torque is left, for a cause of it: of 600 sealed cases, none had one
+# of the chance of "none", where random torque is left: it may have a cause that counts, as in none of 600 sealed cases
+FROM_OUTSIDE = 0.1
 # probability of presence from which an effect is named: of those just above, two in three are there
 NAMED_OVER = 0.55
 NONE_OVER = 0.5  # probability of nothing, from which there is no gap

@@ -10,7 +10,10 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-from stribeck.gap.fitted.model import Model
+import numpy as np
+
+from stribeck.gap.fitted.model import Model, retune
+from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.search.step import Step, last_model
 from stribeck.model.layout import Placed
 from stribeck.model.values import Scale
@@ -24,6 +27,33 @@ def is_ordinary(place: Placed, scales: Sequence[Scale]) -> bool:
 def ordinary(steps: Sequence[Step], scales: Sequence[Scale]) -> tuple[Placed, ...]:
     """Return what a search took of what every arm has, with its values beside everything else that was taken."""
     return tuple(place for place in last_model(steps).placed[len(steps[0].base.placed) :] if is_ordinary(place, scales))
+
+
+def retuned_with(prepared: Prepared, floor: np.ndarray, base: Model, own: int, steps: Sequence[Step]) -> Model | None:
+    """Return a base re-tuned with what a search took of what every arm has, and what it might have taken beside it.
+
+    None where that is ordinary no more without the others that were taken: it would stand in for what hides it.
+
+    Parameters
+    ----------
+    own : int
+        Number of effects of the base that the arm file states.
+    """
+    common = ordinary(steps, prepared.scales)
+    beside = _beside(steps, prepared.scales)
+    for found in ((*common, *beside), common)[not beside :]:
+        again = retune(prepared, floor, (*base.placed, *found), known=last_model(steps).fit)
+        if all(is_ordinary(place, prepared.scales) for place in again.placed[own:]):
+            return again
+    return None
+
+
+def _beside(steps: Sequence[Step], scales: Sequence[Scale]) -> tuple[Placed, ...]:
+    """Return what else every arm has that might have been taken in the last step, and is not the same in disguise."""
+    step = steps[-1]
+    same = step.ranking.twins()
+    others = (step.rivals[k - 1].placed[-1] for k in step.passing if k not in same)
+    return tuple(place for place in others if is_ordinary(place, scales))
 
 
 def told_ordinary(base: Model, stated: Collection[Placed], names: Sequence[str]) -> list[str]:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from joblib import Parallel, delayed
 
 from stribeck.effects.registry import registry
-from stribeck.gap.fitted.model import Model, finite, fit_model, referred, retune, weights_of
+from stribeck.gap.fitted.model import Model, finite, fit_model, referred, weights_of
 from stribeck.gap.fitted.white import noise_of_best
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.search.beside import SURELY, idle, outdone, weighed, without_each
@@ -18,7 +18,7 @@ from stribeck.gap.search.candidates import Trial, candidates
 from stribeck.gap.search.families import best_laws, best_of_each, close_laws, laws_instead, relawed
 from stribeck.gap.search.gates import LARGE_GAIN, LEAST_GAIN, earns_its_place
 from stribeck.gap.search.look_alike import with_look_alikes
-from stribeck.gap.search.ordinary import is_ordinary, ordinary
+from stribeck.gap.search.ordinary import is_ordinary, ordinary, retuned_with
 from stribeck.gap.search.presence import CENTRE, evidence, presence
 from stribeck.gap.search.random_torque import random_joints
 from stribeck.gap.search.rank import rank
@@ -40,6 +40,7 @@ AGAIN = 4  # times at most
 
 
 Progress = Callable[[str], None]
+Known: TypeAlias = dict[tuple[str, str, int], dict[str, float]]  # values by law and joint
 
 
 def search(
@@ -75,7 +76,7 @@ def search(
         needless = unneeded or outdone(prepared, steps, pool, seed, leave_out)
         if needless is not None:
             progress(f"again without {needless[0]}")
-            other = _forward(replace(setting, barred=frozenset({needless})), base)
+            other = _forward(replace(setting, barred=frozenset({needless})), base, {})
             ranking = rank(prepared, [last_model(steps), last_model(other)], steps[-1].floor, seed)
             better = ranking.overall[1] > -LEAST_GAIN if unneeded else ranking.probability[1] > SURELY
             if better:
@@ -115,27 +116,29 @@ def _believed(setting: _Setting, steps: tuple[Step, ...]) -> tuple[tuple[Step, .
 def _from_the_ordinary(setting: _Setting, base: Model) -> tuple[_Setting, Model, tuple[Step, ...]]:
     """Return the first steps of a search that starts anew, re-tuned with what every arm has, where it finds that."""
     own, scales = len(base.placed), setting.prepared.scales
-    steps = _forward(setting, base)
+    known: Known = {}
+    steps = _forward(setting, base, known)
     for _ in range(MOST_ROUNDS):
-        common = ordinary(steps, scales)
-        if not common:
+        if not ordinary(steps, scales):
             return setting, base, steps
         setting.progress("again, re-tuned with what every arm has")
-        again = retune(setting.prepared, setting.floor, (*base.placed, *common), known=last_model(steps).fit)
-        if not all(is_ordinary(place, scales) for place in again.placed[own:]):
-            break  # alone, it would stand in for what hides it
+        again = retuned_with(setting.prepared, setting.floor, base, own, steps)
+        if again is None:
+            break
         anew = replace(setting, prepared=referred(setting.prepared, again))
-        further = _forward(anew, again)
+        further = _forward(anew, again, known)
         if not all(is_ordinary(place, scales) for place in last_model(further).placed[own : len(again.placed)]):
             break  # it would grow into a cause beside what is found
         setting, base, steps = anew, again, further
-    return setting, base, _forward(setting, base, steps) if ordinary(steps, scales) else steps
+    return setting, base, _forward(setting, base, known, steps) if ordinary(steps, scales) else steps
 
 
-def _forward(setting: _Setting, base: Model, before: Sequence[Step] = ()) -> tuple[Step, ...]:
-    """Return steps that take one effect after the other; what every arm has ends them, unless it came ``before``."""
+def _forward(setting: _Setting, base: Model, known: Known, before: Sequence[Step] = ()) -> tuple[Step, ...]:
+    """Return steps that take one effect after the other; what every arm has ends them, unless it came ``before``.
+
+    What a law came to in screening is ``known`` to later steps.
+    """
     steps = list(before)
-    known: dict[tuple[str, str, int], dict[str, float]] = {}
     own = len(base.placed)
     base = last_model(before) if before else base
     while len(steps) < MOST_EFFECTS:
@@ -162,7 +165,7 @@ def _step(
     setting: _Setting,
     base: Model,
     taken: Sequence[Placed],
-    known: dict[tuple[str, str, int], dict[str, float]],
+    known: Known,
     before: np.ndarray | None,
 ) -> Step:
     prepared, floor, pool = setting.prepared, setting.floor, setting.pool
