@@ -60,13 +60,19 @@ def test_what_strays_by_a_per_cent_is_ordinary(name: str, law: str | None, littl
             assert not effect.ordinary(little | {part: 2.0 * little[part]}, SCALE)
 
 
-def test_a_texture_of_friction_is_no_cause_and_what_is_hidden_beside_it_is() -> None:
-    texture = ("position_dependent_friction", {"amplitude": 0.015 * FRICTION.C0, "harmonic": 3.0})
-    slight = diagnose(NOMINAL, recorded(texture, noise=1e-6), jobs=1)
+TEXTURE = ("position_dependent_friction", {"amplitude": 0.015 * FRICTION.C0, "harmonic": 3.0})
+
+
+@pytest.mark.slow
+def test_what_is_hidden_beside_a_texture_of_friction_is_named() -> None:
+    beside = diagnose(NOMINAL, recorded(TEXTURE, ("delay", {"time": 0.02}), noise=1e-6), jobs=1)
+    assert beside.named == ("delay",)
+
+
+def test_a_texture_of_friction_is_no_cause() -> None:
+    slight = diagnose(NOMINAL, recorded(TEXTURE, noise=1e-6), jobs=1)
     assert (slight.verdict, slight.named) == ("no_gap", ())
     assert any("position_dependent_friction" in note for note in slight.notes)
-    beside = diagnose(NOMINAL, recorded(texture, ("delay", {"time": 0.02}), noise=1e-6), jobs=1)
-    assert beside.named == ("delay",)
 
 
 @pytest.mark.parametrize(("gives", "named"), [(2e-4, ()), (3e-3, ("presliding",))])

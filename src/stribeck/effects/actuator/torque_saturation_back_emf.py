@@ -22,7 +22,7 @@ class TorqueSaturationBackEmf(ActuatorEffect):
     name = "torque_saturation"
     law = "back_emf"
     channel = "actuator"
-    equation = r"|\tau| \le L (1 - w \max(0, v\, \mathrm{sign}\, u))"
+    equation = r"|\tau| \leq L (1 - w \max(0, v\, \mathrm{sign}\, u))"
     symptom = "a residual only where a large command drives a fast joint"
     shows = "command"
     source = "Slotine & Li (1991), ch. 5; Hughes & Drury (2019), ch. 3 (torque against speed)"
