@@ -508,3 +508,36 @@ def test_a_start_that_led_nowhere_is_not_the_next_one(
     assert known == {}
     assert not step.taken
     assert len(step.screened_out) == len({(e.name, j) for e, j in candidates(prepared.arm, ())})
+
+
+@pytest.mark.parametrize(("time", "kept"), [(0.001, True), (0.02, False)])
+def test_what_grows_into_a_cause_beside_others_is_given_back(
+    time: float, kept: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A base re-tuned with what every arm has holds it only as long as it stays so small."""
+
+    def with_delay(seconds: float) -> Any:
+        late = taken("delay", 0.95, 20.0)
+        assert late.best is not None
+        model = SimpleNamespace(placed=(replace(late.best.placed[0], values={"time": seconds}),))
+        return replace(late, rivals=(model,))  # type: ignore[arg-type]
+
+    base: Any = SimpleNamespace(placed=())
+    again = with_delay(0.001).best
+    found = (with_delay(0.001),)
+    grown = (replace(found[0], base=with_delay(time).best, passing=()),)
+    went_on: list[object] = []
+
+    def forward(setting: object, start: object, known: object, before: object = ()) -> Any:
+        went_on.append(before)
+        return grown if start is again else found
+
+    monkeypatch.setattr(search_module, "_forward", forward)
+    monkeypatch.setattr(search_module, "retuned_with", lambda *_: again)
+    monkeypatch.setattr(search_module, "referred", lambda prepared, _: prepared)
+    prepared = SimpleNamespace(scales=(SCALE,), arm=SimpleNamespace(n=1))
+    setting = search_module._Setting(prepared, FLOOR, 0, None, (), frozenset(), lambda _: None)  # type: ignore[arg-type]
+    _, start, steps = search_module._from_the_ordinary(setting, base)
+    assert (start is again) is kept
+    assert steps == (grown if kept else found)
+    assert went_on[-1] == (() if kept else found)
