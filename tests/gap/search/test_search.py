@@ -541,3 +541,25 @@ def test_what_grows_into_a_cause_beside_others_is_given_back(
     assert (start is again) is kept
     assert steps == (grown if kept else found)
     assert went_on[-1] == (() if kept else found)
+
+
+def test_the_search_without_what_is_needless_starts_from_what_every_arm_has_as_well(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It would end at the first such effect that it finds, with a cause still hidden behind it."""
+    barred: list[frozenset[tuple[str, int]]] = []
+
+    def from_the_ordinary(setting: Any, base: object) -> Any:
+        barred.append(setting.barred)
+        retuned = SimpleNamespace(rounds=len(barred))
+        return replace(setting, prepared=retuned), base, (taken("delay", 0.9, 12.0),)
+
+    monkeypatch.setattr(search_module, "referred", lambda prepared, _: prepared)
+    monkeypatch.setattr(search_module, "_from_the_ordinary", from_the_ordinary)
+    monkeypatch.setattr(search_module, "_believed", lambda setting, steps: (steps, []))
+    monkeypatch.setattr(search_module, "idle", lambda steps: ("cogging", 0))
+    monkeypatch.setattr(search_module, "rank", lambda *_: SimpleNamespace(overall=[0.0, 0.0]))
+    monkeypatch.setattr(search_module, "with_look_alikes", lambda prepared, steps, *_: steps)
+    prepared, _ = search_module.search(SimpleNamespace(loud=None), SimpleNamespace(), FLOOR, jobs=1)  # type: ignore[arg-type]
+    assert barred == [frozenset(), frozenset({("cogging", 0)})]
+    assert prepared.rounds == 2  # type: ignore[attr-defined]

@@ -2,8 +2,8 @@
 
 Any drive is a millisecond late; any contact gives way by some ten micrometres before it slides; no drive is free of
 offset and cogging by a per cent of its torque, no friction even by two, no encoder homed to better than a degree, nor a
-centre of mass known to lie so. Where a search finds so little, the model is
-re-tuned with it, and the search is made anew from there.
+centre of mass known to lie so. Where a search finds so little, the model is re-tuned with it, and the search is made
+anew from there.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def retuned_with(prepared: Prepared, floor: np.ndarray, base: Model, own: int, s
     Parameters
     ----------
     own : int
-        Number of effects of the base that the arm file states.
+        Number of effects of the base before it was re-tuned with any.
     """
     common = ordinary(steps, prepared.scales)
     beside = _beside(steps, prepared.scales)

@@ -76,11 +76,12 @@ def search(
         needless = unneeded or outdone(prepared, steps, pool, seed, leave_out)
         if needless is not None:
             progress(f"again without {needless[0]}")
-            other = _forward(replace(setting, barred=frozenset({needless})), base, {})
+            barring, _, other = _from_the_ordinary(replace(setting, barred=frozenset({needless})), base)
             ranking = rank(prepared, [last_model(steps), last_model(other)], steps[-1].floor, seed)
             better = ranking.overall[1] > -LEAST_GAIN if unneeded else ranking.probability[1] > SURELY
             if better:
-                steps, without = _believed(setting, other)
+                prepared = barring.prepared
+                steps, without = _believed(barring, other)
         return prepared, with_look_alikes(prepared, steps, without, pool, seed)
 
 
