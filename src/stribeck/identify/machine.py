@@ -17,6 +17,7 @@ class Machine:
 
     def __init__(self, cut: Cut) -> None:
         self.cut = cut
+        self._last: tuple[tuple[np.ndarray, ...], np.ndarray] = ((), np.empty(0))
 
     @cached_property
     def evaluate(self) -> Tape:
@@ -44,12 +45,21 @@ class Machine:
         if cut.nx == 0 or not drives:
             return [np.zeros((0, length)) for length in lengths]
         start = np.hstack([cut.begin(drive[:, 0], p, delays).full() for drive in drives])
+        out = self.follow.march(start, self._together(drives), p, delays)
+        return [cut.settled(out[:length, :, i].T) for i, length in enumerate(lengths)]
+
+    def _together(self, drives: Sequence[np.ndarray]) -> np.ndarray:
+        """Return drives side by side (T, rows, R), each as :meth:`_between`; the last ones are kept."""
+        known, together = self._last
+        if len(known) == len(drives) and all(one is other for one, other in zip(known, drives, strict=True)):
+            return together
+        lengths = [drive.shape[1] for drive in drives]
         together = np.empty((max(lengths), drives[0].shape[0], len(drives)))
         for i, drive in enumerate(drives):
             together[: lengths[i], :, i] = self._between(drive)
             together[lengths[i] :, :, i] = together[lengths[i] - 1, :, i]
-        out = self.follow.march(start, together, p, delays)
-        return [cut.settled(out[:length, :, i].T) for i, length in enumerate(lengths)]
+        self._last = tuple(drives), together
+        return together
 
     def states_at(self, drive: np.ndarray, values: Sequence[np.ndarray], delays: np.ndarray) -> list[np.ndarray]:
         """Return states and sensitivities (nx (1 + active), N) along one drive at each of some parameter values."""

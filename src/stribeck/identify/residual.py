@@ -69,7 +69,7 @@ class Residual:
     def along(self, runs: Sequence[Conditioned]) -> Residual:
         """Return the same residual along other runs; what was compiled for a sample time is used again."""
         other = copy(self)
-        for what in ("rows", "reuses"):
+        for what in ("rows", "reuses", "_still"):
             other.__dict__.pop(what, None)
         other.runs, other.known = tuple(runs), None
         return other
@@ -77,7 +77,7 @@ class Residual:
     def __call__(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the residual (M, n) and its Jacobian (M, n, columns) at physical parameter values (p,)."""
         delays = self._delays(p)
-        drives = [self._drive(run, delays) for run in self.runs]
+        drives = [self._drive(run, delays, still) for run, still in zip(self.runs, self._still, strict=True)]
         states = self._states(self.runs, drives, p, delays)
         parts = [self._one(*one, p, delays) for one in zip(self.runs, drives, states, strict=True)]
         return np.concatenate([r for r, _ in parts]), np.concatenate([jacobian for _, jacobian in parts])
@@ -129,23 +129,29 @@ class Residual:
         (states,) = self._states([run], [self._drive(run, delays)], p, delays)
         return states[: self._machine(run).cut.nx].T
 
-    def _drive(self, run: Conditioned, delays: np.ndarray) -> np.ndarray:
-        """Return the drive (1 + 16 n, N), the command delayed and a late record moved back."""
-        motion = ("position", "velocity", "acceleration")
-        signals = {name: getattr(run, name) for name in (*motion, "command", "sliding")}
-        signals |= {name: np.zeros_like(run.command) for name in RATES}
-        for name in ("velocity_sd", "instant"):
-            signals[name] = np.broadcast_to(getattr(run, name), run.position.shape)
-        signals |= {name: np.broadcast_to(getattr(run.past, name), run.position.shape) for name in PAST}
-        for k, place in enumerate(self.path.placed):
+    @cached_property
+    def _still(self) -> list[np.ndarray]:
+        """The drive of each run as recorded: made once, for a fit asks for hundreds of residuals."""
+        return [_as_recorded(run) for run in self.runs]
+
+    def _drive(self, run: Conditioned, delays: np.ndarray, still: np.ndarray | None = None) -> np.ndarray:
+        """Return the drive (1 + 16 n, N), the command delayed and a late record moved back.
+
+        Without delays it is the run's own (``still``, where that is known): not to be written to.
+        """
+        still = _as_recorded(run) if still is None else still
+        shifted = [(place, delays[k]) for k, place in enumerate(self.path.placed) if place.effect.delays]
+        if not shifted:
+            return still
+        signals = {name: still[_rows(name, self.path.n)].copy() for name in DRIVE[1:]}
+        for place, delay in shifted:
             if place.effect.delays == "command":
-                _shift(signals, run.time, -delays[k], place.joint, ("command",))
-            elif place.effect.delays == "position":
-                _shift(signals, run.time, delays[k], place.joint, motion)
-                signals["sliding"] = signals["sliding"].copy()
-                later = np.interp(run.time + delays[k], run.time, run.sliding[:, place.joint])
-                signals["sliding"][:, place.joint] = later
-        return np.concatenate([run.told_time[:, None], *(signals[name] for name in DRIVE[1:])], axis=1).T
+                _shift(signals, run.time, -delay, place.joint, ("command",))
+            else:
+                _shift(signals, run.time, delay, place.joint, ("position", "velocity", "acceleration"))
+                later = np.interp(run.time + delay, run.time, run.sliding[:, place.joint])
+                signals["sliding"][place.joint] = later
+        return np.concatenate([still[:1], *(signals[name] for name in DRIVE[1:])])
 
     def _states(
         self, runs: Sequence[Conditioned], drives: Sequence[np.ndarray], p: np.ndarray, delays: np.ndarray
@@ -180,6 +186,24 @@ def _keep(run: Conditioned, values: np.ndarray, lo: int, begin: int, end: int) -
     return run.filtered(values[wanted[0] - half - lo : wanted[-1] + half + 1 - lo])
 
 
+def _as_recorded(run: Conditioned) -> np.ndarray:
+    """Return the drive (1 + 16 n, N) of a run that nothing shifts in time."""
+    samples, n = run.position.shape
+    out = np.zeros((1 + (len(DRIVE) - 1) * n, samples))
+    out[0] = run.told_time
+    for name in DRIVE[1:]:
+        if name not in RATES:
+            values = getattr(run.past if name in PAST else run, name)
+            out[_rows(name, n)] = np.broadcast_to(values, (samples, n)).T
+    return out
+
+
+def _rows(name: str, n: int) -> slice:
+    """Return the rows of a drive that hold one signal of all joints."""
+    begin = 1 + (DRIVE.index(name) - 1) * n
+    return slice(begin, begin + n)
+
+
 def _shift(signals: dict[str, np.ndarray], time: np.ndarray, ahead: float, joint: int, names: Sequence[str]) -> None:
     """Replace one joint's signals by those of a later time (s), and give their rates there.
 
@@ -187,7 +211,6 @@ def _shift(signals: dict[str, np.ndarray], time: np.ndarray, ahead: float, joint
     """
     later = np.clip(time + ahead, time[0], time[-1])
     for name in names:
-        curve = CubicSpline(time, signals[name][:, joint])
+        curve = CubicSpline(time, signals[name][joint])
         for key, order in ((name, 0), (f"{name}_rate", 1)):
-            signals[key] = signals[key].copy()
-            signals[key][:, joint] = curve(later, order)
+            signals[key][joint] = curve(later, order)
