@@ -157,3 +157,17 @@ def test_a_gain_that_goes_with_position_shrinks_no_residual() -> None:
     gain = path(("torque_gain", {"gain": 0.5}))
     left = [Residual(one, [run], ())(values_of(one.entries))[0] for one in (weak, gain)]
     assert left[0] == pytest.approx(left[1], abs=1e-9)
+
+
+def test_values_leave_no_trace_in_the_runs() -> None:
+    """What the runs drive is laid out once: a delay that was tried before, or other runs, change nothing."""
+    late = Residual(path(("delay", {"time": 0.01}), ("presliding", BRISTLE)), runs(), ())
+    p = values_of(late.path.entries)
+    moved = p.copy()
+    moved[[entry.name for entry in late.path.entries].index("time")] = 0.05
+    first, between, again = late(p)[0], late(moved)[0], late(p)[0]
+    assert np.abs(between - first).max() > 0.1
+    assert np.array_equal(again, first)
+    ahead = late.along(late.runs[::-1])(p)[0]
+    split = late.rows - len(late.runs[0].analysis_index)
+    assert np.array_equal(np.concatenate([ahead[split:], ahead[:split]]), first)

@@ -34,7 +34,7 @@ def effect_prefix(forward: Forward, k: int) -> str:
     """Return ``effect.NAME[JOINT]`` of the k-th placed effect; a second one of a name there is ``NAME_2``."""
     placed = forward.path.placed
     place = placed[k]
-    same = [i for i, p in enumerate(placed) if (p.effect.name, p.joint) == (place.effect.name, place.joint)]
+    same = [i for i, p in enumerate(placed) if p.key == place.key]
     suffix = f"_{same.index(k) + 1}" if same.index(k) else ""
     return f"effect.{place.effect.name}{suffix}[{place.joint + 1}]"
 

@@ -24,6 +24,11 @@ class Placed:
     joint: int
     values: Mapping[str, float] = field(default_factory=dict)
 
+    @property
+    def key(self) -> tuple[str, int]:
+        """Effect name and joint."""
+        return self.effect.name, self.joint
+
 
 @dataclass(frozen=True)
 class Entry:

@@ -1,6 +1,5 @@
 """Random torque: what knows nothing of the motion is noise, and nothing that a law leaves passes for it."""
 
-import importlib
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -12,6 +11,7 @@ from stribeck.gap.answer.files import diagnosis_json
 from stribeck.gap.diagnose import diagnose
 from stribeck.gap.fitted.model import Model, retune
 from stribeck.gap.records.prepare import Prepared, prepare
+from stribeck.gap.search import forward
 from stribeck.gap.search.random_torque import random_joints, random_torque
 from stribeck.report import sentences
 from stribeck.run import Run
@@ -148,13 +148,12 @@ def test_loud_random_torque_is_warned_of_and_written() -> None:
 
 
 def test_the_search_tells_its_gates_where_what_is_left_is_random(monkeypatch: pytest.MonkeyPatch) -> None:
-    search = importlib.import_module("stribeck.gap.search.search")
     told = []
 
     def gate(*args: Any) -> bool:
         told.append(tuple(args[5]))
         return False
 
-    monkeypatch.setattr(search, "earns_its_place", gate)
+    monkeypatch.setattr(forward, "earns_its_place", gate)
     diagnose(NOMINAL, recorded(("input_disturbance", LOUD)), jobs=1)
     assert set(told) == {(0,)}

@@ -12,6 +12,7 @@ from joblib import Parallel
 from stribeck.effects.registry import effect_named, registry
 from stribeck.gap.fitted.model import Model, fit_model, retune, start_values, weights_of
 from stribeck.gap.records.prepare import Prepared, prepare
+from stribeck.gap.search import forward as forward_module
 from stribeck.gap.search import screen as screening
 from stribeck.gap.search import search as search_module
 from stribeck.gap.search.beside import idle as idle_of
@@ -19,10 +20,11 @@ from stribeck.gap.search.beside import outdone as outdone_by
 from stribeck.gap.search.beside import weighed, without_each
 from stribeck.gap.search.candidates import Trial, candidates
 from stribeck.gap.search.families import best_laws, best_of_each, close_laws, laws_instead, relawed
+from stribeck.gap.search.forward import Setting, _fit_trial, _states, _survivors
+from stribeck.gap.search.ordinary import _needed_of
 from stribeck.gap.search.projector import Projector
 from stribeck.gap.search.rank import rank
 from stribeck.gap.search.screen import _loudest, screen
-from stribeck.gap.search.search import _fit_trial, _Setting, _states, _survivors
 from stribeck.gap.search.step import Step
 from stribeck.identify.problem import Weights
 from stribeck.identify.residual import Residual
@@ -250,19 +252,19 @@ def test_a_large_gap_is_weighed_anew_as_it_closes() -> None:
 @pytest.mark.parametrize(("gain", "ends"), [(0.1, True), (0.6, False)])
 def test_the_search_goes_on_after_a_large_gain(monkeypatch: pytest.MonkeyPatch, gain: float, ends: bool) -> None:
     """What is doubtful because much is left may be what hides the next one."""
-    monkeypatch.setattr(search_module, "evidence", lambda step: search_module.CENTRE)
-    monkeypatch.setattr(search_module, "presence", lambda seen: 0.1)
+    monkeypatch.setattr(forward_module, "evidence", lambda step: forward_module.CENTRE)
+    monkeypatch.setattr(forward_module, "presence", lambda seen: 0.1)
     step = SimpleNamespace(ranking=SimpleNamespace(overall=np.array([0.0, gain]), best=1))
-    assert search_module._hardly(step) is ends
+    assert forward_module.hardly(step) is ends
 
 
 def test_what_is_left_does_not_end_the_search(monkeypatch: pytest.MonkeyPatch) -> None:
     """It may be the gap of an effect that is found next."""
-    centre = search_module.CENTRE
-    monkeypatch.setattr(search_module, "evidence", lambda step: replace(centre, left=centre.left + 3.0))
-    monkeypatch.setattr(search_module, "presence", lambda seen: 0.5 if seen.left == centre.left else 0.01)
+    centre = forward_module.CENTRE
+    monkeypatch.setattr(forward_module, "evidence", lambda step: replace(centre, left=centre.left + 3.0))
+    monkeypatch.setattr(forward_module, "presence", lambda seen: 0.5 if seen.left == centre.left else 0.01)
     step = SimpleNamespace(ranking=SimpleNamespace(overall=np.array([0.0, 0.1]), best=1))
-    assert not search_module._hardly(step)
+    assert not forward_module.hardly(step)
 
 
 def test_a_law_that_rests_on_a_bound_gives_way_to_one_that_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -305,12 +307,12 @@ def test_the_laws_tried_instead_are_fitted(
     spring = effect_named("cable_spring")
     other = Trial(spring, 0, spring.starts(prepared.scales[0])[0], 1.0)
     late_drive = Trial(effect_named("delay"), 0, {"time": 0.01}, 2.0)
-    monkeypatch.setattr(search_module, "screen", lambda *_: late_drive)
-    monkeypatch.setattr(search_module, "_survivors", lambda tried, strained: [late_drive])
-    monkeypatch.setattr(search_module, "laws_instead", lambda *_: [other])
+    monkeypatch.setattr(forward_module, "screen", lambda *_: late_drive)
+    monkeypatch.setattr(forward_module, "_survivors", lambda tried, strained: [late_drive])
+    monkeypatch.setattr(forward_module, "laws_instead", lambda *_: [other])
     with Parallel(n_jobs=1) as pool:
-        setting = _Setting(prepared, FLOOR, 0, pool, (), frozenset(), lambda text: None)
-        step = search_module._step(setting, base, (), {}, None)
+        setting = Setting(prepared, FLOOR, 0, pool, (), frozenset(), lambda text: None)
+        step = forward_module._step(setting, base, (), {}, None)
     assert {model.placed[-1].effect.name for model in step.rivals} == {"delay", "cable_spring"}
 
 
@@ -440,13 +442,13 @@ def taken(name: str, overall: float, t: float) -> Step:
     return Step(SimpleNamespace(placed=()), (model,), gains, (1,), (), FLOOR, gains)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(("overall", "t", "steps"), [(0.06, 2.9, 1), (0.95, 20.0, search_module.MOST_EFFECTS)])
+@pytest.mark.parametrize(("overall", "t", "steps"), [(0.06, 2.9, 1), (0.95, 20.0, forward_module.MOST_EFFECTS)])
 def test_the_search_ends_at_what_is_hardly_there(
     overall: float, t: float, steps: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(search_module, "_step", lambda *given: taken("frictional_lag", overall, t))
+    monkeypatch.setattr(forward_module, "_step", lambda *given: taken("frictional_lag", overall, t))
     setting = SimpleNamespace(prepared=SimpleNamespace(scales=(SCALE,)), floor=FLOOR, pool=None)
-    assert len(search_module._forward(setting, SimpleNamespace(placed=()), {})) == steps  # type: ignore[arg-type]
+    assert len(forward_module.forward(setting, SimpleNamespace(placed=()), {})) == steps  # type: ignore[arg-type]
 
 
 def test_it_ends_at_what_every_arm_has_and_goes_on_from_there_when_told(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -454,13 +456,13 @@ def test_it_ends_at_what_every_arm_has_and_goes_on_from_there_when_told(monkeypa
     assert late.best is not None
     prompt = SimpleNamespace(placed=(replace(late.best.placed[0], values={"time": 0.001}),))
     step = replace(late, rivals=(prompt,))  # type: ignore[arg-type]
-    monkeypatch.setattr(search_module, "_step", lambda *given: step)
-    monkeypatch.setattr(search_module, "relawed", lambda *given: prompt)
+    monkeypatch.setattr(forward_module, "_step", lambda *given: step)
+    monkeypatch.setattr(forward_module, "relawed", lambda *given: prompt)
     setting: Any = SimpleNamespace(prepared=SimpleNamespace(scales=(SCALE,)), floor=FLOOR, pool=None)
     base: Any = SimpleNamespace(placed=())
-    steps = search_module._forward(setting, base, {})
+    steps = forward_module.forward(setting, base, {})
     assert len(steps) == 1
-    assert len(search_module._forward(setting, base, {}, steps)) == search_module.MOST_EFFECTS
+    assert len(forward_module.forward(setting, base, {}, steps)) == forward_module.MOST_EFFECTS
 
 
 @pytest.mark.parametrize(("overall", "t", "kept"), [(0.06, 2.9, 1), (0.95, 20.0, 2)])
@@ -500,11 +502,11 @@ def test_a_start_that_led_nowhere_is_not_the_next_one(
     def hopeless(prepared: Prepared, base: Model, weights: Weights, effect: Effect, joint: int, *rest: object) -> Trial:
         return Trial(effect, joint, {}, -np.inf)
 
-    monkeypatch.setattr(search_module, "screen", hopeless)
+    monkeypatch.setattr(forward_module, "screen", hopeless)
     known: dict[tuple[str, str, int], dict[str, float]] = {}
     with Parallel(n_jobs=1) as pool:
-        setting = _Setting(prepared, FLOOR, 0, pool, (), frozenset(), lambda text: None)
-        step = search_module._step(setting, base, (), known, None)
+        setting = Setting(prepared, FLOOR, 0, pool, (), frozenset(), lambda text: None)
+        step = forward_module._step(setting, base, (), known, None)
     assert known == {}
     assert not step.taken
     assert len(step.screened_out) == len({(e.name, j) for e, j in candidates(prepared.arm, ())})
@@ -528,19 +530,109 @@ def test_what_grows_into_a_cause_beside_others_is_given_back(
     grown = (replace(found[0], base=with_delay(time).best, passing=()),)
     went_on: list[object] = []
 
-    def forward(setting: object, start: object, known: object, before: object = ()) -> Any:
+    def forward(setting: object, start: object, known: object, before: object = (), same: object = ()) -> Any:
         went_on.append(before)
         return grown if start is again else found
 
-    monkeypatch.setattr(search_module, "_forward", forward)
-    monkeypatch.setattr(search_module, "retuned_with", lambda *_: again)
+    monkeypatch.setattr(search_module, "forward", forward)
+    monkeypatch.setattr(search_module, "retuned_with", lambda *_: [again])
     monkeypatch.setattr(search_module, "referred", lambda prepared, _: prepared)
     prepared = SimpleNamespace(scales=(SCALE,), arm=SimpleNamespace(n=1))
-    setting = search_module._Setting(prepared, FLOOR, 0, None, (), frozenset(), lambda _: None)  # type: ignore[arg-type]
+    setting = Setting(prepared, FLOOR, 0, None, (), frozenset(), lambda _: None)  # type: ignore[arg-type]
     _, start, steps = search_module._from_the_ordinary(setting, base)
     assert (start is again) is kept
     assert steps == (grown if kept else found)
     assert went_on[-1] == (() if kept else found)
+
+
+def test_where_what_may_stand_beside_grows_the_next_base_is_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What every arm has, taken in with others that grow, is taken in without them."""
+    slight, large = ({"time": time} for time in (0.001, 0.02))
+    late = effect_named("delay")
+    small = SimpleNamespace(placed=(Placed(late, 0, slight),))
+    both = SimpleNamespace(placed=(Placed(late, 0, slight), Placed(late, 1, slight)))
+    grown = SimpleNamespace(placed=(Placed(late, 0, slight), Placed(late, 1, large)))
+    found = (replace(taken("delay", 0.95, 20.0), base=SimpleNamespace(placed=()), rivals=(small,)),)  # type: ignore[arg-type]
+
+    def forward(setting: object, start: object, known: object, before: object = (), same: object = ()) -> Any:
+        ends = {id(both): grown, id(small): small}.get(id(start))
+        return found if ends is None else (replace(found[0], base=ends, passing=()),)
+
+    monkeypatch.setattr(search_module, "forward", forward)
+    monkeypatch.setattr(search_module, "retuned_with", lambda *_: iter([both, small]))
+    monkeypatch.setattr(search_module, "referred", lambda prepared, _: prepared)
+    monkeypatch.setattr(search_module, "ordinary", lambda steps, _: steps is found)
+    prepared = SimpleNamespace(scales=(SCALE, SCALE), arm=SimpleNamespace(n=2))
+    setting = Setting(prepared, FLOOR, 0, None, (), frozenset(), lambda _: None)  # type: ignore[arg-type]
+    _, start, _ = search_module._from_the_ordinary(setting, SimpleNamespace(placed=()))  # type: ignore[arg-type]
+    assert start is small
+
+
+def test_a_search_made_anew_has_the_same_rivals_as_long_as_it_comes_to_the_same(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked: list[object] = []
+    names = iter(["delay", "payload", "cogging"])
+
+    def step(setting: object, base: object, taken_so_far: object, known: object, floor: object, same: object) -> Step:
+        asked.append(same)
+        return taken(next(names), 0.95, 20.0)
+
+    monkeypatch.setattr(forward_module, "_step", step)
+    monkeypatch.setattr(forward_module, "relawed", lambda setting, floor, pool, model, *_: model)
+    monkeypatch.setattr(forward_module, "ordinary", lambda *_: ())
+    earlier = [taken(name, 0.95, 20.0) for name in ("delay", "backlash", "cable_spring")]
+    setting: Any = SimpleNamespace(prepared=SimpleNamespace(scales=(SCALE,)), floor=FLOOR, pool=None)
+    forward_module.forward(setting, SimpleNamespace(placed=()), {}, same=earlier)  # type: ignore[arg-type]
+    assert asked == [earlier[0], earlier[1], None]  # the second took something else: from there on all are tried
+
+
+def test_the_rivals_of_an_earlier_step_alone_are_screened(
+    late: tuple[Prepared, Model, Weights], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    prepared, base, _ = late
+    screened: list[str] = []
+
+    def screen_one(prepared: object, base: object, weights: object, effect: Effect, *_: object) -> Trial:
+        screened.append(effect.name)
+        return Trial(effect, 0, {"time": 0.02}, 9.0)
+
+    monkeypatch.setattr(forward_module, "screen", screen_one)
+    with Parallel(n_jobs=1) as pool:
+        setting = Setting(prepared, FLOOR, 0, pool, (), frozenset(), lambda text: None)
+        step = forward_module._step(setting, base, (), {}, None, taken("delay", 0.9, 12.0))
+    assert screened == ["delay"]
+    assert len(step.screened_out) == len({(e.name, j) for e, j in candidates(prepared.arm, ())}) - 1
+
+
+def test_what_stands_beside_for_nothing_is_no_part_of_a_base(late: tuple[Prepared, Model, Weights]) -> None:
+    prepared, _, weights = late
+    delay, offset = Placed(effect_named("delay"), 0, {"time": 0.02}), Placed(effect_named("torque_offset"), 0)
+    model = fit_model(prepared, (offset, delay), weights)
+    kept = [_needed_of(prepared, FLOOR, model, first, 0).placed for first in (0, 1)]
+    assert [[place.effect.name for place in placed] for placed in kept] == [["delay"], ["torque_offset", "delay"]]
+
+
+def test_a_start_that_is_about_to_save_nothing_is_looked_at_only(
+    late: tuple[Prepared, Model, Weights], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    prepared, base, weights = late
+    followed: list[bool] = []
+    descend = screening._descend
+
+    def looking(residual: Any, projector: Any, p: Any, own: Any, unit: Any, steps: int) -> Any:
+        followed.append(steps == screening.STEPS)
+        return descend(residual, projector, p, own, unit, steps)
+
+    monkeypatch.setattr(screening, "_descend", looking)
+    ends = {}
+    for worth in (0.0, screening.WORTH, 2.0):
+        monkeypatch.setattr(screening, "WORTH", worth)
+        for name in ("torque_offset", "delay"):
+            followed.clear()
+            ends[name, worth] = screen(prepared, base, weights, effect_named(name), 0), any(followed)
+    assert [ends[key][1] for key in ends] == [True, True, False, True, False, False]
+    assert all(np.isfinite(trial.promise) for trial, _ in ends.values())  # as far as it was looked at
 
 
 def test_the_search_without_what_is_needless_starts_from_what_every_arm_has_as_well(

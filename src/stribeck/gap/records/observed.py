@@ -25,7 +25,7 @@ class Observation:
 
 def observe(arm: Arm, runs: Sequence[Run], leave_out: Sequence[str] = ()) -> Observation:
     """Return the effects that the records of an arm show directly, those that its file has left out."""
-    known = {(place.effect.name, place.joint) for place in placed_effects(arm)}
+    known = {place.key for place in placed_effects(arm)}
     placed: list[Placed] = []
     causes: list[Cause] = []
     for effect in (effect for effect in registry().values() if effect.direct and effect.name not in leave_out):

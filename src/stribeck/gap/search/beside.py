@@ -50,7 +50,7 @@ def idle(steps: Sequence[Step]) -> tuple[str, int] | None:
     for step in [step for step in steps if step.taken][:-1]:
         if step.worth is not None and step.best is not None and not needed(step.worth):
             place = step.best.placed[-1]
-            return place.effect.name, place.joint
+            return place.key
     return None
 
 
@@ -70,9 +70,9 @@ def outdone(
     for i, step in enumerate(taken, own):
         rest = (*final.placed[:i], *final.placed[i + 1 :])
         possible = {(effect.name, joint) for effect, joint in candidates(prepared.arm, rest, leave_out)}
-        possible -= {(final.placed[i].effect.name, final.placed[i].joint)}
+        possible -= {final.placed[i].key}
         rivals = [step.rivals[k - 1].placed[-1] for k in step.ranking.order if step.ranking.overall[k] > LEAST_GAIN]
-        for rival in [r for r in rivals if (r.effect.name, r.joint) in possible][:SWAPS]:
+        for rival in [r for r in rivals if r.key in possible][:SWAPS]:
             places.append(final.placed[i])
             placed = (*rest, Placed(rival.effect, rival.joint))
             fits.append(delayed(fit_model)(prepared, placed, weights, final.fit, rival.values, evaluations=WEIGHING))
@@ -81,4 +81,4 @@ def outdone(
         return None
     ranking = rank(prepared, [final, *(model for _, model in found)], floor, seed)
     place = found[int(np.argmax(ranking.probability[1:]))][0]
-    return (place.effect.name, place.joint) if ranking.probability[0] < 1.0 - SURELY else None
+    return place.key if ranking.probability[0] < 1.0 - SURELY else None

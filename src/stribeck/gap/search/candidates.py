@@ -33,7 +33,7 @@ class Trial:
 
 def candidates(arm: Arm, placed: Sequence[Placed], leave_out: Sequence[str] = ()) -> list[tuple[Effect, int]]:
     """Return the effects (every law of each) and joints that can be added to those already placed."""
-    taken = {(place.effect.name, place.joint) for place in placed}
+    taken = {place.key for place in placed}
     out = []
     for effect in (effect for effect in laws().values() if not effect.direct):
         for joint in effect.sites(arm.n):

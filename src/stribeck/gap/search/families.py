@@ -87,7 +87,7 @@ def best_of_each(models: Sequence[Model | None], prepared: Prepared, floor: np.n
         if model is None:
             continue
         last = len(model.placed) - 1
-        key = (model.placed[last].effect.name, model.placed[last].joint)
+        key = model.placed[last].key
         dear = SPARING * len(model.placed[last].effect.parameters)
         found = (not _sound(model, last, prepared), _left(model.fit.residual, floor) + dear, model)
         if key not in best or found[:2] < best[key][:2]:

@@ -8,12 +8,14 @@ anew from there.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
 
-from stribeck.gap.fitted.model import Model, retune
+from stribeck.gap.fitted.model import Model, fit_model, retune, weights_of
 from stribeck.gap.records.prepare import Prepared
+from stribeck.gap.search.gates import needed
+from stribeck.gap.search.rank import rank
 from stribeck.gap.search.step import Step, last_model
 from stribeck.model.layout import Placed
 from stribeck.model.values import Scale
@@ -29,10 +31,12 @@ def ordinary(steps: Sequence[Step], scales: Sequence[Scale]) -> tuple[Placed, ..
     return tuple(place for place in last_model(steps).placed[len(steps[0].base.placed) :] if is_ordinary(place, scales))
 
 
-def retuned_with(prepared: Prepared, floor: np.ndarray, base: Model, own: int, steps: Sequence[Step]) -> Model | None:
-    """Return a base re-tuned with what a search took of what every arm has, and what it might have taken beside it.
+def retuned_with(
+    prepared: Prepared, floor: np.ndarray, base: Model, own: int, steps: Sequence[Step], seed: int
+) -> Iterator[Model]:
+    """Yield bases re-tuned with what a search took of what every arm has: with what may stand beside it, and without.
 
-    None where that is ordinary no more without the others that were taken: it would stand in for what hides it.
+    None that holds more than every arm has without the others that were taken: it would stand in for what hides it.
 
     Parameters
     ----------
@@ -43,9 +47,20 @@ def retuned_with(prepared: Prepared, floor: np.ndarray, base: Model, own: int, s
     beside = _beside(steps, prepared.scales)
     for found in ((*common, *beside), common)[not beside :]:
         again = retune(prepared, floor, (*base.placed, *found), known=last_model(steps).fit)
+        again = _needed_of(prepared, floor, again, len(base.placed) + len(common), seed)
         if all(is_ordinary(place, prepared.scales) for place in again.placed[own:]):
-            return again
-    return None
+            yield again
+
+
+def _needed_of(prepared: Prepared, floor: np.ndarray, model: Model, kept: int, seed: int) -> Model:
+    """Return a model without those effects after the first, ``kept`` ones that nothing asks for beside the others."""
+    weights = weights_of(model, prepared, floor)
+    for place in model.placed[kept:]:
+        rest = [other for other in model.placed if other.key != place.key]
+        without = fit_model(prepared, rest, weights, model.fit)
+        if not needed(rank(prepared, [without, model], floor, seed)):
+            model = without
+    return model
 
 
 def _beside(steps: Sequence[Step], scales: Sequence[Scale]) -> tuple[Placed, ...]:
@@ -58,11 +73,9 @@ def _beside(steps: Sequence[Step], scales: Sequence[Scale]) -> tuple[Placed, ...
 
 def told_ordinary(base: Model, stated: Collection[Placed], names: Sequence[str]) -> list[str]:
     """Return a note on what re-tuning took in beside the effects that the arm file has ``stated``."""
-    own = {(place.effect.name, place.joint) for place in stated}
+    own = {place.key for place in stated}
     return [
-        f"{names[place.joint]}: {_said(place)}; re-tuning took it in"
-        for place in base.placed
-        if (place.effect.name, place.joint) not in own
+        f"{names[place.joint]}: {_said(place)}; re-tuning took it in" for place in base.placed if place.key not in own
     ]
 
 
