@@ -53,6 +53,7 @@ class Machine:
         known, together = self._last
         if len(known) == len(drives) and all(one is other for one, other in zip(known, drives, strict=True)):
             return together
+        self._last = (), np.empty(0)  # its memory is free before it is needed again
         lengths = [drive.shape[1] for drive in drives]
         together = np.empty((max(lengths), drives[0].shape[0], len(drives)))
         for i, drive in enumerate(drives):

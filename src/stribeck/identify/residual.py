@@ -51,6 +51,7 @@ class Residual:
         free = [i for i, entry in enumerate(path.entries) if entry.sd > 0.0]
         self.columns = tuple(free if columns is None else columns)
         self._machines: dict[float, Machine] = {}
+        self._last: tuple[bytes, list[np.ndarray]] = (b"", [])
 
     def _machine(self, run: Conditioned) -> Machine:
         key = round(run.sample_time, 9)
@@ -71,13 +72,13 @@ class Residual:
         other = copy(self)
         for what in ("rows", "reuses", "_still"):
             other.__dict__.pop(what, None)
-        other.runs, other.known = tuple(runs), None
+        other.runs, other.known, other._last = tuple(runs), None, (b"", [])
         return other
 
     def __call__(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the residual (M, n) and its Jacobian (M, n, columns) at physical parameter values (p,)."""
         delays = self._delays(p)
-        drives = [self._drive(run, delays, still) for run, still in zip(self.runs, self._still, strict=True)]
+        drives = self._drives(delays)
         states = self._states(self.runs, drives, p, delays)
         parts = [self._one(*one, p, delays) for one in zip(self.runs, drives, states, strict=True)]
         return np.concatenate([r for r, _ in parts]), np.concatenate([jacobian for _, jacobian in parts])
@@ -133,6 +134,15 @@ class Residual:
     def _still(self) -> list[np.ndarray]:
         """The drive of each run as recorded: made once, for a fit asks for hundreds of residuals."""
         return [_as_recorded(run) for run in self.runs]
+
+    def _drives(self, delays: np.ndarray) -> list[np.ndarray]:
+        """Return the drive of each run; kept until the delays are others, which few candidates change."""
+        asked = delays.tobytes()
+        if not self._last[1] or self._last[0] != asked:
+            self._last = asked, []
+            drives = [self._drive(run, delays, still) for run, still in zip(self.runs, self._still, strict=True)]
+            self._last = asked, drives
+        return self._last[1]
 
     def _drive(self, run: Conditioned, delays: np.ndarray, still: np.ndarray | None = None) -> np.ndarray:
         """Return the drive (1 + 16 n, N), the command delayed and a late record moved back.

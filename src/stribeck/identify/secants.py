@@ -85,11 +85,11 @@ class Secants(Residual):
         late: dict[bytes, list[int]] = {}
         for k, p in enumerate(trials):
             late.setdefault(self._delays(p).tobytes(), []).append(k)
-        for run in self.runs:
+        for run, still in zip(self.runs, self._still, strict=True):
             machine = self._machine(run)
             for together in late.values():
                 delays = self._delays(trials[together[0]])
-                drive = self._drive(run, delays)
+                drive = self._drive(run, delays, still)
                 states = machine.states_at(drive, [trials[k] for k in together], delays)
                 for k, along in zip(together, states, strict=True):
                     parts[k].append(self._one(run, drive, along, trials[k], delays)[0])

@@ -571,20 +571,46 @@ def test_where_what_may_stand_beside_grows_the_next_base_is_tried(monkeypatch: p
 def test_a_search_made_anew_has_the_same_rivals_as_long_as_it_comes_to_the_same(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    """A step among them that comes to something else, or to nothing, is made again with all candidates."""
+    earlier = [taken(name, 0.95, 20.0) for name in ("delay", "backlash", "cable_spring")]
+    nothing = replace(earlier[1], passing=())
     asked: list[object] = []
-    names = iter(["delay", "payload", "cogging"])
 
-    def step(setting: object, base: object, taken_so_far: object, known: object, floor: object, same: object) -> Step:
+    def step(setting: object, base: object, others: object, known: object, floor: object, same: object = None) -> Step:
         asked.append(same)
-        return taken(next(names), 0.95, 20.0)
+        return {id(earlier[0]): earlier[0], id(earlier[1]): nothing}.get(id(same)) or taken("payload", 0.95, 20.0)
 
     monkeypatch.setattr(forward_module, "_step", step)
     monkeypatch.setattr(forward_module, "relawed", lambda setting, floor, pool, model, *_: model)
     monkeypatch.setattr(forward_module, "ordinary", lambda *_: ())
-    earlier = [taken(name, 0.95, 20.0) for name in ("delay", "backlash", "cable_spring")]
     setting: Any = SimpleNamespace(prepared=SimpleNamespace(scales=(SCALE,)), floor=FLOOR, pool=None)
-    forward_module.forward(setting, SimpleNamespace(placed=()), {}, same=earlier)  # type: ignore[arg-type]
-    assert asked == [earlier[0], earlier[1], None]  # the second took something else: from there on all are tried
+    steps = forward_module.forward(setting, SimpleNamespace(placed=()), {}, same=earlier)  # type: ignore[arg-type]
+    assert asked == [earlier[0], earlier[1], None, None]
+    assert [step.best and step.best.placed[-1].effect.name for step in steps] == ["delay", "payload", "payload"]
+
+
+def test_what_every_arm_was_re_tuned_with_is_a_candidate_once_it_has_grown(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing that the base holds is one: a lateness that another effect had hidden would go by no name."""
+    stated, late = Placed(effect_named("payload"), 0, {"mass": 1.0}), effect_named("delay")
+    base: Any = SimpleNamespace(placed=(stated, Placed(late, 0, {"time": 0.001})))
+    grown = SimpleNamespace(placed=(stated, Placed(late, 0, {"time": 0.01}), Placed(effect_named("backlash"), 0)))
+    bare = SimpleNamespace(placed=(stated,))
+    starts: list[object] = []
+
+    def forward(setting: object, start: object, *_: object) -> Any:
+        starts.append(start)
+        ends = grown if start is base else start
+        return (replace(taken("backlash", 0.9, 12.0), base=ends, passing=()),)
+
+    monkeypatch.setattr(search_module, "forward", forward)
+    monkeypatch.setattr(search_module, "retune", lambda prepared, floor, placed: bare if placed == [stated] else None)
+    monkeypatch.setattr(search_module, "referred", lambda prepared, _: prepared)
+    monkeypatch.setattr(search_module, "ordinary", lambda *_: ())
+    prepared: Any = SimpleNamespace(scales=(SCALE,))
+    setting = Setting(prepared, FLOOR, 0, None, (), frozenset(), lambda _: None, stated=1)
+    _, start, _ = search_module._from_the_ordinary(setting, base)
+    assert starts == [base, bare]
+    assert start is bare
 
 
 def test_the_rivals_of_an_earlier_step_alone_are_screened(
@@ -652,6 +678,6 @@ def test_the_search_without_what_is_needless_starts_from_what_every_arm_has_as_w
     monkeypatch.setattr(search_module, "idle", lambda steps: ("cogging", 0))
     monkeypatch.setattr(search_module, "rank", lambda *_: SimpleNamespace(overall=[0.0, 0.0]))
     monkeypatch.setattr(search_module, "with_look_alikes", lambda prepared, steps, *_: steps)
-    prepared, _ = search_module.search(SimpleNamespace(loud=None), SimpleNamespace(), FLOOR, jobs=1)  # type: ignore[arg-type]
+    prepared, _ = search_module.search(SimpleNamespace(loud=None, arm=NOMINAL), SimpleNamespace(), FLOOR, jobs=1)  # type: ignore[arg-type]
     assert barred == [frozenset(), frozenset({("cogging", 0)})]
     assert prepared.rounds == 2  # type: ignore[attr-defined]

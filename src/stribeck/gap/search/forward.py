@@ -42,7 +42,7 @@ Known: TypeAlias = dict[tuple[str, str, int], dict[str, float]]  # values by law
 
 @dataclass(frozen=True)
 class Setting:
-    """What stays the same during a search."""
+    """What stays the same during a forward search; the first, ``stated`` effects of its base are the arm file's."""
 
     prepared: Prepared
     floor: np.ndarray
@@ -51,6 +51,7 @@ class Setting:
     leave_out: tuple[str, ...]
     barred: frozenset[tuple[str, int]]
     progress: Progress
+    stated: int = 0
 
 
 def forward(
@@ -66,10 +67,12 @@ def forward(
     base = last_model(before) if before else base
     while len(steps) < MOST_EFFECTS:
         again = same[len(steps)] if len(steps) < len(same) else None
-        step = _step(setting, base, base.placed[own:], known, steps[-1].floor if steps else None, again)
-        steps.append(step)
+        given = base.placed[own:], known, steps[-1].floor if steps else None
+        step = _step(setting, base, *given, again)
         if again is not None and _key(step) != _key(again):
             same = ()
+            step = _step(setting, base, *given)
+        steps.append(step)
         if not step.taken or step.best is None or hardly(step):
             break
         if not before and ordinary(steps, setting.prepared.scales):

@@ -19,8 +19,8 @@ FILLING = 0.5  # of the presence: of seven that came after their kin on cases of
 def filling_in(steps: Sequence[Step], scales: Sequence[Scale]) -> list[bool]:
     """Return, for steps that each took an effect, whether it is kin to one that takes more at its joint.
 
-    Kin to what re-tuning has taken up there already (``gap.search.ordinary``), it may fill in as well; but a wave or a
-    curve of a per cent leaves less than any cause takes.
+    Kin to what is there already and no more than every arm has (``gap.search.ordinary``), it may fill in as well; but a
+    wave or a curve of a per cent leaves less than any cause takes.
     """
     found = [(step.best.placed[-1], _removed(step)) for step in steps if step.best is not None]
     before = steps[0].base.placed if steps else ()

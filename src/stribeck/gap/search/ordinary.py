@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
 
-from stribeck.gap.fitted.model import Model, fit_model, retune, weights_of
+from stribeck.gap.fitted.model import Model, finite, fit_model, retune, weights_of
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.search.gates import needed
 from stribeck.gap.search.rank import rank
@@ -32,7 +32,7 @@ def ordinary(steps: Sequence[Step], scales: Sequence[Scale]) -> tuple[Placed, ..
 
 
 def retuned_with(
-    prepared: Prepared, floor: np.ndarray, base: Model, own: int, steps: Sequence[Step], seed: int
+    prepared: Prepared, floor: np.ndarray, base: Model, stated: int, steps: Sequence[Step], seed: int
 ) -> Iterator[Model]:
     """Yield bases re-tuned with what a search took of what every arm has: with what may stand beside it, and without.
 
@@ -40,16 +40,18 @@ def retuned_with(
 
     Parameters
     ----------
-    own : int
-        Number of effects of the base before it was re-tuned with any.
+    stated : int
+        Number of effects that are the arm file's own.
     """
     common = ordinary(steps, prepared.scales)
     beside = _beside(steps, prepared.scales)
     for found in ((*common, *beside), common)[not beside :]:
         again = retune(prepared, floor, (*base.placed, *found), known=last_model(steps).fit)
-        again = _needed_of(prepared, floor, again, len(base.placed) + len(common), seed)
-        if all(is_ordinary(place, prepared.scales) for place in again.placed[own:]):
+        again = _needed_of(prepared, steps[-1].floor, again, len(base.placed) + len(common), seed)
+        if all(is_ordinary(place, prepared.scales) for place in again.placed[stated:]):
             yield again
+        if len(again.placed) == len(base.placed) + len(common):
+            return
 
 
 def _needed_of(prepared: Prepared, floor: np.ndarray, model: Model, kept: int, seed: int) -> Model:
@@ -58,7 +60,7 @@ def _needed_of(prepared: Prepared, floor: np.ndarray, model: Model, kept: int, s
     for place in model.placed[kept:]:
         rest = [other for other in model.placed if other.key != place.key]
         without = fit_model(prepared, rest, weights, model.fit)
-        if not needed(rank(prepared, [without, model], floor, seed)):
+        if finite(without) and not needed(rank(prepared, [without, model], floor, seed)):
             model = without
     return model
 

@@ -24,7 +24,7 @@ REACH = 50.0  # typical sizes that one step may go: far, for it is taken back wh
 LOOK, STEPS = 2, 12  # evaluations of every start, and further ones of the most hopeful starts, at most
 FOLLOWED = 2  # starts that are followed to the end
 HOPELESS = 10.0  # of the base's cost: a start that adds more at first is not followed
-WORTH = 0.01  # of the base's cost: a start that is about to save less is looked at, not followed
+WORTH = 0.01  # of the base's cost at a joint: a start that is about to save less is looked at, not followed
 LEAST_DAMPING = 1e-3
 HUGE = 1e100  # a law that has run away: its squares are no numbers any more
 LITTLE = 0.02  # of the cost saved: a step that promises less is not made
@@ -73,9 +73,10 @@ def screen(
     tried = [_descend(residual, projector, start_values(path, base.fit, start), own, unit, LOOK) for start in starts]
     # by where they are about to go: what has run away to nothing loses nothing either, and leads nowhere
     hopeful = [way for way in tried if way.ahead > -HOPELESS * projector.cost]
-    sought = effect.nonlinear and not known  # what it comes to is the only start of later steps
+    # what a law that takes long comes to is the only start of later steps; a value e times as large is not seen ahead
+    sought = (effect.nonlinear and not known) or any(path.entries[i].log for i in own)
     for way in sorted(hopeful, key=lambda way: -way.ahead)[:FOLLOWED]:
-        if sought or way.ahead > WORTH * projector.cost:
+        if sought or way.ahead > WORTH * projector.cost / prepared.arm.n:
             way = _descend(residual, projector, way.p, own, unit, STEPS)
         values = dict(zip(names, map(float, way.p[own]), strict=True))
         plausible = effect.plausible(values, scale)  # else it stands for another law, which is tried itself

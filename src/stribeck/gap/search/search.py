@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 from joblib import Parallel
 
-from stribeck.gap.fitted.model import Model, referred
+from stribeck.effects.registry import placed_effects
+from stribeck.gap.fitted.model import Model, referred, retune
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.search.beside import SURELY, idle, outdone, weighed, without_each
 from stribeck.gap.search.forward import Known, Progress, Setting, forward, hardly
@@ -17,6 +18,7 @@ from stribeck.gap.search.look_alike import with_look_alikes
 from stribeck.gap.search.ordinary import is_ordinary, ordinary, retuned_with
 from stribeck.gap.search.rank import rank
 from stribeck.gap.search.step import Step, last_model
+from stribeck.model.layout import Placed
 from stribeck.model.values import Scale
 
 MOST_ROUNDS = 4  # of a search that starts anew from a model with more of what every arm has
@@ -47,7 +49,9 @@ def search(
     """
     _ = prepared.loud  # once, for all processes
     with Parallel(n_jobs=jobs) as pool:
-        setting = Setting(referred(prepared, base), floor, seed, pool, tuple(leave_out), frozenset(), progress)
+        stated = sum(not place.effect.direct for place in placed_effects(prepared.arm))
+        prepared = referred(prepared, base)
+        setting = Setting(prepared, floor, seed, pool, tuple(leave_out), frozenset(), progress, stated)
         setting, base, found = _from_the_ordinary(setting, base)
         prepared = setting.prepared
         steps, without = _believed(setting, found)
@@ -82,26 +86,37 @@ def _believed(setting: Setting, steps: tuple[Step, ...]) -> tuple[tuple[Step, ..
 
 def _from_the_ordinary(setting: Setting, base: Model) -> tuple[Setting, Model, tuple[Step, ...]]:
     """Return the first steps of a search that starts anew, re-tuned with what every arm has, where it finds that."""
-    own, scales = len(base.placed), setting.prepared.scales
+    scales = setting.prepared.scales
     known: Known = {}
     steps = forward(setting, base, known)
+    grown = {place.key for place in _grown(setting, base, steps)}
+    if grown:
+        base = retune(setting.prepared, setting.floor, [place for place in base.placed if place.key not in grown])
+        setting = replace(setting, prepared=referred(setting.prepared, base))
+        steps = forward(setting, base, known)
     for _ in range(MOST_ROUNDS):
         if not ordinary(steps, scales):
             return setting, base, steps
         setting.progress("again, re-tuned with what every arm has")
-        for again in retuned_with(setting.prepared, setting.floor, base, own, steps, setting.seed):
-            anew = replace(setting, prepared=referred(setting.prepared, again))
-            further = forward(anew, again, known, same=_before_the_ordinary(steps, scales))
-            if all(is_ordinary(place, scales) for place in last_model(further).placed[own : len(again.placed)]):
-                break  # else it would grow into a cause beside what is found
+        for again in retuned_with(setting.prepared, setting.floor, base, setting.stated, steps, setting.seed):
+            anew, start = replace(setting, prepared=referred(setting.prepared, again)), dict(known)
+            further = forward(anew, again, start, same=_before_the_ordinary(steps, scales))
+            if not _grown(anew, again, further):
+                break
         else:
             break
-        setting, base, steps = anew, again, further
+        setting, base, steps, known = anew, again, further, start
     return setting, base, forward(setting, base, known, steps) if ordinary(steps, scales) else steps
+
+
+def _grown(setting: Setting, base: Model, steps: Sequence[Step]) -> list[Placed]:
+    """Return what a base was re-tuned with that is more than every arm has beside what was found: it may be a cause."""
+    ends = last_model(steps).placed[setting.stated : len(base.placed)]
+    return [place for place in ends if not is_ordinary(place, setting.prepared.scales)]
 
 
 def _before_the_ordinary(steps: Sequence[Step], scales: Sequence[Scale]) -> list[Step]:
     """Return the steps that took effects of a size before the first of what every arm has."""
     taken = last_model(steps).placed[len(steps[0].base.placed) :]
     common = [is_ordinary(place, scales) for place in taken]
-    return list(steps[: common.index(True)]) if True in common else list(steps)
+    return list(steps[: common.index(True)])
