@@ -1,6 +1,7 @@
 """The filtered residual and its derivatives, also where the evaluation is cut into pieces."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from stribeck.identify.conditioning import Conditioned, condition
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
+from stribeck.run import Run
 
 from .conftest import pendulum, recorded
 
@@ -161,13 +163,39 @@ def test_a_gain_that_goes_with_position_shrinks_no_residual() -> None:
 
 def test_values_leave_no_trace_in_the_runs() -> None:
     """What the runs drive is laid out once: a delay that was tried before, or other runs, change nothing."""
-    late = Residual(path(("delay", {"time": 0.01}), ("presliding", BRISTLE)), runs(), ())
+    both = [condition(pendulum(), recorded(duration=3.0, noise=1e-5, seed=seed), 20.0) for seed in (0, 1)]
+    late = Residual(path(("delay", {"time": 0.01}), ("actuator_lag", {"time_constant": 0.02})), both, ())
     p = values_of(late.path.entries)
     moved = p.copy()
     moved[[entry.name for entry in late.path.entries].index("time")] = 0.05
     first, between, again = late(p)[0], late(moved)[0], late(p)[0]
     assert np.abs(between - first).max() > 0.1
     assert np.array_equal(again, first)
-    ahead = late.along(late.runs[::-1])(p)[0]
-    split = late.rows - len(late.runs[0].analysis_index)
-    assert np.array_equal(np.concatenate([ahead[split:], ahead[:split]]), first)
+    alone = [Residual(late.path, [run], ())(moved)[0] for run in both]
+    assert between == pytest.approx(np.concatenate(alone), abs=1e-12)
+    ahead = late.along(both[::-1])(p)[0]
+    assert not np.array_equal(ahead, first)
+    assert np.array_equal(late.along(both)(p)[0], first)
+
+
+@pytest.mark.parametrize("name", ["delay", "time_shift"])
+def test_the_second_joint_alone_is_late(name: str) -> None:
+    """As the record of that joint moved by whole samples: its command, or its motion and what of it surely slides."""
+    arm = Arm("two joints", (9.81, 0.0), tuple(replace(pendulum().joints[0], name=joint) for joint in "AB"))
+    one = recorded(duration=3.0, noise=1e-5)
+    q = np.column_stack([one.q[:, 0], np.roll(one.q[:, 0], 217)])
+    tau = np.column_stack([one.tau[:, 0], np.roll(one.tau[:, 0], 217)])
+    run = condition(arm, Run("two", one.t, q, tau), 20.0)
+    samples = 5
+    bristle = Placed(registry()["presliding"], 1, BRISTLE)
+    late = SignalPath(arm, [Placed(registry()[name], 1, {"time": samples * run.sample_time}), bristle])
+    sides = ("command",) if name == "delay" else ("position", "velocity", "acceleration", "sliding")
+    moved = {side: getattr(run, side).copy() for side in sides}
+    for values in moved.values():
+        values[:, 1] = np.roll(values[:, 1], samples if name == "delay" else -samples)
+    asked = Residual(late, [run], ())(values_of(late.entries))[0]
+    shifted = SignalPath(arm, [bristle])
+    expected = Residual(shifted, [replace(run, **moved)], ())(values_of(shifted.entries))[0]
+    inside = slice(len(asked) // 3, -4)  # the record's ends wrap around, and the bristle forgets with which it began
+    assert asked[inside] == pytest.approx(expected[inside], abs=1e-9)
+    assert np.abs(Residual(shifted, [run], ())(values_of(shifted.entries))[0] - expected)[inside].max() > 0.1

@@ -3,18 +3,27 @@
 import io
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from rich.console import Console
 
 from stribeck.effects.registry import effect_named, laws
 from stribeck.gap.diagnose import diagnose
+from stribeck.gap.fitted.model import Model, fit_model, retune, weights_of
+from stribeck.gap.records.prepare import Prepared, prepare
+from stribeck.gap.search import ordinary as ordinary_module
+from stribeck.gap.search.ordinary import _needed_of, retuned_with
+from stribeck.gap.search.rank import rank
+from stribeck.gap.search.step import Step
 from stribeck.model.effect import Effect
+from stribeck.model.layout import Placed
 from stribeck.model.values import Scale
 from stribeck.report.summary import summary
 
 from ..conftest import FRICTION, NOMINAL, recorded
 
 SCALE = Scale(10.0, 4.0, 1.0, 1.0, 1.0, 1e-3)  # 4 N m of Coulomb friction
+FLOOR = np.array([0.02])
 BRISTLES = [effect for effect in laws().values() if effect.name == "presliding"]
 
 
@@ -88,3 +97,43 @@ def test_where_a_search_finds_it_the_model_is_retuned_with_it(gives: float, name
     assert all(note in shown.file.getvalue() for note in told)  # type: ignore[attr-defined]
     assert [entry.effect for entry in found.models["retuned"].effects] == ["presliding"] * (not named)
     assert [entry.effect for entry in found.models["corrected"].effects] == ["presliding"]
+
+
+WAVE = {"sine": 0.01, "cosine": 0.01, "harmonic": 3.0}
+SLOTS = ("cogging", {"amplitude": 0.06, "harmonic": 11.0})
+CLEFT = {"sine": 0.03, "cosine": 0.03, "harmonic": 11.0}
+
+
+def step_of(prepared: Prepared, base: Model, *might: tuple[str, dict[str, float]]) -> Step:
+    """A step that takes the first of some effects, and might as well take the others."""
+    weights = weights_of(base, prepared, FLOOR)
+    rivals = tuple(fit_model(prepared, (Placed(effect_named(name), 0, values),), weights) for name, values in might)
+    ranking = replace(rank(prepared, [base, *rivals], FLOOR, 0), best=1)
+    return Step(base, rivals, ranking, tuple(range(1, len(rivals) + 1)), (), FLOOR)
+
+
+@pytest.mark.parametrize(
+    ("hidden", "beside"),
+    [((), ("position_dependent_friction",)), ((SLOTS,), ("position_dependent_friction", "cogging"))],
+)
+def test_what_might_stand_beside_is_taken_in_where_it_is_needed(
+    hidden: tuple[tuple[str, dict[str, float]], ...], beside: tuple[str, ...]
+) -> None:
+    """With it, then without; where nothing asks for it, that is the same, and is said once."""
+    prepared = prepare(NOMINAL, recorded(TEXTURE, *hidden, noise=1e-6))
+    base = retune(prepared, FLOOR)
+    step = step_of(prepared, base, ("position_dependent_friction", WAVE), ("cogging", CLEFT))
+    found = [
+        tuple(place.effect.name for place in again.placed)
+        for again in retuned_with(prepared, FLOOR, base, 0, [step], 0)
+    ]
+    alone = ("position_dependent_friction",)
+    assert found == ([beside] if beside == alone else [beside, alone])
+
+
+def test_a_fit_that_ran_away_is_not_the_one_without_an_effect(monkeypatch: pytest.MonkeyPatch) -> None:
+    prepared = prepare(NOMINAL, recorded(TEXTURE, noise=1e-6))
+    model = retune(prepared, FLOOR, (Placed(effect_named("torque_offset"), 0),))
+    away = replace(model, placed=(), held=np.full_like(model.held, np.nan))
+    monkeypatch.setattr(ordinary_module, "fit_model", lambda *_: away)
+    assert _needed_of(prepared, FLOOR, model, 0, 0) is model

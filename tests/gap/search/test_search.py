@@ -589,6 +589,26 @@ def test_a_search_made_anew_has_the_same_rivals_as_long_as_it_comes_to_the_same(
     assert [step.best and step.best.placed[-1].effect.name for step in steps] == ["delay", "payload", "payload"]
 
 
+def test_a_search_made_anew_is_told_the_steps_before_what_every_arm_has(monkeypatch: pytest.MonkeyPatch) -> None:
+    large, slight = Placed(effect_named("payload"), 0), Placed(effect_named("delay"), 0, {"time": 0.001})
+    first = replace(taken("payload", 0.9, 12.0), rivals=(SimpleNamespace(placed=(large,)),))  # type: ignore[arg-type]
+    second = replace(first, rivals=(SimpleNamespace(placed=(large, slight)),))  # type: ignore[arg-type]
+    again: Any = SimpleNamespace(placed=(slight,))
+    told: list[object] = []
+
+    def forward(setting: object, base: object, known: object, same: object = ()) -> Any:
+        told.append(same)
+        return (replace(first, base=again, passing=()),) if base is again else (first, second)
+
+    monkeypatch.setattr(search_module, "forward", forward)
+    monkeypatch.setattr(search_module, "retuned_with", lambda *_: [again])
+    monkeypatch.setattr(search_module, "referred", lambda prepared, _: prepared)
+    prepared: Any = SimpleNamespace(scales=(SCALE,))
+    setting = Setting(prepared, FLOOR, 0, None, (), frozenset(), lambda _: None)
+    search_module._from_the_ordinary(setting, SimpleNamespace(placed=()))  # type: ignore[arg-type]
+    assert told == [(), [first]]
+
+
 def test_what_every_arm_was_re_tuned_with_is_a_candidate_once_it_has_grown(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nothing that the base holds is one: a lateness that another effect had hidden would go by no name."""
     stated, late = Placed(effect_named("payload"), 0, {"mass": 1.0}), effect_named("delay")
