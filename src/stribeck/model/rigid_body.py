@@ -6,6 +6,7 @@ Luh, Walker & Paul (1980), "On-line computational scheme for mechanical manipula
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 
 import casadi as ca
 
@@ -33,8 +34,20 @@ def inverse_dynamics(
     """
     if prismatic:
         return [body.mass[0] * (acceleration[0] - body.gravity[0])]
-    frames = _outward(body, position, velocity, acceleration)
-    return _inward(body, frames)
+    links = (body.mass, body.com_x, body.com_y, body.inertia, body.length, body.gravity)
+    given = [ca.SX(ca.vertcat(*values)) for values in (*links, position, velocity, acceleration)]
+    return list(ca.vertsplit(_newton_euler(len(position))(*given)))
+
+
+@cache
+def _newton_euler(n: int) -> ca.Function:
+    """Return the recursion as a function: to call it is many times faster than to write it down again."""
+    links = [ca.SX.sym(name, n) for name in ("mass", "com_x", "com_y", "inertia", "length")]
+    gravity = ca.SX.sym("gravity", 2)
+    motion = [ca.SX.sym(name, n) for name in ("position", "velocity", "acceleration")]
+    body = Body(*[ca.vertsplit(values) for values in (*links, gravity)])
+    frames = _outward(body, *[ca.vertsplit(values) for values in motion])
+    return ca.Function("newton_euler", [*links, gravity, *motion], [ca.vertcat(*_inward(body, frames))])
 
 
 _Frame = tuple[Expression, Expression, Expression, Expression, Expression, Expression, Expression]
