@@ -84,7 +84,7 @@ def test_a_texture_of_friction_is_no_cause() -> None:
     assert any("position_dependent_friction" in note for note in slight.notes)
 
 
-@pytest.mark.parametrize(("gives", "named"), [(2e-4, ()), (3e-3, ("presliding",))])
+@pytest.mark.parametrize(("gives", "named"), [(2e-4, ()), pytest.param(3e-3, ("presliding",), marks=pytest.mark.slow)])
 def test_where_a_search_finds_it_the_model_is_retuned_with_it(gives: float, named: tuple[str, ...]) -> None:
     hidden = ("presliding", {"stiffness": FRICTION.C0 / gives, "damping": 1.0})
     found = diagnose(NOMINAL, recorded(hidden, noise=1e-6), jobs=1)

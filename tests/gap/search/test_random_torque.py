@@ -136,8 +136,16 @@ def test_at_the_floor_there_is_nothing_to_tell() -> None:
     assert random_joints(prepared, base, level) != {}  # filters over it count for nothing at any size
 
 
-def test_loud_random_torque_is_warned_of_and_written() -> None:
+def test_loud_random_torque_is_warned_of_and_written(monkeypatch: pytest.MonkeyPatch) -> None:
+    gate, told = forward.earns_its_place, set()
+
+    def watched(*given: Any) -> bool:
+        told.add(tuple(given[5]))
+        return gate(*given)
+
+    monkeypatch.setattr(forward, "earns_its_place", watched)
     found = diagnose(NOMINAL, recorded(("input_disturbance", LOUD)), jobs=1)
+    assert told == {(0,)}  # the search's gates know where what is left is random
     assert any("random torque" in text for text in found.warnings)
     written = diagnosis_json(found)["random_torque"]["A"]
     assert written["rms"] == {"value": pytest.approx(found.random[0].rms, rel=1e-5), "unit": "N m"}
@@ -145,15 +153,3 @@ def test_loud_random_torque_is_warned_of_and_written() -> None:
     assert "random torque" in sentences.how_far(found)
     assert "random_torque" not in diagnosis_json(replace(found, random=()))
     assert "random" not in sentences.how_far(replace(found, random=()))
-
-
-def test_the_search_tells_its_gates_where_what_is_left_is_random(monkeypatch: pytest.MonkeyPatch) -> None:
-    told = []
-
-    def gate(*args: Any) -> bool:
-        told.append(tuple(args[5]))
-        return False
-
-    monkeypatch.setattr(forward, "earns_its_place", gate)
-    diagnose(NOMINAL, recorded(("input_disturbance", LOUD)), jobs=1)
-    assert set(told) == {(0,)}

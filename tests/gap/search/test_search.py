@@ -374,7 +374,9 @@ def test_half_of_the_runs_that_says_most(late: tuple[Prepared, Model, Weights]) 
     assert _loudest(prepared, replace(base, fit=fit), weights) == [1, 2]
 
 
-@pytest.mark.parametrize("name", ["torque_offset", "encoder_eccentricity", "presliding"])
+@pytest.mark.parametrize(
+    "name", ["torque_offset", pytest.param("encoder_eccentricity", marks=pytest.mark.slow), "presliding"]
+)
 def test_known_states_change_no_trial(
     late: tuple[Prepared, Model, Weights], name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
