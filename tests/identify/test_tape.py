@@ -5,8 +5,10 @@ import numpy as np
 import pytest
 
 from stribeck.errors import StribeckError
-from stribeck.identify.operations import OPERATIONS
-from stribeck.identify.tape import FEW, LANES, Tape
+from stribeck.identify import recursion
+from stribeck.identify.operations import OPERATIONS, numbered
+from stribeck.identify.recursion import FEW, Recursion
+from stribeck.identify.tape import LANES, Tape
 
 UNARY = {
     "NEG": lambda x: -x, "INV": lambda x: 1 / x, "SQ": lambda x: x**2, "TWICE": lambda x: 2 * x, "SQRT": ca.sqrt,
@@ -42,17 +44,20 @@ def test_operation(name: str, samples: int) -> None:
 
 
 @pytest.mark.parametrize("runs", [1, FEW, FEW + 1, LANES + 3])
-def test_recursion(runs: int) -> None:
+def test_recursion(runs: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """However many steps are worked out ahead."""
+    monkeypatch.setattr(recursion, "BLOCK", 7)
+    steps = 20
     x, now, after, p = ca.SX.sym("x", 2), ca.SX.sym("now", 3), ca.SX.sym("after", 3), ca.SX.sym("p", 2)
     moved = ca.vertcat(p[0] * x[0] + ca.sin(now[0]) + 3 * p[1], 0.5 * x[1] + after[2] * x[0] + ca.sqrt(p[1]))
     function = ca.Function("f", [x, now, after, p], [moved])
     rng = np.random.default_rng(1)
-    start, drive, values = rng.normal(size=(2, runs)), rng.normal(size=(20, 3, runs)), np.array([0.3, 0.7])
-    out = Tape(function, fixed=(3,)).march(start, drive, values)
+    start, drive, values = rng.normal(size=(2, runs)), rng.normal(size=(3, steps, runs)), np.array([0.3, 0.7])
+    out = Recursion(function, fixed=(3,)).march(start, drive, values)
     for run in range(runs):
         state = start[:, run]
         for k in range(19):
-            state = function(state, drive[k, :, run], drive[k + 1, :, run], values).full().ravel()
+            state = function(state, drive[:, k, run], drive[:, k + 1, run], values).full().ravel()
             np.testing.assert_allclose(out[k + 1, :, run], state, rtol=1e-13)
 
 
@@ -61,16 +66,34 @@ def test_one_drive_of_many_values() -> None:
     x, now, after, p, q = ca.SX.sym("x"), ca.SX.sym("now", 2), ca.SX.sym("after", 2), ca.SX.sym("p", 2), ca.SX.sym("q")
     function = ca.Function("f", [x, now, after, p, q], [ca.cos(q) * p[0] * x + ca.sin(now[1]) * p[1] + after[0]])
     rng = np.random.default_rng(2)
-    start, drive = rng.normal(size=(1, LANES + 3)), rng.normal(size=(20, 2, 1))
+    start, drive = rng.normal(size=(1, LANES + 3)), rng.normal(size=(2, 20, 1))
     values, fixed = rng.uniform(0.1, 0.9, (2, LANES + 3)), np.array([0.4])
-    tape = Tape(function, fixed=(4,))
+    tape = Recursion(function, fixed=(4,))
     out = tape.march(start, drive, values, fixed)
     for run in range(LANES + 3):
         alone = tape.march(start[:, [run]], drive, values[:, [run]], fixed)
         state = start[:, run]
         for k in range(19):
-            state = function(state, drive[k, :, 0], drive[k + 1, :, 0], values[:, run], fixed).full().ravel()
+            state = function(state, drive[:, k, 0], drive[:, k + 1, 0], values[:, run], fixed).full().ravel()
         np.testing.assert_allclose([out[-1, :, run], alone[-1, :, 0]], [state, state], rtol=1e-13)
+
+
+def test_what_no_state_changes_does_not_wait_for_one() -> None:
+    x, now, after, p = ca.SX.sym("x"), ca.SX.sym("now"), ca.SX.sym("after"), ca.SX.sym("p")
+    function = ca.Function("f", [x, now, after, p], [p * x + ca.erf(ca.sin(now) + after)])
+    shared, own = (len(Recursion(function, fixed)._each.code) for fixed in ((3,), ()))
+    assert shared == own == 6  # a sum and a product of what is loaded, and a result
+    function = ca.Function("f", [x, now, after, p], [x + p * ca.erf(ca.sin(now) + after)])
+    assert len(Recursion(function, (3,))._each.code) == 4
+    assert len(Recursion(function, ())._each.code) == 6
+
+
+def test_what_is_the_same_twice_is_computed_once() -> None:
+    x, y = ca.SX.sym("x"), ca.SX.sym("y")
+    twice = [ca.sin(x * y) + 1.0, ca.sin(y * x) - 1.0, x - y, y - x]
+    operations, results = numbered(ca.Function("f", [x, y], [ca.vertcat(*twice)]))
+    assert len(operations) == 2 + 2 + 1 + 4  # inputs, product and sine, one, and what differs
+    assert len(set(results)) == 4
 
 
 def test_outputs_that_no_sample_changes() -> None:

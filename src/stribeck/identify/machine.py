@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from stribeck.identify.conditioning import emphasised
+from stribeck.identify.recursion import Recursion
 from stribeck.identify.tape import Tape
 from stribeck.model.cut import Cut
 
@@ -25,9 +26,9 @@ class Machine:
         return Tape(self.cut.evaluate, fixed=(2, 3))
 
     @cached_property
-    def follow(self) -> Tape:
+    def follow(self) -> Recursion:
         """States one sample later, at the same values on all lanes."""
-        return Tape(self.cut.follow, fixed=(3, 4))
+        return Recursion(self.cut.follow, fixed=(3, 4))
 
     @cached_property
     def begin_each(self) -> Tape:
@@ -35,9 +36,9 @@ class Machine:
         return Tape(self.cut.begin, fixed=(0, 2))
 
     @cached_property
-    def follow_each(self) -> Tape:
+    def follow_each(self) -> Recursion:
         """States one sample later, at values of each lane's own."""
-        return Tape(self.cut.follow, fixed=(4,))
+        return Recursion(self.cut.follow, fixed=(4,))
 
     def states(self, drives: Sequence[np.ndarray], p: np.ndarray, delays: np.ndarray) -> list[np.ndarray]:
         """Return states and sensitivities (nx (1 + active), N) for each drive, advanced side by side."""
@@ -49,16 +50,16 @@ class Machine:
         return [cut.settled(out[:length, :, i].T) for i, length in enumerate(lengths)]
 
     def _together(self, drives: Sequence[np.ndarray]) -> np.ndarray:
-        """Return drives side by side (T, rows, R), each as :meth:`_between`; the last ones are kept."""
+        """Return drives side by side (rows, T, R), each as :meth:`_between`; the last ones are kept."""
         known, together = self._last
         if len(known) == len(drives) and all(one is other for one, other in zip(known, drives, strict=True)):
             return together
         self._last = (), np.empty(0)  # its memory is free before it is needed again
         lengths = [drive.shape[1] for drive in drives]
-        together = np.empty((max(lengths), drives[0].shape[0], len(drives)))
+        together = np.empty((drives[0].shape[0], max(lengths), len(drives)))
         for i, drive in enumerate(drives):
-            together[: lengths[i], :, i] = self._between(drive)
-            together[lengths[i] :, :, i] = together[lengths[i] - 1, :, i]
+            together[:, : lengths[i], i] = self._between(drive)
+            together[:, lengths[i] :, i] = together[:, lengths[i] - 1, None, i]
         self._last = tuple(drives), together
         return together
 
@@ -70,8 +71,8 @@ class Machine:
         return [cut.settled(out[:, :, i].T) for i in range(len(values))]
 
     def _between(self, drive: np.ndarray) -> np.ndarray:
-        """Return a drive (N, rows) whose acceleration does not droop between samples, where it runs straight."""
+        """Return a drive (rows, N) whose acceleration does not droop between samples, where it runs straight."""
         rows = slice(1 + 3 * self.cut.n, 1 + 4 * self.cut.n)
-        out = drive.T.copy()
-        out[:, rows] = emphasised(drive[rows].T)
+        out = drive.copy()
+        out[rows] = emphasised(drive[rows].T).T
         return out

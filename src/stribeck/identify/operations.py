@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -19,11 +20,15 @@ _KIND = {getattr(ca, f"OP_{name}"): 3 + place for place, name in enumerate(OPERA
 _KIND[ca.OP_CONSTPOW] = _KIND[ca.OP_POW]
 PAIRED = "ADD SUB MUL DIV POW ATAN2 HYPOT FMOD COPYSIGN LT LE EQ NE AND OR FMIN FMAX IF_ELSE_ZERO".split()  # noqa: SIM905
 _PAIRS = frozenset(_KIND[getattr(ca, f"OP_{name}")] for name in PAIRED)
+_EITHER_WAY = frozenset(_KIND[getattr(ca, f"OP_{name}")] for name in ("ADD", "MUL"))
 
 
 @dataclass(frozen=True)
 class Operation:
-    """One operation with every result a number of its own: ``a``, ``b`` are results, or where LOAD reads."""
+    """One operation with every result a number of its own: ``a``, ``b`` are results, or where LOAD reads.
+
+    Of a constant, ``a`` tells whether it is negative.
+    """
 
     kind: int
     a: int
@@ -32,10 +37,21 @@ class Operation:
 
 
 def numbered(function: ca.Function) -> tuple[list[Operation], list[int]]:
-    """Return a function's operations, each with a result of its own number, and the numbers of the outputs."""
+    """Return a function's operations, each with a result of its own number, and the numbers of the outputs.
+
+    What is the same twice has one number (value numbering, Cocke & Schwartz 1970).
+    """
     operations: list[Operation] = []
+    number: dict[Operation, int] = {}
     holds: dict[int, int] = {}
     results = [-1] * function.numel_out(0)
+
+    def number_of(operation: Operation) -> int:
+        if operation not in number:
+            number[operation] = len(operations)
+            operations.append(operation)
+        return number[operation]
+
     for k in range(function.n_instructions()):
         op, target, source = function.instruction_id(k), function.instruction_output(k), function.instruction_input(k)
         if op == ca.OP_OUTPUT:
@@ -44,18 +60,24 @@ def numbered(function: ca.Function) -> tuple[list[Operation], list[int]]:
         if op == ca.OP_INPUT:
             operation = Operation(LOAD, source[0], source[1])
         elif op == ca.OP_CONST:
-            operation = Operation(CONST, 0, 0, function.instruction_constant(k))
+            operation = _constant(function.instruction_constant(k))
         elif op in _KIND:
-            numbers = [holds[i] for i in source]
-            operation = Operation(_KIND[op], numbers[0], numbers[1] if _KIND[op] in _PAIRS else numbers[0])
+            kind, operands = _KIND[op], [holds[i] for i in source]
+            first, second = operands[0], operands[1] if _KIND[op] in _PAIRS else operands[0]
+            turned = kind in _EITHER_WAY and first > second
+            operation = Operation(kind, second, first) if turned else Operation(kind, first, second)
         else:
             raise StribeckError("an operation that the vector machine has not", f"CasADi operation {op}")
-        holds[target[0]] = len(operations)
-        operations.append(operation)
+        holds[target[0]] = number_of(operation)
     if -1 in results:  # an output that nothing sets is zero
-        operations.append(Operation(CONST, 0, 0, 0.0))
-        results = [len(operations) - 1 if number < 0 else number for number in results]
+        zero = number_of(_constant(0.0))
+        results = [zero if number < 0 else number for number in results]
     return operations, results
+
+
+def _constant(value: float) -> Operation:
+    """Return a constant; zeros of either sign are two."""
+    return Operation(CONST, int(math.copysign(1.0, value) < 0.0), 0, value)
 
 
 def constant_results(operations: Sequence[Operation], fixed: Sequence[int]) -> list[bool]:

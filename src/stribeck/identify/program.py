@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,10 +29,8 @@ class Program:
         Operations to carry out, in order.
     results : sequence of int
         Operations whose results are the outputs.
-    known : dict of int to int
-        Results that are given, and their rows in the input that gives them.
-    argument : int
-        Number of that input.
+    known : dict of int to (int, int)
+        Results that are given: the number of the input that gives each, and the row there.
 
     Attributes
     ----------
@@ -44,9 +42,12 @@ class Program:
     """
 
     def __init__(
-        self, operations: Sequence[Operation], chosen: Sequence[int], results: Sequence[int], known: dict[int, int],
-        argument: int,
-    ) -> None:  # fmt: skip
+        self,
+        operations: Sequence[Operation],
+        chosen: Sequence[int],
+        results: Sequence[int],
+        known: Mapping[int, tuple[int, int]],
+    ) -> None:
         lines: list[tuple[int, int, int, int]] = []  # kind, result, operands, all by number
         loaded: set[int] = set()
         constants: list[float] = []
@@ -54,7 +55,7 @@ class Program:
         def load(number: int) -> None:
             if number in known and number not in loaded:
                 loaded.add(number)
-                lines.append((LOAD, number, argument, known[number]))
+                lines.append((LOAD, number, *known[number]))
 
         for number in chosen:
             o = operations[number]

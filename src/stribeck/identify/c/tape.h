@@ -115,16 +115,17 @@ WIDE TAPE_EXPORT void tape_map(const int *code, long long length, const double *
 }
 
 /* A recursion of `width` states over `steps` steps, `runs` (FEW, or at most LANES) side by side. in[0] are the states,
- * in[1] and in[2] the drive now and one step later, `pitch` numbers a step; out (steps + 1, width, runs) starts with the
- * start. */
+ * in[told] what each step is told, `pitch` numbers a step; out (steps + 1, width, runs) starts with the start. */
 WIDE TAPE_EXPORT void tape_march(const int *code, long long length, const double *constants, argument *in, double *out,
-                                 long long steps, long long width, long long pitch, long long runs, double *work) {
-    const double *drive = in[1].base;
+                                 long long steps, long long width, long long told, long long pitch, long long runs,
+                                 double *work) {
+    const double *first = in[told].base;
     for (long long t = 0; t < steps; t++) {
         double *after = out + (t + 1) * width * runs;
         in[0].base = out + t * width * runs;
-        in[1].base = drive + t * pitch;
-        in[2].base = drive + (t + 1) * pitch;
+        in[0].row = runs;
+        in[0].column = 1;
+        in[told].base = first + t * pitch;
         if (runs == FEW)
             row(code, length, constants, in, after, FEW, 0, FEW, FEW, work);
         else
