@@ -39,7 +39,7 @@ OTHERS = tuple(name for name in registry() if name not in ("torque_gain", "paylo
 
 def recordings(*hidden: Injection) -> list[Run]:
     kinds = ("slow reversals", "multisine", "via points", "point to point")
-    motions = programme(NOMINAL, np.random.default_rng(1), kinds, 6.0)
+    motions = programme(NOMINAL, np.random.default_rng(1), kinds, 4.0)
     gains = default_gains(NOMINAL, 3.0)
     return list(record(TRUE, hidden, motions, rate=250.0, noise=1e-5, gains=gains, model=NOMINAL, seed=5))
 
