@@ -1,40 +1,17 @@
-"""From runs to fit and held-out parts: nothing lies in both."""
+"""From runs to conditioned ones, with what is typical of them."""
 
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from stribeck.errors import InputError
-from stribeck.gap.records.prepare import HELD_SHARE, moved_inertia, part, prepare, split
+from stribeck.gap.records.prepare import moved_inertia, prepare
+from stribeck.identify.stretches import part
 from stribeck.run import Run
 
 from ..conftest import TRUE, sines
-
-
-@given(st.integers(2, 25))
-def test_whole_runs_are_kept_back(count: int) -> None:
-    runs = [sines(1.0, 50.0, name=f"{i}") for i in range(count)]
-    fit, held = split(runs, [])
-    assert {run.name for run in fit}.isdisjoint({run.name for run in held})
-    assert len(fit) + len(held) == count
-    assert fit
-    assert held
-    assert len(held) <= (count + 2) / 3
-
-
-def test_single_run_is_cut() -> None:
-    run = sines(10.0, name="only")
-    notes: list[str] = []
-    (fit,), (held,) = split([run], notes)
-    assert fit.t[-1] < held.t[0]
-    assert np.concatenate([fit.t, held.t]) == pytest.approx(run.t)
-    assert np.concatenate([fit.q, held.q]) == pytest.approx(run.q)
-    assert len(held.t) == pytest.approx(HELD_SHARE * len(run.t), abs=1)
-    assert notes == ["only: the last 30% is held out"]
 
 
 def test_part_cuts_every_channel() -> None:
@@ -85,32 +62,6 @@ def test_uneven_clock_is_noted() -> None:
     prepared = prepare(TRUE, [jittered, sines(4.0, seed=1, name="even")])
     assert any("jittery" in note or "resampled" in note for note in prepared.notes)
     assert np.ptp(np.diff(prepared.fit[0].time)) < 1e-9
-
-
-def test_a_run_that_goes_where_no_other_goes_is_fitted() -> None:
-    """What only one recording shows could not be learnt from the others."""
-    runs = [sines(3.0, seed=k, name=f"{k}") for k in range(6)]
-    assert [run.name for run in split(runs, [])[1]] == ["1", "4"]
-    runs[1] = replace(runs[1], tau=3.0 * runs[1].tau)
-    fit, held = split(runs, [])
-    assert "1" in {run.name for run in fit}
-    assert [run.name for run in held] == ["2", "4"]
-
-
-def test_runs_that_stand_alone_side_by_side_are_both_fitted() -> None:
-    """The last of five would be kept back; it and the one before reach beyond all others."""
-    runs = [sines(3.0, name=f"{i}") for i in range(5)]
-    runs[3], runs[4] = replace(runs[3], tau=9.0 * runs[3].tau), replace(runs[4], q=4.0 * runs[4].q)
-    _, held = split(runs, [])
-    assert [run.name for run in held] == ["1", "2"]
-
-
-def test_two_runs_that_both_stand_alone_are_split_all_the_same() -> None:
-    runs = [sines(3.0, name="a"), sines(3.0, seed=1, name="b")]
-    runs[0], runs[1] = replace(runs[0], tau=9.0 * runs[0].tau), replace(runs[1], q=2.0 * runs[1].q)
-    fit, held = split(runs, [])
-    assert [run.name for run in fit] == ["a"]
-    assert [run.name for run in held] == ["b"]
 
 
 def test_a_run_shorter_than_the_filter_is_refused() -> None:

@@ -87,9 +87,9 @@ def test_a_missing_law_is_not_random(effect: str, values: dict[str, float]) -> N
     assert random_torque(prepared, base, FLOOR) == ()
 
 
-def noise_of(prepared: Prepared, levels: Sequence[float]) -> np.ndarray:
+def noise_of(prepared: Prepared, levels: Sequence[float], seed: int = 0) -> np.ndarray:
     """Return steady noise (M, 1), as strong as told in each run."""
-    rng = np.random.default_rng(0)
+    rng = np.random.default_rng(seed)
     rows = [len(run.analysis_index) for run in (*prepared.fit, *prepared.held)]
     made = [np.convolve(rng.normal(size=n + 7), np.hanning(8), "valid") for n in rows]
     whole = np.std(np.concatenate(made))
@@ -101,19 +101,22 @@ def leaving(base: Model, residual: np.ndarray) -> Model:
     return replace(base, fit=replace(base.fit, residual=residual[:fitted]), held=residual[fitted:])
 
 
-@pytest.mark.parametrize(("law", "random"), [(0.0, True), (0.5, True), (0.9, False)])
-def test_what_other_runs_foretell_is_not(law: float, random: bool) -> None:
-    """A linear law leaves a residual as steady and as normal as the motion is; its part is never called random."""
+@pytest.mark.parametrize(("law", "most", "least"), [(0.0, 10, 8), (0.5, 9, 1), (0.9, 0, 0)])
+def test_what_other_runs_foretell_is_not(law: float, most: int, least: int) -> None:
+    """A linear law leaves a residual as steady and as normal as the motion is; its part is never called random.
+
+    Of ten draws of the noise, mixed evenly with a law's part, some are random; as soon as they are, by that part only.
+    """
     prepared, base = retuned(recorded())
     runs = (*prepared.fit, *prepared.held)
     speed = np.concatenate([run.velocity[run.analysis_index] for run in runs])
-    residual = np.sqrt(law) * LEVEL * speed / speed.std() + np.sqrt(1.0 - law) * noise_of(prepared, [1.0] * len(runs))
-    found = random_torque(prepared, leaving(base, residual), FLOOR)
-    assert bool(found) is random
-    if found:
-        assert found[0].rms == pytest.approx(LEVEL * np.sqrt(1.0 - law), rel=0.3)
-        whole = float(np.mean(residual[len(base.fit.residual) :] ** 2))
-        assert found[0].rms ** 2 < (0.8 if law else 1.01) * whole  # the law's part is left out
+    told = []
+    for seed in range(10):
+        noise = noise_of(prepared, [1.0] * len(runs), seed)
+        residual = np.sqrt(law) * LEVEL * speed / speed.std() + np.sqrt(1.0 - law) * noise
+        told += [row.rms for row in random_torque(prepared, leaving(base, residual), FLOOR)]
+    assert least <= len(told) <= most
+    assert told == pytest.approx([LEVEL * np.sqrt(1.0 - law)] * len(told), rel=0.3)
 
 
 def test_what_takes_a_good_part_of_the_torque_is_no_noise_of_a_laboratory() -> None:

@@ -12,22 +12,21 @@ import numpy as np
 from stribeck.arm import Arm
 from stribeck.errors import InputError
 from stribeck.gap.records.sequence import distance_gone, in_sequence
+from stribeck.gap.records.split import split
 from stribeck.gap.records.spread import Noise
 from stribeck.gap.records.unsaid import with_unsaid
 from stribeck.grid import uniform
 from stribeck.identify.conditioning import Conditioned, condition, shaken
 from stribeck.identify.cutoff import cutoff_frequency
-from stribeck.identify.stretches import part, shortened
+from stribeck.identify.stretches import shortened
 from stribeck.model.layout import values_of
 from stribeck.model.path import SignalPath
 from stribeck.model.rigid_body import mass_matrix
 from stribeck.model.values import Scale
 from stribeck.run import Run
 
-HELD_SHARE = 0.3  # of the runs, or of a single run
 LOUD_SEED = 1
 PUSH = 0.01  # of the typical torque: less than stiction holds would be lost at rest at one arm and not at another
-BEYOND = 0.1  # of what all runs reach: further than that beyond every other run, a run stands alone
 
 
 @dataclass(frozen=True)
@@ -111,41 +110,6 @@ def _even(run: Run, notes: list[str]) -> Run:
     even, said = uniform(run)
     notes.extend(said)
     return even
-
-
-def split(runs: Sequence[Run], notes: list[str]) -> tuple[list[Run], list[Run]]:
-    """Return (fit, held out): every third run from the second on is kept back, or the last part of a single run.
-
-    A run that goes where no other goes (a larger torque, speed or range) is fitted, and one near it kept back instead:
-    what only one recording shows cannot be learnt from the others.
-    """
-    if len(runs) == 1:
-        run = runs[0]
-        k = round((1.0 - HELD_SHARE) * len(run.t))
-        notes.append(f"{run.name}: the last {HELD_SHARE:.0%} is held out")
-        return [part(run, 0, k)], [part(run, k, len(run.t))]
-    alone = _alone(runs)
-    held: list[int] = []
-    for i in range(1, len(runs), 3):
-        near = sorted((k for k in range(len(runs)) if k not in held), key=lambda k: (abs(k - i), -k))
-        held.append(next((k for k in near if not alone[k]), near[0]))
-    return [run for i, run in enumerate(runs) if i not in held], [runs[i] for i in held]
-
-
-def _alone(runs: Sequence[Run]) -> np.ndarray:
-    """Return which runs (R,) go beyond all others in some joint's torque, speed or range, by a tenth of all runs'."""
-    reach = []
-    for run in runs:
-        speed = np.abs(np.diff(run.q, axis=0)) / np.diff(run.t)[:, None]
-        fast, hard = np.quantile(speed, 0.99, axis=0), np.max(np.abs(run.tau), axis=0)
-        reach.append(np.concatenate([fast, hard, run.q.max(axis=0), -run.q.min(axis=0)]))
-    values = np.array(reach)
-    n = runs[0].n
-    span = np.concatenate(
-        [values.max(axis=0)[: 2 * n], np.tile((values[:, 2 * n : 3 * n] + values[:, 3 * n :]).max(axis=0), 2)]
-    )
-    second = np.sort(values, axis=0)[-2]
-    return np.asarray(np.any(values > second + BEYOND * span, axis=1))
 
 
 def moved_inertia(arm: Arm, runs: Sequence[Run]) -> np.ndarray:

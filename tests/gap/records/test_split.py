@@ -1,0 +1,104 @@
+"""Which runs are kept back: whole ones, none twice, that move as the others do."""
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stribeck.gap.records.split import HELD_SHARE, split
+from stribeck.run import Run
+
+from ..conftest import sines
+
+
+def names(runs: list[Run]) -> list[str]:
+    """Those of the runs that are kept back."""
+    return [run.name for run in split(runs, [])[1]]
+
+
+def moving(*sizes: float) -> list[Run]:
+    """Runs that differ by how far and fast they go."""
+    return [sines(3.0, size=size, name=f"{i}") for i, size in enumerate(sizes)]
+
+
+@given(st.integers(2, 25))
+def test_whole_runs_are_kept_back(count: int) -> None:
+    runs = [sines(1.0, 50.0, name=f"{i}") for i in range(count)]
+    fit, held = split(runs, [])
+    assert {run.name for run in fit}.isdisjoint({run.name for run in held})
+    assert len(fit) + len(held) == count
+    assert fit
+    assert held
+    assert len(held) <= (count + 2) / 3
+
+
+def test_single_run_is_cut() -> None:
+    run = sines(10.0, name="only")
+    notes: list[str] = []
+    (fit,), (held,) = split([run], notes)
+    assert fit.t[-1] < held.t[0]
+    assert np.concatenate([fit.t, held.t]) == pytest.approx(run.t)
+    assert np.concatenate([fit.q, held.q]) == pytest.approx(run.q)
+    assert len(held.t) == pytest.approx(HELD_SHARE * len(run.t), abs=1)
+    assert notes == ["only: the last 30% is held out"]
+
+
+def test_a_run_that_goes_where_no_other_goes_is_fitted() -> None:
+    """What only one recording shows could not be learnt from the others."""
+    runs = [sines(3.0, seed=k, name=f"{k}") for k in range(6)]
+    assert names(runs) == ["1", "4"]
+    runs[1] = replace(runs[1], tau=3.0 * runs[1].tau)
+    fit, held = split(runs, [])
+    assert "1" in {run.name for run in fit}
+    assert [run.name for run in held] == ["2", "4"]
+
+
+def test_runs_that_stand_alone_side_by_side_are_both_fitted() -> None:
+    """The last of five would be kept back; it and the one before reach beyond all others."""
+    runs = [sines(3.0, name=f"{i}") for i in range(5)]
+    runs[3], runs[4] = replace(runs[3], tau=9.0 * runs[3].tau), replace(runs[4], q=4.0 * runs[4].q)
+    _, held = split(runs, [])
+    assert [run.name for run in held] == ["1", "2"]
+
+
+def test_two_runs_that_both_stand_alone_are_split_all_the_same() -> None:
+    runs = [sines(3.0, name="a"), sines(3.0, seed=1, name="b")]
+    runs[0], runs[1] = replace(runs[0], tau=9.0 * runs[0].tau), replace(runs[1], q=2.0 * runs[1].q)
+    fit, held = split(runs, [])
+    assert [run.name for run in fit] == ["a"]
+    assert [run.name for run in held] == ["b"]
+
+
+def test_the_runs_that_are_kept_back_move_as_the_others_do() -> None:
+    """Every third would be the tame ones; one of each kind speaks for all."""
+    runs = moving(1.0, 0.1, 1.0, 1.0, 0.1, 1.0)
+    assert len({run.name for run in runs if run.name in names(runs)} & {"1", "4"}) == 1
+
+
+def test_of_runs_that_move_alike_every_third_is_kept_back() -> None:
+    """Whatever drifts with time is then seen early and late."""
+    assert names(moving(1.0, 1.1, 1.0, 1.1, 1.0, 1.1, 1.0, 1.1)) == ["1", "4", "7"]
+
+
+@given(st.lists(st.floats(0.01, 10.0), min_size=2, max_size=9))
+def test_units_do_not_matter(sizes: list[float]) -> None:
+    runs = moving(*sizes)
+    other = [replace(run, q=1e3 * run.q, tau=1e-3 * run.tau) for run in runs]
+    assert names(runs) == names(other)
+
+
+@given(st.lists(st.sampled_from([0.0, 0.1, 1.0, 1.2]), min_size=2, max_size=9))
+def test_joints_that_rest_are_split_as_well(sizes: list[float]) -> None:
+    fit, held = split(moving(*sizes), [])
+    assert len(held) == len(range(1, len(sizes), 3))
+    assert {run.name for run in (*fit, *held)} == {f"{i}" for i in range(len(sizes))}
+
+
+def test_hundreds_of_runs_are_split_in_no_time() -> None:
+    runs = [sines(1.0, 50.0, seed=i, size=0.1 + i % 7, name=f"{i}") for i in range(400)]
+    begun = time.process_time()
+    assert len(names(runs)) == 133
+    assert time.process_time() - begun < 5.0
