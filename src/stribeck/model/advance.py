@@ -18,8 +18,6 @@ from stribeck.model.sensitivity import Sensitivity
 from stribeck.model.swing import swing
 from stribeck.model.values import Expression
 
-PASSED_ON = 2  # states of a chain that feel a change at its head within one step
-
 
 def advance(balance: Balance, sample_time: float, now: Drive, after: Drive, carried: Sensitivity) -> Sensitivity:
     """Return the states (nx, 1) one sample later, and their sensitivities by some parameters.
@@ -81,7 +79,7 @@ def _slid(balance: Balance, sample_time: float, now: Drive, after: Drive, x: Any
 def _relax(balance: Balance, sample_time: float, now: Drive, after: Drive, x: Any) -> Any:
     """Advance each effect state by an exponential step, exact for a linear law under linear forcing.
 
-    Where states drive one another, further rounds take the change of the others into account.
+    Where states drive one another, each takes the change of the others into account.
     """
     count = len(balance.path.state_names)
     state = ca.SX.sym("state", count)
@@ -96,7 +94,6 @@ def _relax(balance: Balance, sample_time: float, now: Drive, after: Drive, x: An
     step = state + h * (phi1 * rate_now + phi2 * (rate_after - rate_now))
     slopes[:, : 2 * len(balance.path.flexible)] = 0.0  # links move by a step of their own
     coupling = ca.sparsify(slopes - ca.diag(ca.diag(slopes)))
-    alone = step
-    for _ in range(PASSED_ON if coupling.nnz() else 0):
-        step = alone + h * phi2 * ca.mtimes(coupling, step - state)
+    passed = ca.DM.eye(count) - h * ca.diag(phi2) @ coupling  # one another's change, over the same step
+    step = state + (ca.solve(passed, step - state) if coupling.nnz() else step - state)
     return ca.substitute(step, state, x)
