@@ -24,7 +24,7 @@ from stribeck.model.effect import (
     Shows,
     TransmissionEffect,
 )
-from stribeck.model.layout import layout, values_of
+from stribeck.model.layout import Placed, layout, values_of
 from stribeck.model.values import Scale
 
 from .bench import nominal_arm, starts
@@ -166,14 +166,28 @@ def test_registered_once(effect: Effect) -> None:
 
 
 def test_laws_of_a_family() -> None:
-    """They share stage, channel and joints, and all have a law's name; the first is meant where none is given."""
+    """They share stage and channel, and all have a law's name; the first is meant where none is given."""
     for name, first in registry().items():
         family = [effect for effect in laws().values() if effect.name == name]
         assert family[0] is first
-        places = {(e.channel, e.sites(3), e.whole_arm, type(e).__mro__[1]) for e in family}
-        assert len(places) == 1
+        assert len({(e.channel, e.whole_arm, type(e).__mro__[1]) for e in family}) == 1
+        assert all(e.sites(3) == ((0,) if e.everywhere else first.sites(3)) for e in family)
         assert len(family) == 1 or all(effect.law for effect in family)
         assert len(family) > 1 or not first.law
+
+
+def test_a_law_that_holds_at_all_joints_is_given_once() -> None:
+    from dataclasses import replace
+
+    def placed(*joints: str) -> tuple[Placed, ...]:
+        late = {joint: {"time": 0.01} for joint in joints}
+        return placed_effects(replace(nominal_arm(), effects=(EffectEntry("time_shift", joints, late, "all_joints"),)))
+
+    (place,) = placed("A")
+    assert place.joints(2) == (0, 1)
+    assert Placed(effect_named("time_shift"), 1).joints(2) == (1,)
+    with pytest.raises(InputError, match="time_shift/all_joints holds at all joints and is given once: found B"):
+        placed("A", "B")
 
 
 def test_a_law_in_an_arm_file() -> None:

@@ -39,6 +39,7 @@ class Case:
     expected: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     left: float = 0.5
     rounds: int = 1
+    elsewhere: str = ""  # the same at another joint
 
 
 def wave(amplitude: float, phase: float, harmonic: float, allowed: float = 0.1) -> dict[str, tuple[float, float]]:
@@ -78,6 +79,9 @@ CASES = {
     "quadratic_damping": Case("B", {"coefficient": 0.4}, {"coefficient": (0.4, 0.02)}, 0.3),
     "actuator_lag/one_pole": Case("B", {"time": 0.02}, {"time_constant": (0.02, 0.001)}, 0.3),
     "actuator_lag/two_poles": Case("B", {"time": 0.012, "again": 0.012}, {"time_constant": (0.024, 0.0012)}, 0.3),
+    "actuator_lag/magnitude_optimum": Case(
+        "B", {"time": 0.024, "damping": math.sqrt(0.5)}, {"time_constant": (0.024, 0.0006)}, 0.1
+    ),
     "delay": Case("B", {"time": 0.02}, {"time": (0.02, 0.0006)}, 0.3),
     "torque_gain": Case("B", {"gain": 0.8}, {"gain": (0.8, 0.02)}, 0.4),
     "torque_offset": Case("B", {"offset": 1.0}, {"offset": (1.0, 0.05)}, 0.3),
@@ -85,6 +89,8 @@ CASES = {
     "torque_saturation/back_emf": Case(
         "B", {"limit": 6.0, "fade": 0.15}, {"limit": (6.0, 0.2), "fade": (0.15, 0.015)}, 0.1
     ),
+    # rounded off by another law: u / (1 + (u / limit)^2.4)^(1 / 2.4) is nearest
+    "torque_saturation/smooth": Case("B", {"limit": 9.0, "sharp": 2.4}, {"limit": (9.0, 0.6)}, 0.15),
     "torque_dead_zone": Case("B", {"width": 1.0}, {"width": (1.0, 0.1)}, 0.4),
     "cogging/one_wave": Case("A", {"amplitude": 1.5, "harmonic": 12.0, "phase": 0.4}, wave(1.5, 0.4, 12.0), 0.4),
     "cogging/two_waves": Case(
@@ -110,7 +116,8 @@ CASES = {
         2,
     ),
     "encoder_offset": Case("B", {"offset": 0.05}, {"offset": (0.05, 0.01)}, 0.8),
-    "time_shift": Case("B", {"time": 0.01}, {"time": (0.01, 0.001)}, 0.5),
+    "time_shift/one_joint": Case("B", {"time": 0.01}, {"time": (0.01, 0.001)}, 0.5),
+    "time_shift/all_joints": Case("A", {"time": -0.01}, {"time": (-0.01, 0.0005)}, 0.2, elsewhere="B"),
     "payload": Case("B", {"mass": 0.6}, {"mass": (0.6, 0.05)}, 0.2),
     "base_flexibility": Case(
         "A",
@@ -157,7 +164,7 @@ CASES = {
 
 
 SAMPLE = (  # one of each stage; all of them take a good part of a minute
-    "load_dependent_friction/proportional", "delay", "joint_flexibility", "time_shift", "payload",
+    "load_dependent_friction/proportional", "delay", "joint_flexibility", "time_shift/all_joints", "payload",
     "cable_spring/linear",
 )  # fmt: skip
 
@@ -167,7 +174,7 @@ def fitted(label: str, case: Case) -> tuple[Prepared, Model, Model]:
     name, _, law = label.partition("/")
     effect = effect_named(name, law or None)
     bend = name != "negative_damping"
-    runs = recorded(name, (case.joint,), case.hidden, bend=bend)
+    runs = recorded(name, (case.joint, *case.elsewhere), case.hidden, bend=bend)
     prepared = prepare(nominal_arm(bend), runs, runs[1:])
     base = retune(prepared, FLOOR, rounds=1)
     weights = weights_of(base, prepared, FLOOR)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from stribeck.arm import Arm
-from stribeck.effects.registry import registry
+from stribeck.effects.registry import effect_named, registry
 from stribeck.identify import residual as module
 from stribeck.identify.conditioning import Conditioned, condition
 from stribeck.identify.residual import Residual
@@ -176,6 +176,23 @@ def test_values_leave_no_trace_in_the_runs() -> None:
     ahead = late.along(both[::-1])(p)[0]
     assert not np.array_equal(ahead, first)
     assert np.array_equal(late.along(both)(p)[0], first)
+
+
+def test_records_that_share_a_clock_are_late_together() -> None:
+    """As both joints with the same time each; the derivative is that of both at once."""
+    arm = Arm("two joints", (9.81, 0.0), tuple(replace(pendulum().joints[0], name=joint) for joint in "AB"))
+    one = recorded(duration=3.0, noise=1e-5)
+    shifted = [np.column_stack([x[:, 0], np.roll(x[:, 0], 217)]) for x in (one.q, one.tau)]
+    run = condition(arm, Run("two", one.t, *shifted), 20.0)
+    every, each = effect_named("time_shift", "all_joints"), effect_named("time_shift", "one_joint")
+    together = SignalPath(arm, [Placed(every, 0, {"time": -0.013})])
+    apart = SignalPath(arm, [Placed(each, joint, {"time": -0.013}) for joint in (0, 1)])
+    (first, by_all), (second, by_each) = (Residual(path, [run])(values_of(path.entries)) for path in (together, apart))
+    assert first == pytest.approx(second, abs=1e-12)
+    assert by_all[..., -1] == pytest.approx(by_each[..., -2] + by_each[..., -1], abs=1e-9 * np.abs(by_all).max())
+    assert together.shifts == (len(together.entries) - 1,)
+    prompt = SignalPath(arm)
+    assert np.abs(first - Residual(prompt, [run], ())(values_of(prompt.entries))[0]).max() > 0.1
 
 
 @pytest.mark.parametrize("name", ["delay", "time_shift"])

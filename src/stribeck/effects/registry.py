@@ -11,6 +11,7 @@ from importlib.metadata import entry_points
 
 from stribeck.arm import Arm, EffectEntry
 from stribeck.effects.actuator.actuator_lag import ActuatorLag
+from stribeck.effects.actuator.actuator_lag_magnitude_optimum import ActuatorLagMagnitudeOptimum
 from stribeck.effects.actuator.actuator_lag_two_poles import ActuatorLagTwoPoles
 from stribeck.effects.actuator.cogging import Cogging
 from stribeck.effects.actuator.cogging_two_waves import CoggingTwoWaves
@@ -22,6 +23,7 @@ from stribeck.effects.actuator.torque_ripple import TorqueRipple
 from stribeck.effects.actuator.torque_ripple_two_waves import TorqueRippleTwoWaves
 from stribeck.effects.actuator.torque_saturation import TorqueSaturation
 from stribeck.effects.actuator.torque_saturation_back_emf import TorqueSaturationBackEmf
+from stribeck.effects.actuator.torque_saturation_smooth import TorqueSaturationSmooth
 from stribeck.effects.external.cable_spring import CableSpring
 from stribeck.effects.external.cable_spring_hardening import CableSpringHardening
 from stribeck.effects.external.contact import Contact
@@ -50,6 +52,7 @@ from stribeck.effects.sensing.encoder_eccentricity_two_waves import EncoderEccen
 from stribeck.effects.sensing.encoder_offset import EncoderOffset
 from stribeck.effects.sensing.encoder_quantisation import EncoderQuantisation
 from stribeck.effects.sensing.time_shift import TimeShift
+from stribeck.effects.sensing.time_shift_all_joints import TimeShiftAllJoints
 from stribeck.effects.sensing.velocity_filter import VelocityFilter
 from stribeck.effects.transmission.backlash import Backlash
 from stribeck.effects.transmission.joint_flexibility import JointFlexibility
@@ -74,11 +77,13 @@ _OWN: tuple[type[Effect], ...] = (
     QuadraticDamping,
     ActuatorLag,
     ActuatorLagTwoPoles,
+    ActuatorLagMagnitudeOptimum,
     Delay,
     TorqueGain,
     TorqueOffset,
     TorqueSaturation,
     TorqueSaturationBackEmf,
+    TorqueSaturationSmooth,
     TorqueDeadZone,
     Cogging,
     CoggingTwoWaves,
@@ -92,6 +97,7 @@ _OWN: tuple[type[Effect], ...] = (
     EncoderQuantisation,
     VelocityFilter,
     TimeShift,
+    TimeShiftAllJoints,
     Payload,
     GravityTilt,
     BaseFlexibility,
@@ -146,6 +152,9 @@ def placed_effects(arm: Arm) -> tuple[Placed, ...]:
 
 def _place(arm: Arm, entry: EffectEntry, joint: str) -> Placed:
     effect = effect_named(entry.effect, entry.law)
+    if effect.everywhere and arm.names.index(joint) not in effect.sites(arm.n):
+        first = arm.names[effect.sites(arm.n)[0]]
+        raise InputError(f"{effect.label} holds at all joints and is given once", joint, f"give it at joint {first}")
     given = dict(entry.parameters.get(joint, {}))
     known = {parameter.name for parameter in effect.parameters}
     for name in given:

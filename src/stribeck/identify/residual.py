@@ -150,17 +150,17 @@ class Residual:
         Without delays it is the run's own (``still``, where that is known): not to be written to.
         """
         still = _as_recorded(run) if still is None else still
-        shifted = [(place, delays[k]) for k, place in enumerate(self.path.placed) if place.effect.delays]
+        placed, n = enumerate(self.path.placed), self.path.n
+        shifted = [(place, delays[k], j) for k, place in placed if place.effect.delays for j in place.joints(n)]
         if not shifted:
             return still
-        signals = {name: still[_rows(name, self.path.n)].copy() for name in DRIVE[1:]}
-        for place, delay in shifted:
+        signals = {name: still[_rows(name, n)].copy() for name in DRIVE[1:]}
+        for place, delay, joint in shifted:
             if place.effect.delays == "command":
-                _shift(signals, run.time, -delay, place.joint, ("command",))
+                _shift(signals, run.time, -delay, joint, ("command",))
             else:
-                _shift(signals, run.time, delay, place.joint, ("position", "velocity", "acceleration"))
-                later = np.interp(run.time + delay, run.time, run.sliding[:, place.joint])
-                signals["sliding"][place.joint] = later
+                _shift(signals, run.time, delay, joint, ("position", "velocity", "acceleration"))
+                signals["sliding"][joint] = np.interp(run.time + delay, run.time, run.sliding[:, joint])
         return np.concatenate([still[:1], *(signals[name] for name in DRIVE[1:])])
 
     def _states(
@@ -217,10 +217,11 @@ def _rows(name: str, n: int) -> slice:
 def _shift(signals: dict[str, np.ndarray], time: np.ndarray, ahead: float, joint: int, names: Sequence[str]) -> None:
     """Replace one joint's signals by those of a later time (s), and give their rates there.
 
-    The rates are the splines' own slopes, so that derivatives by the shift are exact.
+    The rates are the splines' own slopes, and none beyond the record, so that derivatives by the shift are exact.
     """
-    later = np.clip(time + ahead, time[0], time[-1])
+    asked = time + ahead
+    later = np.clip(asked, time[0], time[-1])
     for name in names:
         curve = CubicSpline(time, signals[name][joint])
-        for key, order in ((name, 0), (f"{name}_rate", 1)):
-            signals[key][joint] = curve(later, order)
+        signals[name][joint] = curve(later)
+        signals[f"{name}_rate"][joint] = np.where(later == asked, curve(later, 1), 0.0)

@@ -64,6 +64,9 @@ class Effect(ABC):
     whole_arm: ClassVar[bool] = False
     """True where the effect belongs to the arm and is declared once, at the joint named in ``sites``."""
 
+    everywhere: ClassVar[bool] = False
+    """True where a law that is declared at one joint holds at all of them alike."""
+
     @property
     def label(self) -> str:
         """The name, and the law where the family has several: ``presliding/lugre``."""

@@ -58,9 +58,10 @@ class Forward:
         """
         placed = self.path.placed
         return tuple(
-            (entry.joint, i)
+            (joint, i)
             for i, entry in enumerate(self.path.entries)
             if isinstance(entry.owner, int) and entry.name == "time" and placed[entry.owner].effect.delays
+            for joint in placed[entry.owner].joints(self.n)
         )
 
     @cached_property

@@ -29,6 +29,10 @@ class Placed:
         """Effect name and joint."""
         return self.effect.name, self.joint
 
+    def joints(self, n: int) -> tuple[int, ...]:
+        """Return the joints, of an arm of ``n``, at which the law holds."""
+        return tuple(range(n)) if self.effect.everywhere else (self.joint,)
+
 
 @dataclass(frozen=True)
 class Entry:

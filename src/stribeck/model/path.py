@@ -103,7 +103,8 @@ class SignalPath:
 
     def at(self, joint: int, kind: type[Any]) -> list[tuple[int, Any]]:
         """Return (number, effect) of the placed effects of one kind at a joint."""
-        return [(k, e.effect) for k, e in enumerate(self.placed) if e.joint == joint and isinstance(e.effect, kind)]
+        here = [(k, place.effect) for k, place in enumerate(self.placed) if joint in place.joints(self.n)]
+        return [(k, effect) for k, effect in here if isinstance(effect, kind)]
 
     def constants(self, joint: int, direction: float) -> Parameters:
         """Return the Tustin constants' symbols of a joint for one direction of motion."""

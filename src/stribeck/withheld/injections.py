@@ -9,7 +9,9 @@ What the names leave open:
 - ``asymmetric_friction``: forward minus backward constants, the mean stays;
 - ``history``: relative change of the level when as much friction power as `power` has flowed for long; or, where
   `work` is given, when the contact is new: what is left of it falls to 1/e with that much work of friction, J;
-- ``actuator_lag``: a pole, and where ``again`` is given another one behind it;
+- ``actuator_lag``: a pole, and where ``again`` is given another one behind it; where ``damping`` is, two that swing
+  and are late by ``time`` at low frequency;
+- ``torque_saturation``: the ``sharp``-er, the later u (1 + (u / limit)^sharp)^(-1 / sharp) bends; 0 is a corner;
 - ``time_shift``: positive where the recorded position is late, q[i] being the position at t[i] - time;
 - ``torque_dead_zone``: the torque that gets lost, on either side;
 - ``torque_ripple``: relative, at the rotor's angle; ``cogging`` the same in N m;
@@ -110,12 +112,15 @@ KNOWN: dict[str, Rule] = {
     "position_dependent_friction": Rule({"amplitude": 0.0}, {"harmonic": 1.0, "phase": 0.0}, _periodic("wave")),
     "load_dependent_friction": Rule({"ratio": 0.0}, {"input": 0.0}, {"ratio": "load_ratio", "input": "load_input"}),
     "quadratic_damping": Rule({"coefficient": 0.0}, {}, {"coefficient": "quadratic"}),
-    "actuator_lag": Rule({"time": 0.0}, {"again": 0.0}, {"time": "lag", "again": "lag_again"}),
+    "actuator_lag": Rule(
+        {"time": 0.0}, {"again": 0.0, "damping": 0.0}, {"time": "lag", "again": "lag_again", "damping": "lag_damping"}
+    ),
     "delay": Rule({"time": 0.0}, {}, {"time": "delay"}),
     "torque_gain": Rule({"gain": 1.0}, {}, _same("gain")),
     "torque_offset": Rule({"offset": 0.0}, {}, _same("offset")),
     "torque_saturation": Rule(
-        {"limit": math.inf}, {"fade": 0.0}, {"limit": "saturation", "fade": "saturation_fade"}
+        {"limit": math.inf}, {"fade": 0.0, "sharp": 0.0},
+        {"limit": "saturation", "fade": "saturation_fade", "sharp": "saturation_bend"},
     ),
     "torque_dead_zone": Rule({"width": 0.0}, {}, {"width": "dead_zone"}),
     "cogging": Rule(

@@ -94,8 +94,9 @@ def _history(st: Stage) -> Params:
 
 
 def _lag(st: Stage) -> Params:
-    twice = st.one_of(False, False, True)
-    return lambda s: {"time": 0.5 * s, "again": 0.5 * s} if twice else {"time": s}
+    kind = st.one_of(1, 2, 3)  # a pole, a pole twice, two that swing
+    again, damping = 0.5 if kind == 2 else 0.0, math.sqrt(0.5) if kind == 3 else 0.0
+    return lambda s: {"time": (1.0 - again) * s, "again": again * s, "damping": damping}
 
 
 def _gain(st: Stage) -> Params:

@@ -121,6 +121,18 @@ def test_late_by_the_same_everywhere(steps: Any, same: bool) -> None:
     assert (other in cause.equivalent) is same
 
 
+@pytest.mark.parametrize(("time", "same"), [(0.010, True), (-0.010, False)])
+def test_records_that_share_a_clock_are_late_at_all_joints(time: float, same: bool) -> None:
+    placed = [Placed(effect_named("time_shift", "all_joints"), 0, {"time": time})]
+    steps = taken_steps(placed, [8.0], gap=FLOOR, floor=FLOOR, candidates=("delay",))
+    (cause,), _ = causes_of(steps, ("A", "B"), SCALES)
+    assert cause.joints == ("A", "B")
+    assert ("delay" in cause.equivalent) is same
+    models = (SimpleNamespace(placed=placed),)
+    (near, _) = suspected(Step(None, models, SimpleNamespace(order=(1,)), (), (), FLOOR), 0.9, ("A", "B"))  # type: ignore[arg-type]
+    assert near.joints == ("A", "B")
+
+
 @pytest.mark.parametrize(
     ("stiffness", "position", "leaned_on"), [(9.0, 0.1, True), (9.0, 0.3, False), (-9.0, 0.3, True), (-9.0, 0.1, False)]
 )

@@ -166,6 +166,16 @@ def test_on_one_joint_a_late_record_is_a_late_command(
     assert sorted(found.order) == [1, 2, 3]
 
 
+def test_records_that_share_a_clock_are_no_late_command(prepared: Prepared) -> None:
+    """A command as late as the records of all joints explains one of them."""
+    every = model(noise(prepared, 0, 0.099), "time_shift")
+    every = replace(every, placed=(Placed(effect_named("time_shift", "all_joints"), 0, {"time": 0.02}),))
+    command = model(noise(prepared, 1, 0.1), "delay")
+    command = replace(command, placed=(replace(command.placed[0], values={"time": 0.02}),))
+    found = rank(prepared, [model(noise(prepared, 7)), command, every], FLOOR, 0)
+    assert found.order == (2, 1)
+
+
 def test_models_without_an_effect_rank_as_well(prepared: Prepared) -> None:
     """As those of two searches, of which one has taken nothing."""
     found = rank(prepared, [model(noise(prepared, 0)), model(noise(prepared, 1, 0.2))], FLOOR, 0)

@@ -14,10 +14,11 @@ class TimeShift(SensingEffect):
     """Clocks of the two records that differ: positive where the position is late.
 
     The cut moves the recorded motion back in time. Forward, where the record's clock counts, the joint's command
-    comes late (or early) by as much: exact where all joints share the shift, else but for their coupling.
+    comes late (or early) by as much: exact but for the joints' coupling.
     """
 
     name = "time_shift"
+    law = "one_joint"
     channel = "sensing"
     equation = r"y(t) = q(t - T)"
     symptom = "a residual in proportion to the rate of the command, of either sign, in the coupling to other joints too"

@@ -57,7 +57,7 @@ def causes_of(steps: Sequence[Step], names: Sequence[str], scales: Sequence[Scal
         equivalent = tuple(dict.fromkeys(name for one in telling for name in one.equivalent))
         if effect in late:
             equivalent = tuple(dict.fromkeys((*equivalent, *late)))
-        joints = tuple(names[one.place.joint] for one in telling)
+        joints = tuple(dict.fromkeys(names[j] for one in telling for j in one.place.joints(len(names))))
         causes.append(Cause(effect, surest * part, joints, equivalent, presence=surest))
     left_over = 1.0 - sum(cause.probability for cause in causes)
     return causes, max(left_over, 0.0)
@@ -115,7 +115,7 @@ def _late_as_one(steps: Sequence[Step], joints: int) -> tuple[str, ...]:
     """Return the laws of a delay where all joints are late by the same: which record it is in cannot be told then."""
     placed = [place for place in last_model(steps).placed if place.effect.delays]
     times = [place.values["time"] for place in placed]
-    if {place.joint for place in placed} != set(range(joints)) or min(times) <= 0.0:
+    if {joint for place in placed for joint in place.joints(joints)} != set(range(joints)) or min(times) <= 0.0:
         return ()
     if max(times) - min(times) > IN_TIME * float(np.mean(times)):
         return ()
@@ -145,7 +145,8 @@ def suspected(step: Step, unknown: float, names: Sequence[str]) -> list[Cause]:
     if not near:
         return [Cause("unknown", unknown)]
     spare = (1.0 - UNKNOWN_HELD) * unknown / len(near)
-    causes = [Cause(p.effect.name, spare, (names[p.joint],), (p.effect.name,), presence=spare) for p in near]
+    found = [(p.effect.name, tuple(names[j] for j in p.joints(len(names)))) for p in near]
+    causes = [Cause(name, spare, joints, (name,), presence=spare) for name, joints in found]
     return [*causes, Cause("unknown", UNKNOWN_HELD * unknown)]
 
 

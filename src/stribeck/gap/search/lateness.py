@@ -38,7 +38,7 @@ def on_time(prepared: Prepared, base: Model, floor: np.ndarray, seed: int, leave
         Effects that no model may have.
     """
     delay = effect_named("delay")
-    late = {place.joint for place in base.placed if place.effect.delays}
+    late = {joint for place in base.placed if place.effect.delays for joint in place.joints(prepared.arm.n)}
     joints = [joint for joint in range(prepared.arm.n) if joint not in late]
     if delay.name in leave_out or not joints:
         return base

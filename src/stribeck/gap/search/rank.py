@@ -155,12 +155,13 @@ def _order(score: np.ndarray) -> tuple[int, ...]:
 def _late_command_first(models: Sequence[Model], order: tuple[int, ...]) -> tuple[int, ...]:
     """Return the order with a late command before the record of the same joint that is late by as much.
 
-    On one joint the two say the same, and where the samples happen to lie would decide. An early record stays.
+    On one joint the two say the same, and where the samples happen to lie would decide. An early record stays, and one
+    that is late at all joints.
     """
     times: dict[int, tuple[str, float]] = {}
     for k in order:
         place = models[k].placed[-1] if models[k].placed else None
-        if place is not None and place.effect.delays and "time" in place.values:
+        if place is not None and place.effect.delays and not place.effect.everywhere and "time" in place.values:
             times[k] = place.effect.delays, place.values["time"]
     record = next((k for k in order if k in times and times[k][0] == "position"), None)
     command = next((k for k in order if k in times and times[k][0] == "command"), None)

@@ -26,6 +26,8 @@ static double drive(const Joint *j, double u, double speed) {
     if (j->dead_zone > 0.0) u = copysign(fmax(0.0, fabs(u) - j->dead_zone), u);
     double limit = j->saturation;
     if (u * speed > 0.0 && j->saturation_fade > 0.0) limit *= fmax(0.0, 1.0 - j->saturation_fade * fabs(speed));
+    double bend = j->saturation_bend;
+    if (bend > 0.0 && isfinite(limit)) return u * pow(1.0 + pow(fabs(u) / limit, bend), -1.0 / bend);
     return copysign(fmin(fabs(u), limit), u);
 }
 
@@ -35,6 +37,15 @@ static double lagged_mean(double lag, double u, double step, double *state) {
     double fade = -expm1(-step / lag), mean = u + (*state - u) * fade * lag / step;
     *state += (u - *state) * fade;
     return mean;
+}
+
+/* Second-order lag over one step of the implicit midpoint rule: returns the mean and moves the state to the end. */
+static double swung_mean(double lag, double damping, double u, double step, double *state, double *rate) {
+    double turn = step * 2.0 * damping / lag, before = *state, even = 0.25 * turn * turn, drag = damping * turn;
+    double moved = (*rate * step * (1.0 - drag - even) + turn * turn * (u - before)) / (1.0 + drag + even);
+    *state += 0.5 * (*rate * step + moved);
+    *rate = moved / step;
+    return 0.5 * (before + *state);
 }
 
 /* Torque at the rotor beyond the amplifier: pulsation, cogging, offset, supply bang. */

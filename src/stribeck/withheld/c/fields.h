@@ -15,7 +15,8 @@
     X(dwell_rise) X(dwell_time) X(dwell_distance) X(warm_change) X(warm_time) X(warm_power) X(wear_work)         \
     X(wave_amplitude) X(wave_harmonic) X(wave_phase) X(load_ratio) X(load_input) X(quadratic)                    \
     /* drive */                                                                                                  \
-    X(lag) X(lag_again) X(delay) X(gain) X(offset) X(saturation) X(saturation_fade) X(dead_zone)                              \
+    X(lag) X(lag_again) X(lag_damping) X(delay) X(gain) X(offset)                                                \
+    X(saturation) X(saturation_fade) X(saturation_bend) X(dead_zone)                                             \
     X(cogging_amplitude) X(cogging_harmonic) X(cogging_phase)                                                    \
     X(ripple_ratio) X(ripple_harmonic) X(ripple_phase)                                                           \
     X(cogging_overtone) X(cogging_overtone_phase) X(ripple_overtone) X(ripple_overtone_phase)                    \

@@ -46,7 +46,10 @@ static void sample(Plant *p, Record *r, int i, int k) {
     if (j->time_shift == 0.0) r->q[at] = seen;
     r->dq[at] = p->speed_log[k] * encoder_slope(j, angle);
     r->tau[at] = control(j, &r->loop[k], r->period, seen, r->reference + 2 * at, r->forward[at], i == 0);
-    if (i == 0) p->amplifier[k] = p->second[k] = drive(j, r->tau[at], motor_rate(p, k));
+    if (i == 0) {
+        p->amplifier[k] = drive(j, r->tau[at], motor_rate(p, k));
+        p->second[k] = j->lag_damping > 0.0 ? 0.0 : p->amplifier[k];
+    }
     double values[TRUTH] = {angle, motor_rate(p, k), p->x[p->base + k], p->v[p->base + k],
                             p->friction[k].torque, p->rotor_torque[k], p->friction[k].load};
     memcpy(r->truth + (size_t)TRUTH * at, values, sizeof values);

@@ -153,8 +153,11 @@ static void push_joint(Plant *p, int k, double t, double h, double command, doub
     const Joint *j = &p->joint[k];
     double angle = p->flexible[k] ? p->theta[k] + 0.5 * h * p->omega[k] : mid;
     double rate = p->flexible[k] ? 1.5 * p->omega[k] - 0.5 * p->omega_old[k] : glide;
-    double u = lagged_mean(j->lag, drive(j, command, rate), h, &p->amplifier[k]);
-    u = lagged_mean(j->lag_again, u, h, &p->second[k]);
+    double u = drive(j, command, rate);
+    if (j->lag > 0.0 && j->lag_damping > 0.0)
+        u = swung_mean(j->lag, j->lag_damping, u, h, &p->amplifier[k], &p->second[k]);
+    else
+        u = lagged_mean(j->lag_again, lagged_mean(j->lag, u, h, &p->amplifier[k]), h, &p->second[k]);
     double torque = at_rotor(j, u, angle, rate, t + 0.5 * h) + push;
     p->rotor_torque[k] = torque;
     if (!p->flexible[k]) {

@@ -1,0 +1,35 @@
+"""Torque that a drive gives ever less of, the more is asked."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import final
+
+import casadi as ca
+
+from stribeck.model.effect import ActuatorEffect
+from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
+
+
+@final
+class TorqueSaturationSmooth(ActuatorEffect):
+    """A limit that is come to gradually, as iron saturates and as amplifiers round off."""
+
+    name = "torque_saturation"
+    law = "smooth"
+    channel = "actuator"
+    equation = r"\tau = L \tanh(u / L)"
+    symptom = "a residual towards zero torque, that grows with the cube of the command"
+    shows = "command"
+    source = "Hughes & Drury (2019), ch. 1 (saturation of iron)"
+    parameters = (Parameter("limit", "N m", "largest torque", math.inf, 1e-6, 1e9, log=True),)
+
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        return tuple({"limit": times * scale.torque} for times in (1.5, 3.0))
+
+    def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
+        return values["limit"] > 0.7 * scale.torque  # less would be a drive that hardly drives
+
+    def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
+        return p["limit"] * ca.tanh(torque / p["limit"])
