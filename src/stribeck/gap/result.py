@@ -87,8 +87,9 @@ class Cause:
 class Candidate:
     """A row of the ranking at one step of the search.
 
-    ``gain`` is the part of the closable squared residual that the candidate closes on held-out data;
-    ``t`` the block-robust t value of its gain; ``status`` the solver's, or ``screened out``.
+    ``joint`` names all joints of a law that holds at several, with commas between; ``gain`` is the part of the
+    closable squared residual that the candidate closes on held-out data; ``t`` the block-robust t value of its gain;
+    ``status`` the solver's, or ``screened out``.
     """
 
     step: int

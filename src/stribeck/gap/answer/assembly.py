@@ -45,6 +45,7 @@ from stribeck.gap.search.ordinary import told_ordinary
 from stribeck.gap.search.random_torque import added_power, loud, random_torque
 from stribeck.gap.search.step import Step, last_model
 from stribeck.identify.confidence import Intervals, intervals
+from stribeck.model.layout import Placed
 
 
 class Assembly:
@@ -202,11 +203,13 @@ class Assembly:
         bounds = self._intervals(final)
         parameters: dict[str, dict[str, Estimate]] = {}
         for i, entry in enumerate(final.fit.entries):
-            joint = self.prepared.arm.names[entry.joint]
-            mine = isinstance(entry.owner, int) and final.placed[entry.owner].effect.name == cause.effect
-            if mine and joint in cause.joints:
-                estimate = Estimate(float(final.fit.p[i]), float(bounds.low[i]), float(bounds.high[i]), entry.unit)
-                parameters.setdefault(joint, {})[entry.name] = estimate
+            place = final.placed[entry.owner] if isinstance(entry.owner, int) else None
+            if place is None or place.effect.name != cause.effect:
+                continue
+            estimate = Estimate(float(final.fit.p[i]), float(bounds.low[i]), float(bounds.high[i]), entry.unit)
+            for joint in self._joints_of(place):
+                if joint in cause.joints:
+                    parameters.setdefault(joint, {})[entry.name] = estimate
         step = self.prepared.fit[0].run.t
         parameters = {joint: widened(own, float(step[1] - step[0])) for joint, own in parameters.items()}
         closes = self._closed_by(cause.effect, chain)
@@ -214,8 +217,11 @@ class Assembly:
 
     def _laws_of(self, effect: str) -> dict[str, str]:
         """Return joint -> law of a named family that has several."""
-        names, added = self.prepared.arm.names, self.models[-1].placed[len(self.base.placed) :]
-        return {names[p.joint]: p.effect.law for p in added if p.effect.name == effect and p.effect.law}
+        added = [place for place in self.models[-1].placed[len(self.base.placed) :] if place.effect.law]
+        return {joint: p.effect.law for p in added if p.effect.name == effect for joint in self._joints_of(p)}
+
+    def _joints_of(self, place: Placed) -> list[str]:
+        return [self.prepared.arm.names[j] for j in place.joints(self.prepared.arm.n)]
 
     def _closed_by(self, effect: str, chain: Sequence[Model]) -> Estimate:
         """Return the part of the whole closable gap that an effect's own steps close, joints scaled by their floor."""

@@ -27,8 +27,8 @@ def candidates_of(steps: Sequence[Step], names: Sequence[str]) -> tuple[Candidat
             place, gain = model.placed[-1], step.ranking.gain[k]
             chosen = step.taken and k == step.ranking.best
             estimate = Estimate(float(gain[0]), float(gain[1]), float(gain[2]))
-            t = float(step.ranking.t[k])
-            rows.append(Candidate(number, place.effect.name, names[place.joint], estimate, t, model.fit.status, chosen))
+            t, where = float(step.ranking.t[k]), ", ".join(names[j] for j in place.joints(len(names)))
+            rows.append(Candidate(number, place.effect.name, where, estimate, t, model.fit.status, chosen))
         nothing = Estimate(np.nan, np.nan, np.nan)
         rows.extend(
             Candidate(number, effect, names[joint], nothing, np.nan, "screened out")

@@ -26,8 +26,8 @@ ORDINARY = 0.1  # of the presence of what every arm has some of: it is there, an
 IDLE = 0.5  # of the presence of what closes nothing in the model that would be delivered
 # of the chance of "none", where random torque is left: it may have a cause that counts, as in none of 600 sealed cases
 FROM_OUTSIDE = 0.1
-# probability of presence from which an effect is named; of 16 from 0.55 on, in 600 sealed cases and on three plants that
-# others wrote, 7 were there
+# probability of presence from which an effect is named; of 16 from 0.55 on, in 600 sealed cases and on three plants
+# that others wrote, 7 were there
 NAMED_OVER = 0.6
 NONE_OVER = 0.5  # probability of nothing, from which there is no gap
 
