@@ -47,8 +47,9 @@ def answered(case: Poor) -> dict[str, Any]:
         return {**row, "open": False}
     exact = row["before"]["right"]  # and a class: no motion will tell more
     began = time.process_time()
-    models = open_question(found.steps, unexplained=first.verdict == "unexplained")
-    experiment = next_experiment(prepared, models, floor)
+    unexplained = first.verdict == "unexplained"
+    models = open_question(found.steps, unexplained=unexplained)
+    experiment = next_experiment(prepared, models, floor, as_it_is=unexplained)
     row["seconds"]["design"] = time.process_time() - began
     if experiment is None:
         return {**row, "open": True, "exact": exact, "experiment": None}

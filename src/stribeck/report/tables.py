@@ -165,9 +165,9 @@ def next_experiment(diagnosis: Diagnosis) -> Facts | None:
 def _promise(gain: Mapping[str, float]) -> str:
     """Return what the next experiment promises as a sentence."""
     return (
-        f"The nearest two come out {number(gain['t'])} standard deviations apart, and are told apart with probability "
-        f"{probability(gain['probability_resolved'])}; a D-optimal motion gives {number(gain['t_d_optimal'])}, one at "
-        f"random {number(gain['t_random'])}."
+        f"The likeliest, if it is true, comes out {number(gain['t'])} standard deviations from the next one (by a "
+        f"D-optimal motion {number(gain['t_d_optimal'])}, by one at random {number(gain['t_random'])}); whichever it "
+        f"is, that is told with probability {probability(gain['probability_resolved'])}."
     )
 
 

@@ -15,7 +15,7 @@ from stribeck.gap.diagnose import diagnose
 from stribeck.gap.experiment.motions import KINDS, Motion, Reach
 from stribeck.gap.experiment.plan import DURATION, PARTS, WIDER, Options, Plan
 from stribeck.gap.experiment.programme import PART, Programme, shortest
-from stribeck.gap.experiment.proposal import WORTH, Experiment, next_experiment, open_question
+from stribeck.gap.experiment.proposal import WORTH, Experiment, next_experiment, open_question, resolved
 from stribeck.gap.experiment.separation import AS_IT_IS, Prospect, _excess
 from stribeck.gap.search.step import Step
 from stribeck.report.tables import next_experiment as next_section
@@ -201,6 +201,19 @@ def test_no_motion_tells_an_offset_from_asymmetry() -> None:
     assert found.resolved > 0.9
 
 
+def test_where_the_cause_may_be_none_of_them_nothing_is_changed() -> None:
+    found = next_experiment(biased().prepared, biased().models, biased().floor, as_it_is=True)
+    assert found is not None
+    assert found.kind == "motion"
+    assert found.resolved < 0.1
+
+
+def test_any_of_the_models_may_be_true() -> None:
+    """One that stands out from three that look alike is a quarter of the answer."""
+    assert resolved(np.full(3, 30.0)) == pytest.approx(1.0)
+    assert resolved(np.array([80.0, 0.0, 0.0, 0.0])) == pytest.approx(0.25, abs=0.02)
+
+
 def test_reversed_drive_shows_which_it_was() -> None:
     """With its drive reversed the plant's offset turns sign in the joint; the friction of the joint would not."""
     reversed_ = [Injection("torque_offset", "A", {"offset": -0.6})]
@@ -311,4 +324,4 @@ def test_diagnosis_proposes_and_writes_it(tmp_path) -> None:  # type: ignore[no-
     assert written.dq_ref is not None
     section = next_section(found)
     assert section is not None
-    assert dict(section.pairs)["expected gain"].startswith("The nearest two come out")
+    assert dict(section.pairs)["expected gain"].startswith("The likeliest, if it is true, comes out")

@@ -184,7 +184,7 @@ class Assembly:
         """Return what would tell apart what these data cannot, where there is such a question."""
         ambiguous = any((c.presence or 0.0) > NAMED_OVER and len(c.equivalent) > 1 for c in causes)
         models = open_question(self.steps, unexplained=unexplained) if ambiguous or unexplained else ()
-        return next_experiment(self.prepared, models, self.floor) if models else None
+        return next_experiment(self.prepared, models, self.floor, as_it_is=unexplained) if models else None
 
     def _closes(self, before: Model, after: Model) -> Estimate:
         return closes_estimate(self._held(before), self._held(after), self.floor, self.block, self.draws)

@@ -46,9 +46,15 @@ class Choice:
     change: Change = AS_IT_IS
 
     @property
+    def nearest(self) -> np.ndarray:
+        """How far from each model (K,) the next one is, were it true."""
+        pairs = self.prospect.pairs
+        return np.asarray(np.min(np.where(np.eye(len(pairs), dtype=bool), np.inf, pairs), axis=1))
+
+    @property
     def apart(self) -> float:
         """How far apart the likeliest model and the one next to it are."""
-        return float(np.min(self.prospect.pairs[0, 1:]))
+        return float(self.nearest[0])
 
 
 class Plan:
@@ -111,15 +117,15 @@ class Plan:
             motions = [motion for motion, fits in zip(motions, able, strict=True) if not fits]
         return Options(tuple(motion for motion, _ in kept), tuple(prospect for _, prospect in kept), reach, wider)
 
-    def choices(self) -> Iterator[Choice]:
-        """Yield the best programme within what was recorded, that beyond it, and those with a change."""
+    def choices(self, *, as_it_is: bool = False) -> Iterator[Choice]:
+        """Yield the best programme within what was recorded, that beyond it, and those with a change if asked for."""
         last: Options | None = None
         for wider in (1.0, WIDER):
             options = self.options(wider)
             if options.motions:
                 yield self.best(options)
                 last = options
-        if last is None:
+        if last is None or as_it_is:
             return
         for change in changes(self.prepared.arm, self.joints):
             again = self.promised(last.motions, last.reach, change)

@@ -20,6 +20,7 @@ from stribeck.run import Run
 MOST = 4  # candidates
 TOLD_APART, WIDTH = 6.0, 3.0  # t value at which every other pair is told apart, and how fast that turns
 WORTH = 0.75  # probability of that from which no more is asked of the arm
+MORE, CHANGED = 0.05, 0.2  # of it, that motions beyond the recorded ones must add, and what is laborious: a change
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class Experiment:
     apart : float
         Expected t value between the likeliest candidate and the one that lies nearest to it, everything re-tuned.
     resolved : float
-        Probability that the search tells them apart.
+        Probability that the search tells which is true, whichever it is.
     rivals : mapping
         ``apart`` of programmes that other criteria choose: ``d_optimal``, ``random`` (the mean over many).
     reference : Run
@@ -99,7 +100,9 @@ def open_question(steps: Sequence[Step], *, unexplained: bool) -> tuple[Model, .
     return tuple(step.rivals[k - 1] for k in order[:MOST]) if len(order) > 1 else ()
 
 
-def next_experiment(prepared: Prepared, models: Sequence[Model], floor: np.ndarray) -> Experiment | None:
+def next_experiment(
+    prepared: Prepared, models: Sequence[Model], floor: np.ndarray, *, as_it_is: bool = False
+) -> Experiment | None:
     """Return the experiment that tells models apart best; None where no motion is within the arm's torque.
 
     First motions that stay within what the recordings show of the arm; then, if these promise too little, wider and
@@ -113,13 +116,17 @@ def next_experiment(prepared: Prepared, models: Sequence[Model], floor: np.ndarr
         At least two, the likeliest first, fitted to them.
     floor : array (n,)
         Noise floor, N m rms.
+    as_it_is : bool
+        Without a change: where the cause may be none of the models, it is motions, diagnosed together with the runs so
+        far, that may bring it out.
     """
     plan = Plan(prepared, tuple(models), floor)
     best: Choice | None = None
-    for choice in plan.choices():
-        if best is None or resolved(choice.apart) > resolved(best.apart) + 0.05:
+    for choice in plan.choices(as_it_is=as_it_is):
+        first = best is not None and best.change is AS_IT_IS and choice.change is not AS_IT_IS
+        if best is None or resolved(choice.nearest) > resolved(best.nearest) + (CHANGED if first else MORE):
             best = choice
-        if resolved(best.apart) > WORTH:
+        if resolved(best.nearest) > WORTH:
             break
     return None if best is None else _experiment(plan, best)
 
@@ -130,7 +137,7 @@ def _experiment(plan: Plan, choice: Choice) -> Experiment:
         what=_words(plan, choice),
         separates=_names(plan.models, plan.prepared.arm.names),
         apart=choice.apart,
-        resolved=resolved(choice.apart),
+        resolved=resolved(choice.nearest),
         rivals={
             "d_optimal": plan.classic(choice.options).apart,
             "random": float(np.mean([other.apart for other in plan.at_random(choice.options)])),
@@ -171,6 +178,12 @@ def _names(models: Sequence[Model], joints: Sequence[str]) -> tuple[str, ...]:
     return tuple(f"{place.effect.name} at {joints[place.joint]}" for place in last)
 
 
-def resolved(apart: float) -> float:
-    """Return the probability that the search tells models apart that are expected to be ``apart`` (a t value)."""
-    return float(stats.norm.cdf((apart - TOLD_APART) / WIDTH))
+def resolved(nearest: np.ndarray) -> float:
+    """Return the probability that the search tells which of K models is true, each as likely.
+
+    Parameters
+    ----------
+    nearest : array (K,)
+        How far from each the next one is expected to be (t values).
+    """
+    return float(np.mean(stats.norm.cdf((nearest - TOLD_APART) / WIDTH)))
