@@ -13,6 +13,7 @@ HELD_SHARE = 0.3  # of a single run
 EVERY = 3  # runs, of which one is held out
 BEYOND = 0.25  # of what all runs reach: further than that beyond every other run, a run stands alone
 FAINT = 0.05  # of what is asked on average: less is as good as nothing
+DIGITS = 9  # of how far runs are from alike: what rounding leaves must not decide
 ALIKE = 0.3  # rms of the logarithms of what held runs ask, over that of fitted ones: they move alike up to here
 
 
@@ -80,7 +81,7 @@ def _most_alike(held: Sequence[int], asked: np.ndarray, alone: np.ndarray) -> li
 
     def apart(there: np.ndarray) -> np.ndarray:  # from sums over the held runs (..., f + 1)
         each = (part[..., :-1] / part[..., -1:] / mean + FAINT for part in (there, total - there))
-        return np.asarray(np.sqrt(np.mean(np.log(next(each) / next(each)) ** 2, axis=-1)))
+        return np.asarray(np.round(np.sqrt(np.mean(np.log(next(each) / next(each)) ** 2, axis=-1)), DIGITS))
 
     best, now = list(held), asked[held].sum(axis=0)
     while apart(now) > ALIKE and (others := [k for k in range(len(asked)) if k not in best and not alone[k]]):
