@@ -11,11 +11,10 @@ import numpy as np
 from stribeck.effects.registry import placed_effects
 from stribeck.gap.answer.delivered import delivered
 from stribeck.gap.answer.listing import candidates_of, traces_of
-from stribeck.gap.answer.margins import widened
-from stribeck.gap.answer.nominal import nominal_intervals
 from stribeck.gap.answer.off_the_line import told_off_the_line
 from stribeck.gap.answer.places import places
 from stribeck.gap.answer.stages import HORIZON, stages_of
+from stribeck.gap.answer.values import laws_of, parameters_of, tuned_of
 from stribeck.gap.answer.verdict import (
     AT_FLOOR,
     NAMED_OVER,
@@ -39,13 +38,11 @@ from stribeck.gap.records.observed import Observation
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.records.sequence import on_average
 from stribeck.gap.records.unsaid import told_of
-from stribeck.gap.result import Cause, Diagnosis, Estimate, Tuned
+from stribeck.gap.result import Cause, Diagnosis, Estimate
 from stribeck.gap.search.look_alike import doubt, told_alike
 from stribeck.gap.search.ordinary import told_ordinary
 from stribeck.gap.search.random_torque import added_power, loud, random_torque
 from stribeck.gap.search.step import Step, last_model
-from stribeck.identify.confidence import Intervals, intervals
-from stribeck.model.layout import Placed
 
 
 class Assembly:
@@ -98,7 +95,7 @@ class Assembly:
             "corrected": arm_of(arm, final.fit, (*on_average(final.placed, every), *self.seen.placed)),
         }
         experiment = self._experiment(causes, unexplained=verdict == "unexplained")
-        tuned = self._tuned()
+        tuned = tuned_of(self.base, prepared, self.floor)
         stages, missing = stages_of(prepared, self.given, chain, self.floor)
         regions_ = regions(prepared, self.base.held, final.held, self.noise, self.seed)
         return Diagnosis(
@@ -193,35 +190,12 @@ class Assembly:
         """Return a model's residual (M, n) on the held-out runs with all noise in it: less of it closes no gap."""
         return put_back(self.prepared, model.whole, model.noise, self.floor)[-len(model.held) :]
 
-    def _intervals(self, model: Model) -> Intervals:
-        weights = weights_of(model, self.prepared, self.floor)
-        return intervals(model.fit, weights, block_of_rows(self.prepared.fit))
-
     def _with_details(self, cause: Cause, chain: Sequence[Model]) -> Cause:
         """Return a cause with its parameters from the last of a chain of models, and what its own steps close."""
-        final = chain[-1]
-        bounds = self._intervals(final)
-        parameters: dict[str, dict[str, Estimate]] = {}
-        for i, entry in enumerate(final.fit.entries):
-            place = final.placed[entry.owner] if isinstance(entry.owner, int) else None
-            if place is None or place.effect.name != cause.effect:
-                continue
-            estimate = Estimate(float(final.fit.p[i]), float(bounds.low[i]), float(bounds.high[i]), entry.unit)
-            for joint in self._joints_of(place):
-                if joint in cause.joints:
-                    parameters.setdefault(joint, {})[entry.name] = estimate
-        step = self.prepared.fit[0].run.t
-        parameters = {joint: widened(own, float(step[1] - step[0])) for joint, own in parameters.items()}
+        parameters = parameters_of(cause, chain[-1], self.prepared, self.floor)
         closes = self._closed_by(cause.effect, chain)
-        return replace(cause, parameters=parameters, closes=closes, law=self._laws_of(cause.effect))
-
-    def _laws_of(self, effect: str) -> dict[str, str]:
-        """Return joint -> law of a named family that has several."""
-        added = [place for place in self.models[-1].placed[len(self.base.placed) :] if place.effect.law]
-        return {joint: p.effect.law for p in added if p.effect.name == effect for joint in self._joints_of(p)}
-
-    def _joints_of(self, place: Placed) -> list[str]:
-        return [self.prepared.arm.names[j] for j in place.joints(self.prepared.arm.n)]
+        added = self.models[-1].placed[len(self.base.placed) :]
+        return replace(cause, parameters=parameters, closes=closes, law=laws_of(cause.effect, added, self.prepared.arm))
 
     def _closed_by(self, effect: str, chain: Sequence[Model]) -> Estimate:
         """Return the part of the whole closable gap that an effect's own steps close, joints scaled by their floor."""
@@ -231,22 +205,6 @@ class Assembly:
         value = sum(at[id(after)].value - at[id(before)].value for before, after in pairs)
         spread = max((at[id(after)].high - at[id(after)].low) / 2 for _, after in pairs)
         return Estimate(value, value - spread, value + spread)
-
-    def _tuned(self) -> tuple[Tuned, ...]:
-        fit, bounds = self.base.fit, nominal_intervals(self.base, self.prepared, self.floor)
-        return tuple(
-            Tuned(
-                entry.key,
-                entry.unit,
-                entry.value,
-                entry.sd,
-                Estimate(float(fit.p[i]), float(bounds.low[i]), float(bounds.high[i]), entry.unit),
-                entry.key in fit.at_limit,
-                bool(bounds.identified[i]),
-            )
-            for i, entry in enumerate(fit.entries)
-            if entry.owner in ("inertial", "friction")
-        )
 
     def _limits(self) -> list[str]:
         return [

@@ -123,8 +123,8 @@ def next_experiment(
     plan = Plan(prepared, tuple(models), floor)
     best: Choice | None = None
     for choice in plan.choices(as_it_is=as_it_is):
-        first = best is not None and best.change is AS_IT_IS and choice.change is not AS_IT_IS
-        if best is None or resolved(choice.nearest) > resolved(best.nearest) + (CHANGED if first else MORE):
+        laborious = best is not None and best.change is AS_IT_IS and choice.change is not AS_IT_IS
+        if best is None or resolved(choice.nearest) > resolved(best.nearest) + (CHANGED if laborious else MORE):
             best = choice
         if resolved(best.nearest) > WORTH:
             break
