@@ -144,3 +144,10 @@ def test_algebraic_loop_of_load_dependent_friction(law: str, ratio: float) -> No
             sides = [j.friction if v > 0.0 else j.backward for j, v in zip(arm().joints, y[2:], strict=True)]
             passed += [f.C0 + f.C1 * np.exp(-abs(v) / f.alpha) for f, v in zip(sides, y[2:], strict=True)] + extra
         assert extra == pytest.approx(ratio * np.abs(passed), rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize(("law", "joints"), [("one_joint", [0]), ("all_joints", [0, 1])])
+def test_a_late_record_delays_the_commands_of_the_joints_it_is_of(law: str, joints: list[int]) -> None:
+    path = SignalPath(arm(), [Placed(effect_named("time_shift", law), 0)])
+    assert [joint for joint, _ in Forward(path).delays] == joints
+    assert {path.entries[i].name for _, i in Forward(path).delays} == {"time"}

@@ -78,6 +78,17 @@ def test_the_runs_that_are_kept_back_move_as_the_others_do() -> None:
     assert len({run.name for run in runs if run.name in names(runs)} & {"1", "4"}) == 1
 
 
+def test_a_run_that_stands_alone_is_not_kept_back_for_being_like_the_rest() -> None:
+    """A tame run and the second largest would ask most as the rest does; but no other has its one blow of torque."""
+    runs = moving(0.85, 0.1, 0.1, 1.0, 0.1, 0.1)
+    assert "0" in names(runs)
+    blow = runs[0].tau.copy()
+    blow[100] = 3.0 * np.abs(blow).max()
+    runs[0] = replace(runs[0], tau=blow)
+    assert "0" not in names(runs)
+    assert "3" in names(runs)
+
+
 def test_of_runs_that_move_alike_every_third_is_kept_back() -> None:
     """Whatever drifts with time is then seen early and late."""
     assert names(moving(1.0, 1.1, 1.0, 1.1, 1.0, 1.1, 1.0, 1.1)) == ["1", "4", "7"]

@@ -3,12 +3,15 @@
 import numpy as np
 import pytest
 
-from stribeck.effects.registry import registry
+from stribeck.effects.registry import effect_named, registry
 from stribeck.gap.diagnose import diagnose
 from stribeck.gap.fitted.model import retune
 from stribeck.gap.records.prepare import prepare
 from stribeck.gap.search.lateness import on_time
+from stribeck.model.layout import Placed
 
+from ...effects.bench import nominal_arm
+from ...effects.bench import recorded as late_at
 from ..conftest import NOMINAL, recorded
 
 FLOOR = np.array([0.02])
@@ -34,3 +37,14 @@ def test_a_model_that_leaves_lateness_out_is_fitted_by_its_own_weights() -> None
     found = diagnose(NOMINAL, recorded(*hidden), jobs=1, leave_out=others)
     assert found.named == ("presliding",)
     assert found.stages[2].torque["A"] < 0.2
+
+
+def test_records_that_are_all_late_leave_no_drive_to_try() -> None:
+    """A lateness of its own beside that of the logger would be one too many, at any joint."""
+    floor = np.full(2, 0.02)
+    prepared = prepare(nominal_arm(), late_at("delay", ("B",), {"time": 0.001}))
+    base = retune(prepared, floor)
+    assert [place.joint for place in on_time(prepared, base, floor, 0).placed] == [1]
+    logger = [Placed(effect_named("time_shift", "all_joints"), 0, {"time": 1e-4})]
+    base = retune(prepared, floor, logger)
+    assert on_time(prepared, base, floor, 0) is base
