@@ -91,7 +91,9 @@ CASES = {
     ),
     # rounded off by another law: u / (1 + (u / limit)^2.4)^(1 / 2.4) is nearest
     "torque_saturation/smooth": Case("B", {"limit": 9.0, "sharp": 2.4}, {"limit": (9.0, 0.6)}, 0.15),
-    "torque_dead_zone": Case("B", {"width": 1.0}, {"width": (1.0, 0.1)}, 0.4),
+    "torque_dead_zone/shifted": Case("B", {"width": 1.0}, {"width": (1.0, 0.1)}, 0.4),
+    # the plant's torque comes back at once
+    "torque_dead_zone/threshold": Case("B", {"width": 2.0, "jump": 1.0}, {"width": (2.0, 0.1)}, 0.5),
     "cogging/one_wave": Case("A", {"amplitude": 1.5, "harmonic": 12.0, "phase": 0.4}, wave(1.5, 0.4, 12.0), 0.4),
     "cogging/two_waves": Case(
         "A", {"amplitude": 1.5, "harmonic": 12.0, "phase": 0.4} | OVERTONE, wave(1.5, 0.4, 12.0) | SECOND, 0.4
@@ -146,6 +148,18 @@ CASES = {
         {"stiffness": 60.0, "position": 0.4, "side": 1.0, "damping": 0.4},
         {"stiffness": (60.0, 3.0), "position": (0.4, 0.02), "damping": (0.4, 0.1)},
         0.1,
+    ),
+    "contact/plane": Case(
+        "A",
+        {"stiffness": 900.0, "direction": 1.2, "position": 0.55, "damping": 0.4},
+        {"stiffness": (900.0, 60.0), "direction": (1.2, 0.05), "distance": (0.55, 0.01)},
+        0.25,
+    ),
+    "contact/plane_linear": Case(
+        "A",
+        {"stiffness": 600.0, "direction": -0.8, "position": 0.5, "damping": 0.4, "exponent": 1.0},
+        {"stiffness": (600.0, 30.0), "direction": (-0.8, 0.05), "distance": (0.5, 0.01)},
+        0.25,
     ),
     "input_disturbance/harmonics": Case(
         "B",

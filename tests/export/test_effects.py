@@ -27,8 +27,7 @@ COMMAND = np.stack([12.0 * np.sin(9.0 * TIMES), 6.0 * np.cos(11.0 * TIMES)], axi
 def with_effects(*effects: Effect) -> Arm:
     entries = []
     for effect in effects:
-        sites = list(effect.sites(2))[:1] if effect.whole_arm else [1]
-        joint = "AB"[sites[0]]
+        joint = "AB"[effect.sites(2)[-1]]
         entries.append(EffectEntry(effect.name, (joint,), {joint: effect.starts(SCALE)[0]}, effect.law or None))
     return two_links(*entries, gravity=(9.81, 0.0))
 

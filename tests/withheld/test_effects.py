@@ -157,6 +157,7 @@ def test_lag_rises_like_a_first_order_system(bench):
         ("torque_offset", {"offset": 0.3}, lambda u: u + 0.3),
         ("torque_saturation", {"limit": 1.2}, lambda u: np.clip(u, -1.2, 1.2)),
         ("torque_dead_zone", {"width": 0.4}, lambda u: np.sign(u) * np.maximum(np.abs(u) - 0.4, 0.0)),
+        ("torque_dead_zone", {"width": 0.4, "jump": 1.0}, lambda u: np.where(np.abs(u) > 0.4, u, 0.0)),
         ("hardening_gain", {"change": 0.2, "torque": 2.0}, lambda u: u * (1 + 0.2 * (u / 2.0) ** 2)),
     ],
 )
@@ -324,6 +325,35 @@ def test_wall_pushes_back_and_takes_energy(bench):
             assert trace.link.max() - 0.2 == pytest.approx(depth, rel=2e-3)
     assert back[0] == pytest.approx(1.0, abs=1e-3)
     assert 0.5 < back[1] < 0.9
+
+
+def test_a_wall_in_the_plane_stops_the_tip_and_gives_its_energy_back(bench):
+    arm, start = bench.two_link(rough=False), ((0.2, 1.0), (0.3, -0.5))
+    still = lambda t: np.zeros((len(t), 2))  # noqa: E731
+    plane = {"stiffness": 20000.0, "direction": 0.7, "position": 0.62, "exponent": 1.5}
+
+    def energy(trace):
+        stand = np.zeros_like(trace.link)
+        units = [rigid_torque(arm, trace.link, stand, stand + unit) for unit in np.eye(2)]
+        mass = np.stack(units, axis=2)
+        return 0.5 * np.einsum("ti,tij,tj->t", trace.link_rate, mass, trace.link_rate)
+
+    lost = []
+    for damping in (0.0, 0.6):
+        hidden = (Injection("contact", "A", {**plane, "damping": damping}),)
+        _, trace = bench.open_loop(arm, still, 2.0, hidden, start)
+        angle = np.cumsum(trace.link, axis=1)
+        depth = 0.35 * np.cos(angle[:, 0] - 0.7) + 0.30 * np.cos(angle[:, 1] - 0.7) - 0.62
+        moving = energy(trace)
+        lost.append(moving[-1] / moving[0])
+        assert depth[0] < 0.0
+        assert 1e-3 < depth.max() < 0.02
+        assert depth[-1] < 0.0
+        if damping == 0.0:
+            pressed = np.maximum(depth, 0.0) ** 2.5 * 20000.0 / 2.5
+            assert moving + pressed == pytest.approx(moving[0], rel=2e-3)
+    assert lost[0] == pytest.approx(1.0, abs=2e-3)
+    assert 0.5 < lost[1] < 0.98
 
 
 def test_disturbance_has_its_size_and_colour():

@@ -31,6 +31,8 @@ def _halves(p: Values) -> Converted:
 
 
 def _wall(p: Values) -> Converted:
+    if "direction" in p:
+        return {"direction": p["direction"], "distance": p["position"]}
     return {"position": p["position"]}  # its stiffness is in the unit of a law
 
 
@@ -76,6 +78,7 @@ FURTHER = {
     "load_dependent_friction": ("directional", "input"),
     "torque_saturation": ("back_emf", "fade"),
     "cable_spring": ("hardening", "cubic"),
+    "torque_dead_zone": ("threshold", "jump"),
 }
 
 

@@ -17,6 +17,7 @@ from stribeck.effects.actuator.cogging import Cogging
 from stribeck.effects.actuator.cogging_two_waves import CoggingTwoWaves
 from stribeck.effects.actuator.delay import Delay
 from stribeck.effects.actuator.torque_dead_zone import TorqueDeadZone
+from stribeck.effects.actuator.torque_dead_zone_threshold import TorqueDeadZoneThreshold
 from stribeck.effects.actuator.torque_gain import TorqueGain
 from stribeck.effects.actuator.torque_offset import TorqueOffset
 from stribeck.effects.actuator.torque_ripple import TorqueRipple
@@ -28,6 +29,8 @@ from stribeck.effects.external.cable_spring import CableSpring
 from stribeck.effects.external.cable_spring_hardening import CableSpringHardening
 from stribeck.effects.external.contact import Contact
 from stribeck.effects.external.contact_linear import ContactLinear
+from stribeck.effects.external.contact_plane import ContactPlane
+from stribeck.effects.external.contact_plane_linear import ContactPlaneLinear
 from stribeck.effects.external.input_disturbance import InputDisturbance
 from stribeck.effects.external.input_disturbance_harmonics import InputDisturbanceHarmonics
 from stribeck.effects.friction.asymmetric_friction import AsymmetricFriction
@@ -85,6 +88,7 @@ _OWN: tuple[type[Effect], ...] = (
     TorqueSaturationBackEmf,
     TorqueSaturationSmooth,
     TorqueDeadZone,
+    TorqueDeadZoneThreshold,
     Cogging,
     CoggingTwoWaves,
     TorqueRipple,
@@ -105,6 +109,8 @@ _OWN: tuple[type[Effect], ...] = (
     CableSpringHardening,
     Contact,
     ContactLinear,
+    ContactPlane,
+    ContactPlaneLinear,
     InputDisturbance,
     InputDisturbanceHarmonics,
 )

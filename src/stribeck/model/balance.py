@@ -157,7 +157,8 @@ class Balance:
         for j in self.path.flexible:
             here = ca.vertcat(motion[j].link_position, motion[j].link_velocity)
             at = ca.SX.sym("at", 2)
-            torque = ca.SX(self.path.external(j, motion[j].at(link_position=at[0], link_velocity=at[1]), x))
+            moved = [*motion[:j], motion[j].at(link_position=at[0], link_velocity=at[1]), *motion[j + 1 :]]
+            torque = ca.SX(self.path.external(moved, x)[j])
             slopes.append(ca.substitute(ca.jacobian(torque, at), at, here))
         both = ca.vertcat(*slopes)
         return ca.vertcat(both[:, 0], both[:, 1])
@@ -169,7 +170,7 @@ class Balance:
         """
         path, body = self.path, self.path.body()
         q, dq = [s.link_position for s in motion], [s.link_velocity for s in motion]
-        external = [path.external(j, s, x) for j, s in enumerate(motion)]
+        external = path.external(motion, x)
         known = [0.0 if j in path.flexible else s.acceleration for j, s in enumerate(motion)]
         bias = inverse_dynamics(body, q, dq, known, prismatic=path.prismatic)
         load = [bias[j] + external[j] for j in range(self.n)]

@@ -84,7 +84,8 @@ class Dynamics:
         positions, velocities = [s.link_position for s in signals], [s.link_velocity for s in signals]
         still = [0.0] * self.n
         bias = inverse_dynamics(path.body(), positions, velocities, still, prismatic=path.prismatic)
-        return [bias[j] + path.external(j, s, path.x) for j, s in enumerate(signals)]
+        external = path.external(signals, path.x)
+        return [bias[j] + external[j] for j in range(self.n)]
 
     def _transmitted(self, joint: int) -> Expression:
         k, effect = self.path.transmission(joint)  # type: ignore[misc]

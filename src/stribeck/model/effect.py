@@ -14,7 +14,7 @@ from typing import Any, ClassVar, Literal, TypeAlias
 
 import casadi as ca
 
-from stribeck.model.values import Body, Expression, Observed, Parameter, Parameters, Record, Scale, Signals, States
+from stribeck.model.values import Body, Expression, Observed, Parameter, Parameters, Record, Scale, Signals, States, Tip
 from stribeck.model.waves import Trace
 
 Shows: TypeAlias = Literal[
@@ -206,11 +206,18 @@ class RigidBodyEffect(Effect):
 
 
 class ExternalEffect(Effect):
-    """A torque on the link from outside the model."""
+    """A torque on the link, or a force on the arm's tip, from outside the model."""
 
-    @abstractmethod
     def torque(self, s: Signals, x: States, p: Parameters) -> Expression:
         """Return the torque that the drive must overcome, N m."""
+        return 0.0
+
+    def tip_force(self, tip: Tip, x: States, p: Parameters) -> tuple[Expression, Expression]:
+        """Return the force (x, y), N in the base frame, that all drives together must overcome at the tip of a chain.
+
+        Of a law that holds ``everywhere``.
+        """
+        return 0.0, 0.0
 
 
 class SensingEffect(Effect):

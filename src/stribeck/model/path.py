@@ -22,6 +22,7 @@ from stribeck.model.effect import (
     TransmissionEffect,
 )
 from stribeck.model.layout import Placed, layout
+from stribeck.model.tip import tip_of
 from stribeck.model.tustin import tustin_level, tustin_viscous
 from stribeck.model.values import Body, Expression, Parameters, Signals, States
 
@@ -179,12 +180,18 @@ class SignalPath:
         found = [(k, effect) for k, effect in self.at(joint, FrictionEffect) if effect.bristle]
         return found[0] if found else None
 
-    def external(self, joint: int, s: Signals, x: Any) -> Expression:
-        """Return the torque on a joint's link from outside the model, N m."""
-        torque: Expression = 0.0
-        for k, effect in self.at(joint, ExternalEffect):
-            torque = torque + effect.torque(s, self.states(k, x), self.parameters(k))
-        return torque
+    def external(self, motion: Sequence[Signals], x: Any) -> list[Expression]:
+        """Return the torques on the links from outside the model, N m."""
+        torques: list[Expression] = [0.0] * self.n
+        for k, place in enumerate(self.placed):
+            if isinstance(place.effect, ExternalEffect):
+                given = self.states(k, x), self.parameters(k)
+                torques[place.joint] = torques[place.joint] + place.effect.torque(motion[place.joint], *given)
+                if place.effect.everywhere:
+                    tip, levers = tip_of(self.body().length, motion)
+                    fx, fy = place.effect.tip_force(tip, *given)
+                    torques = [torque + rx * fy - ry * fx for torque, (rx, ry) in zip(torques, levers, strict=True)]
+        return torques
 
     def rates(self, k: int, command: Expression, s: Signals, x: Any) -> list[Expression]:
         """Return the time derivatives of the k-th placed effect's states, in order."""

@@ -196,5 +196,15 @@ class Body:
         return replace(self, **changed)
 
 
+@dataclass(frozen=True)
+class Tip:
+    """The end of a chain's last link in the base frame: position, m, and velocity, m/s."""
+
+    x: Expression
+    y: Expression
+    dx: Expression
+    dy: Expression
+
+
 def _put(values: tuple[Expression, ...], index: int, value: Expression) -> tuple[Expression, ...]:
     return (*values[:index], value, *values[index + 1 :])

@@ -15,10 +15,28 @@ WINDOW, PADDED = 4.0, 4096  # s of one periodogram, and its length with zeros
 
 
 @dataclass(frozen=True)
+class Reach:
+    """What a chain of n joints did at the samples of a trace.
+
+    Attributes
+    ----------
+    levers : array (M, n, 2)
+        Vectors from the joints to the tip in the base frame, m: the first is where the tip is.
+    velocity, residual : array (M, n)
+        Of all joints, rad/s and N m.
+    """
+
+    levers: np.ndarray
+    velocity: np.ndarray
+    residual: np.ndarray
+
+
+@dataclass(frozen=True)
 class Trace:
     """What one joint did in the fitted runs, one after the other, at the analysis samples; each (M,), SI.
 
-    ``residual`` is that of the model so far, in N m of command; ``starts`` the first rows of the second run and on.
+    ``residual`` is that of the model so far, in N m of command; ``starts`` the first rows of the second run and on;
+    ``reach`` tells of the whole chain, where there is one.
     """
 
     time: np.ndarray
@@ -27,6 +45,7 @@ class Trace:
     command: np.ndarray
     residual: np.ndarray
     starts: tuple[int, ...] = ()
+    reach: Reach | None = None
 
 
 @dataclass(frozen=True)

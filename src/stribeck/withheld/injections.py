@@ -13,7 +13,9 @@ What the names leave open:
   and are late by ``time`` at low frequency;
 - ``torque_saturation``: the ``sharp``-er, the later u (1 + (u / limit)^sharp)^(-1 / sharp) bends; 0 is a corner;
 - ``time_shift``: positive where the recorded position is late, q[i] being the position at t[i] - time;
-- ``torque_dead_zone``: the torque that gets lost, on either side;
+- ``torque_dead_zone``: the torque below which nothing comes through, on either side; with a ``jump`` of 1 it all does
+  beyond, of 0 what goes beyond;
+- ``contact``: a stop of the joint, rad; where the ``direction`` of its normal is given, a wall in the plane, m;
 - ``torque_ripple``: relative, at the rotor's angle; ``cogging`` the same in N m;
 - ``gravity_tilt``: change of gravity in the arm's plane, m/s^2; ``base_flexibility``: rocking about the first axis.
 """
@@ -122,7 +124,7 @@ KNOWN: dict[str, Rule] = {
         {"limit": math.inf}, {"fade": 0.0, "sharp": 0.0},
         {"limit": "saturation", "fade": "saturation_fade", "sharp": "saturation_bend"},
     ),
-    "torque_dead_zone": Rule({"width": 0.0}, {}, {"width": "dead_zone"}),
+    "torque_dead_zone": Rule({"width": 0.0}, {"jump": 0.0}, {"width": "dead_zone", "jump": "dead_zone_jump"}),
     "cogging": Rule(
         {"amplitude": 0.0}, {"harmonic": 12.0, "phase": 0.0, **_NO_OVERTONE},
         _periodic("cogging") | _overtone("cogging"),
@@ -152,8 +154,8 @@ KNOWN: dict[str, Rule] = {
         {"stiffness": "cable_stiffness", "rest": "cable_rest", "cubic": "cable_cubic"},
     ),
     "contact": Rule(
-        {"stiffness": 0.0}, {"position": 0.5, "side": 1.0, "damping": 0.5, "exponent": 1.5},
-        {name: f"wall_{name}" for name in ("stiffness", "position", "side", "damping", "exponent")},
+        {"stiffness": 0.0},
+        {"position": 0.5, "side": 1.0, "damping": 0.5, "exponent": 1.5, "direction": math.nan}, special.wall,
     ),
     "input_disturbance": Rule(
         {"noise": 0.0, "amplitude": 0.0}, {"bandwidth": 10.0, "frequency": 3.0, "phase": 0.0, "duty": 0.0}, {},

@@ -119,6 +119,11 @@ def _saturation(st: Stage) -> Params:
     return lambda s: {"limit": max(st.peak / s, 1.1 * st.holding), "fade": fade}
 
 
+def _dead_zone(st: Stage) -> Params:
+    jump = st.one_of(0.0, 1.0)
+    return lambda s: {"width": s * st.torque, "jump": jump}
+
+
 def _shift(st: Stage) -> Params:
     sign = st.one_of(1.0, 1.0, -1.0)
     return lambda s: {"time": sign * s}
@@ -139,9 +144,14 @@ def _cable(st: Stage) -> Params:
 
 
 def _contact(st: Stage) -> Params:
+    exponent, in_plane = st.one_of(1.5, 1.0), st.one_of(False, True)
+    if in_plane and st.tips is not None:
+        way, length = st.phase(), float(np.abs(st.tips).max())
+        place = float(np.quantile((st.tips * np.exp(-1j * way)).real, 0.85))
+        plane = {"position": place, "direction": way, "damping": 0.4, "exponent": exponent}
+        return lambda s: {"stiffness": s * st.torque / length / (0.1 * length) ** exponent, **plane}
     side = st.one_of(-1.0, 1.0)
     place = float(np.quantile(st.angles, 0.85 if side > 0 else 0.15))
-    exponent = st.one_of(1.5, 1.0)
     shared = {"position": place, "side": side, "damping": 0.4 if exponent > 1.0 else 0.0, "exponent": exponent}
     return lambda s: {"stiffness": s * st.torque / 0.1**exponent, **shared}
 
@@ -198,7 +208,7 @@ SCALES: dict[str, Scale] = {
         _saturation,
         levels={"clear": (1.3, 1.7), "medium": (1.15, 1.3), "weak": (1.05, 1.15)},
     ),
-    "torque_dead_zone": Scale(_simple("width", _rms_torque), (0.01, 0.8)),
+    "torque_dead_zone": Scale(_dead_zone, (0.01, 0.8)),
     "cogging": Scale(_overtones(_rms_torque, 4.0, 6.0, 8.0, 12.0, 24.0), (0.02, 1.0)),
     "torque_ripple": Scale(_overtones(lambda st: 1.0, 4.0, 6.0, 8.0, 12.0, name="ratio"), (0.02, 0.6)),
     "joint_flexibility": Scale(lambda st: lambda s: {"stiffness": st.stiffest(s, 5.0)}, (1e-4, 0.3)),

@@ -149,6 +149,17 @@ def soft_base(plant: Plant, k: int, p: Params) -> Plant:
     return plant.with_world(base_stiffness=p["stiffness"], base_damping=damping, base_inertia=inertia)
 
 
+def wall(plant: Plant, k: int, p: Params) -> Plant:
+    """Put a wall in the way of joint `k`, rad, or, with a ``direction`` of its normal, of the arm's tip, m."""
+    if math.isnan(p["direction"]):
+        names = ("stiffness", "position", "side", "damping", "exponent")
+        return plant.with_joint(k, **{f"wall_{name}": p[name] for name in names})
+    return plant.with_world(
+        plane_direction=p["direction"], plane_distance=p["position"], plane_stiffness=p["stiffness"],
+        plane_damping=p["damping"], plane_exponent=p["exponent"],
+    )  # fmt: skip
+
+
 def sloshing(plant: Plant, k: int, p: Params) -> Plant:
     """Let a part of the link's mass swing on a short pendulum with a weak spring; at rest nothing changes."""
     if p["mass"] == 0.0:

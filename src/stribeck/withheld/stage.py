@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stribeck.arm import Arm, Joint
 from stribeck.withheld.excitation import needed_torque
@@ -30,6 +31,8 @@ class Stage:
         Mean friction power, W; peak speed, rad/s.
     angles : (N,) array
         Its angles in all motions, rad.
+    tips : (N,) array or None
+        The arm's tip in all motions, x + iy, m; None where a single joint moves it.
     inertia : float
         About its axis, the arm stretched, rotor apart, kg m^2.
     vertical : bool
@@ -45,6 +48,7 @@ class Stage:
     power: float
     speed: float
     angles: Array
+    tips: NDArray[np.complex128] | None
     inertia: float
     vertical: bool
     rng: np.random.Generator
@@ -90,6 +94,7 @@ def stage_of(arm: Arm, k: int, motions: Sequence[Motion], rng: np.random.Generat
         power=max(1e-9, float(np.mean(friction * dq[:, k]))),
         speed=max(1e-3, float(np.abs(dq[:, k]).max())),
         angles=q[:, k],
+        tips=np.exp(1j * np.cumsum(q, axis=1)) @ [joint.length for joint in arm.joints] if arm.n > 1 else None,
         inertia=max(1e-9, inertia - joint.rotor_inertia),
         vertical=math.hypot(*arm.gravity) > 1.0,
         rng=rng,

@@ -16,6 +16,7 @@ class TorqueDeadZone(ActuatorEffect):
     """A symmetric dead zone: cross-over of an amplifier, overlap of a valve."""
 
     name = "torque_dead_zone"
+    law = "shifted"
     channel = "actuator"
     equation = r"\tau = \mathrm{sign}(u) \max(|u| - w, 0)"
     symptom = "a residual of constant size whose sign is that of the command, not that of the motion"

@@ -18,7 +18,7 @@ from stribeck.identify.residual import Residual
 from stribeck.model.effect import Effect
 from stribeck.model.layout import Placed
 from stribeck.model.path import SignalPath
-from stribeck.model.waves import Trace
+from stribeck.model.waves import Reach, Trace
 
 REACH = 50.0  # typical sizes that one step may go: far, for it is taken back where it does not help
 LOOK, STEPS = 2, 12  # evaluations of every start, and further ones of the most hopeful starts, at most
@@ -94,7 +94,23 @@ def _trace(prepared: Prepared, base: Model, joint: int) -> Trace:
 
     time, position, velocity, command = map(column, ("told_time", "position", "velocity", "command"))
     starts = tuple(_edges(prepared)[1:-1].tolist())
-    return Trace(time, position, velocity, command, base.fit.residual[:, joint], starts)
+    return Trace(time, position, velocity, command, base.fit.residual[:, joint], starts, _reach(prepared, base))
+
+
+def _reach(prepared: Prepared, base: Model) -> Reach | None:
+    """Return what the whole chain did in the fitted runs; None for an arm of one joint."""
+    if prepared.arm.n < 2:
+        return None
+    position, velocity = (
+        np.concatenate([getattr(run, name)[run.analysis_index] for run in prepared.fit])
+        for name in ("position", "velocity")
+    )
+    angle = np.cumsum(position, axis=1)
+    links = np.array([joint.length for joint in prepared.arm.joints])[:, None] * np.stack(
+        [np.cos(angle), np.sin(angle)], axis=2
+    )
+    levers = np.cumsum(links[:, ::-1], axis=1)[:, ::-1]
+    return Reach(levers, velocity, base.fit.residual)
 
 
 def _edges(prepared: Prepared) -> np.ndarray:

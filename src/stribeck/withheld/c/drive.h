@@ -23,7 +23,7 @@ static double drive(const Joint *j, double u, double speed) {
         u *= 1.0 + j->hardening * x * x;
     }
     u *= j->gain;
-    if (j->dead_zone > 0.0) u = copysign(fmax(0.0, fabs(u) - j->dead_zone), u);
+    if (j->dead_zone > 0.0) u = fabs(u) <= j->dead_zone ? 0.0 : u - copysign(j->dead_zone * (1.0 - j->dead_zone_jump), u);
     double limit = j->saturation;
     if (u * speed > 0.0 && j->saturation_fade > 0.0) limit *= fmax(0.0, 1.0 - j->saturation_fade * fabs(speed));
     double bend = j->saturation_bend;

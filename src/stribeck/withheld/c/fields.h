@@ -16,7 +16,7 @@
     X(wave_amplitude) X(wave_harmonic) X(wave_phase) X(load_ratio) X(load_input) X(quadratic)                    \
     /* drive */                                                                                                  \
     X(lag) X(lag_again) X(lag_damping) X(delay) X(gain) X(offset)                                                \
-    X(saturation) X(saturation_fade) X(saturation_bend) X(dead_zone)                                             \
+    X(saturation) X(saturation_fade) X(saturation_bend) X(dead_zone) X(dead_zone_jump)                                             \
     X(cogging_amplitude) X(cogging_harmonic) X(cogging_phase)                                                    \
     X(ripple_ratio) X(ripple_harmonic) X(ripple_phase)                                                           \
     X(cogging_overtone) X(cogging_overtone_phase) X(ripple_overtone) X(ripple_overtone_phase)                    \
@@ -37,7 +37,8 @@
     X(kp) X(kd) X(ki) X(control_filter) X(torque_limit)
 
 #define WORLD_FIELDS(X)                                                                                          \
-    X(prismatic) X(gravity_x) X(gravity_y) X(base_stiffness) X(base_damping) X(base_inertia)
+    X(prismatic) X(gravity_x) X(gravity_y) X(base_stiffness) X(base_damping) X(base_inertia)           \
+    X(plane_direction) X(plane_distance) X(plane_stiffness) X(plane_damping) X(plane_exponent)
 
 #define DECLARE(name) double name;
 #define QUOTE(name) #name " "

@@ -58,10 +58,31 @@ static void build(Plant *p, const World *world, const Joint *joint, int n) {
     }
 }
 
+/* A straight wall in the arm's plane pushes the end of the last link back; its force works along each body's turning. */
+static void lean(const Plant *p, const double *x, const double *v, double *force) {
+    const World *w = p->world;
+    Vec axis[MAX_BODIES], end = {0.0, 0.0}, speed = {0.0, 0.0}, normal = {cos(w->plane_direction), sin(w->plane_direction)};
+    double phi = 0.0, omega = 0.0;
+    for (int i = 0; i < p->base + p->n; i++) {
+        double reach = i < p->base ? 0.0 : p->joint[i - p->base].length;
+        axis[i] = end;
+        phi += x[i];
+        omega += v[i];
+        Vec link = {reach * cos(phi), reach * sin(phi)};
+        end = (Vec){end.x + link.x, end.y + link.y};
+        speed = (Vec){speed.x - omega * link.y, speed.y + omega * link.x};
+    }
+    double depth = dot(normal, end) - w->plane_distance;
+    if (depth <= 0.0) return;
+    double push = w->plane_stiffness * pow(depth, w->plane_exponent) * fmax(0.0, 1.0 + w->plane_damping * dot(normal, speed));
+    for (int i = 0; i < p->base + p->n; i++) force[i] -= push * cross(minus(end, axis[i]), normal);
+}
+
 /* Generalised forces on the bodies that do not come from the rotors. */
 static void passive(const Plant *p, const double *x, const double *v, double *force) {
     for (int i = 0; i < p->tree.count; i++) force[i] = 0.0;
     if (p->base) force[0] = -p->world->base_stiffness * x[0] - p->world->base_damping * v[0];
+    if (p->world->plane_stiffness > 0.0) lean(p, x, v, force);
     for (int k = 0; k < p->n; k++) {
         const Joint *j = &p->joint[k];
         int i = p->base + k;
