@@ -85,5 +85,40 @@ def test_a_late_velocity_is_no_filter(samples: int) -> None:
     assert VelocityFilter().observed(Record(plain.position, late, plain.sample_time, plain.resolution)) is None
 
 
+SLOW = 0.01  # s, a sample of a logger that keeps every fifth
+
+
+def slowly(velocity: tuple[np.ndarray, ...], plain: Record) -> Record:
+    every = round(SLOW / STEP)
+    position, velocity = (tuple(v[::every] for v in values) for values in (plain.position, velocity))
+    return Record(position, velocity, (SLOW,) * len(position), None)
+
+
+def test_a_filter_faster_than_a_sample_is_seen() -> None:
+    """By what it damps: it is hardly later than a difference of two positions, half a sample."""
+    plain = record(lag=0.4 * SLOW)
+    seen = VelocityFilter().observed(slowly(plain.velocity, plain))
+    assert seen is not None
+    assert seen.values["time"][0] == pytest.approx(0.4 * SLOW, rel=0.1)
+
+
+def test_a_difference_of_two_positions_is_no_filter() -> None:
+    plain = record()
+    back = round(SLOW / STEP)
+    quotient = tuple(np.concatenate([np.zeros(back), q[back:] - q[:-back]]) / SLOW for q in plain.position)
+    assert VelocityFilter().observed(slowly(quotient, plain)) is None
+
+
+def test_a_run_that_hardly_moves_does_not_widen_the_interval() -> None:
+    busy, idle = record(lag=0.02), record(lag=0.02)
+    still = tuple(1e-3 * q for q in idle.position[:1])
+    noise = tuple(1e-3 * np.random.default_rng(1).standard_normal(len(q)) for q in still)
+    seen = VelocityFilter().observed(Record(busy.position + still, busy.velocity + noise, (STEP,) * 4, 1e-5))
+    assert seen is not None
+    value, low, high = seen.values["time"]
+    assert value == pytest.approx(0.02, rel=0.03)
+    assert high - low < 0.2 * value
+
+
 def test_without_a_velocity_nothing_can_be_seen() -> None:
     assert VelocityFilter().observed(record(lag=0.05, velocity=False)) is None

@@ -44,9 +44,7 @@ class ContactPlane(ExternalEffect):
         reach = scale.length or 1.0
         size = scale.torque / reach / (0.1 * reach) ** EXPONENT
         ways = (0.8, 2.4, -2.4, -0.8)
-        return tuple(
-            {"stiffness": size, "direction": way, "distance": 0.9 * reach, "damping": 0.2} for way in ways
-        )
+        return tuple({"stiffness": size, "direction": way, "distance": 0.9 * reach, "damping": 0.2} for way in ways)
 
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
         planes = likeliest_planes(trace, EXPONENT)

@@ -8,6 +8,7 @@ from typing import TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
+from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
 
 from stribeck.model.effect import SensingEffect
@@ -22,7 +23,8 @@ LONGEST = 0.5  # s
 SHORTEST = 50  # samples: of fewer nothing is told
 LEAST = 0.5  # of the squared difference that a lag must explain
 RATHER = 1.5  # times what a delay leaves, a lag may leave: a late record, of either channel, is not a filter
-LATER = 0.6  # samples: a difference quotient alone is half a sample late
+QUOTIENT = 0.5  # samples: so late is the difference of two positions, the mean of the velocity between them
+FINE = 1e-3  # s: longest step between which slopes are taken to be straight
 AT_ONCE = 3e-3  # s: any drive smooths its velocity by as much
 
 
@@ -55,12 +57,12 @@ class VelocityFilter(SensingEffect):
             return None
         alone = sum(run.misfit(0.0, _late) for run in runs)
         kind, (time, left) = min(((kind, _best(runs, kind)) for kind in KINDS), key=lambda found: found[1][1])
-        if left > (1.0 - LEAST) * alone or time < max(LATER * min(record.sample_time), AT_ONCE):
+        if left > (1.0 - LEAST) * alone or time < AT_ONCE:
             return None
-        if left > RATHER * _best(runs, _late)[1]:
+        quotient = sum(run.misfit(QUOTIENT * run.step, _average) for run in runs)
+        if left > RATHER * _best(runs, _late)[1] or left > quotient / RATHER:
             return None
-        each = np.array([_best([run], kind)[0] for run in runs])
-        spread = 2.0 * float(np.std(each)) / np.sqrt(len(each)) + 0.02 * time
+        spread = _spread(runs, kind) + 0.02 * time
         return Observed({"time": (time, max(time - spread, 0.0), time + spread)}, 1.0 - left / alone)
 
 
@@ -70,7 +72,10 @@ class _Compared:
     def __init__(self, position: np.ndarray, velocity: np.ndarray, step: float) -> None:
         self.step = step
         self.low_pass = signal.butter(3, min(TOP, 0.2 / step), fs=1.0 / step, output="sos")
-        self.slope = np.gradient(position, step)
+        self.parts = max(1, round(step / FINE))
+        rows = np.arange(len(position))
+        fine = np.arange((len(position) - 1) * self.parts + 1) / self.parts
+        self.slope = CubicSpline(rows, position)(fine, 1) / step
         self.seen = self._smooth(velocity)
 
     def _smooth(self, values: np.ndarray) -> np.ndarray:
@@ -78,9 +83,9 @@ class _Compared:
 
     def misfit(self, time: float, kind: Filter) -> float:
         """Return the squared difference that is left with the slope lagged by a time (s)."""
-        edge = min(len(self.slope) // 4, round(0.2 / self.step))
-        moved = kind(self.slope, time / self.step) if time > 0.0 else self.slope
-        left = (self._smooth(moved) - self.seen)[edge : -edge or None]
+        edge = min(len(self.seen) // 4, round(0.2 / self.step))
+        moved = kind(self.slope, time / self.step * self.parts) if time > 0.0 else self.slope
+        left = (self._smooth(moved[:: self.parts]) - self.seen)[edge : -edge or None]
         return float(left @ left)
 
 
@@ -109,6 +114,14 @@ def _late(values: Floats, samples: float) -> Floats:
 
 
 KINDS: tuple[Filter, ...] = (_one_pole, _two_poles, _average)
+
+
+def _spread(runs: list[_Compared], kind: Filter) -> float:
+    """Return two standard errors of the time, s, by leaving out one run after the other (Tukey 1958)."""
+    if len(runs) < 2:
+        return 0.0
+    without = [_best([*runs[:i], *runs[i + 1 :]], kind)[0] for i in range(len(runs))]
+    return 2.0 * float(np.std(without) * np.sqrt(len(runs) - 1))
 
 
 def _best(runs: list[_Compared], kind: Filter) -> tuple[float, float]:
