@@ -13,18 +13,23 @@ from stribeck.run import Run
 
 Floats = np.ndarray
 SMOOTH = 20.0  # Hz, of the zero-phase filter
+SELDOM = 0.85  # of all samples, beyond which a wall begins
 CREEP = 0.03  # rad/s, over which friction changes its sign
 
 
 @dataclass(frozen=True)
 class Motion:
-    """One joint of a recording, each (N,), and the other joint's command: s, rad, rad/s, N m."""
+    """One joint of a recording, each (N,), and the other joint's command: s, rad, rad/s, N m.
+
+    ``far`` is where it seldom goes in any of the recordings, rad.
+    """
 
     time: Floats
     position: Floats
     velocity: Floats
     command: Floats
     other: Floats
+    far: float = np.inf
 
     @property
     def sign(self) -> Floats:
@@ -47,7 +52,7 @@ LAWS: dict[str, Callable[[Motion], Floats]] = {
     "cogging": lambda m: np.sin(8.0 * m.position + 0.4),
     "torque_ripple": lambda m: m.command * np.sin(6.0 * m.position + 1.0),
     "cable_spring": lambda m: m.position - 0.3,
-    "contact": lambda m: np.maximum(m.position - np.quantile(m.position, 0.85), 0.0) ** 1.5,
+    "contact": lambda m: np.maximum(m.position - m.far, 0.0) ** 1.5,
     "torque_dead_zone": lambda m: np.tanh(m.command / 0.01),
     "input_disturbance": lambda m: np.sin(2.0 * np.pi * 2.3 * m.time),
     "cross-talk of drives": lambda m: m.other,
@@ -57,7 +62,9 @@ OUTSIDE = ("cross-talk of drives",)
 
 def put_in(runs: list[Run], law: str, joint: int, rms: float) -> list[Run]:
     """Return the runs as they would have been with an effect that takes a torque of so many N m rms at a joint."""
-    torques = [LAWS[law](motion(run, joint)) for run in runs]
+    motions = [motion(run, joint) for run in runs]
+    far = float(np.quantile(np.concatenate([m.position for m in motions]), SELDOM))
+    torques = [LAWS[law](replace(m, far=far)) for m in motions]
     factor = rms / float(np.sqrt(np.mean(np.concatenate(torques) ** 2)))
     out = []
     for run, torque in zip(runs, torques, strict=True):

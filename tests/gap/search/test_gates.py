@@ -62,6 +62,16 @@ def test_a_bound_is_a_strain_but_for_one_that_stands_for_none() -> None:
     assert strained(Placed(shaft, 0, fitted | {"stiffness": bounds["stiffness"][0]}))
 
 
+def test_contacts_that_any_slide_renews_are_no_strain() -> None:
+    """They are of some ten micrometres: less than a sample of slow motion, which no recording resolves."""
+    for law in ("break_away", "ageing"):
+        rest = effect_named("dwell_time", law)
+        bounds = {parameter.name: (parameter.lower, parameter.upper) for parameter in rest.parameters}
+        fitted = {"rise": 1.0, "time": 0.8, "distance": bounds["distance"][0]}
+        assert not strained(Placed(rest, 0, fitted))
+        assert strained(Placed(rest, 0, fitted | {"distance": bounds["distance"][1]}))
+
+
 def test_held_out_runs_that_hardly_excite_it_need_not_confirm() -> None:
     assert taken(gain=-0.1, lost=0.5 * MOST_LOST)
     assert not taken(gain=-0.1, lost=0.5 * MOST_LOST, overall=0.1)

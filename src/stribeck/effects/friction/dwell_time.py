@@ -24,7 +24,7 @@ class DwellTime(FrictionEffect):
     parameters = (
         Parameter("rise", "N m", "rise of the break-away torque after a long rest", 0.0, 0.0),
         Parameter("time", "s", "time over which it rises", 1.0, 0.1, 1e3, log=True),
-        Parameter("distance", "rad", "slide that renews the contact", 0.01, 1e-3, 10.0, log=True),
+        Parameter("distance", "rad", "slide that renews the contact", 0.01, 1e-4, 10.0, log=True, firm=True),
     )
     states = ("age",)
 

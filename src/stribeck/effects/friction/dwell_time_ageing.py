@@ -27,7 +27,7 @@ class DwellTimeAgeing(FrictionEffect):
     parameters = (
         Parameter("rise", "N m", "rise of the level after a long rest", 0.0, 0.0),
         Parameter("time", "s", "time over which it rises", 1.0, 0.1, 1e3, log=True),
-        Parameter("distance", "rad", "slide that renews the contact", 0.05, 1e-3, 10.0, log=True),
+        Parameter("distance", "rad", "slide that renews the contact", 0.05, 1e-4, 10.0, log=True, firm=True),
     )
     states = ("age",)
 

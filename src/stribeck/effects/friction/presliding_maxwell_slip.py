@@ -61,7 +61,9 @@ class PreslidingMaxwellSlip(FrictionEffect):
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         level = max(scale.friction, 0.01 * scale.torque)
-        return tuple({"stiffness": level / (part * scale.travel), "damping": 0.0} for part in (0.0006, 0.003, 0.015, 0.06))
+        return tuple(
+            {"stiffness": level / (part * scale.travel), "damping": 0.0} for part in (0.0006, 0.003, 0.015, 0.06)
+        )
 
     def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
         return 0.0 < scale.friction < values["stiffness"] * scale.gives

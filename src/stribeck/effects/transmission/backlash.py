@@ -12,7 +12,7 @@ import numpy as np
 from stribeck.model.effect import TransmissionEffect
 from stribeck.model.values import Expression, Parameter, Parameters, Scale
 
-GAPS = (4e-4, 0.03, 7)  # of the travel: half or twice the right one is near enough
+GAPS = (4e-4, 0.08, 8)  # of the travel: half or twice the right one is near enough
 LEAST_GAP = 0.5  # of what the typical torque winds up: a play that is less is a spring
 ROUGH = 0.15  # of each value: less is as rough as a point, and so much is as near as a fit has to start
 ONSET = 0.3  # of the gap: the penetration over which the damper comes in; less is too sudden for a simulation
