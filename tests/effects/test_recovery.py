@@ -121,7 +121,13 @@ CASES = {
     "time_shift/one_joint": Case("B", {"time": 0.01}, {"time": (0.01, 0.001)}, 0.5),
     "time_shift/all_joints": Case("A", {"time": -0.01}, {"time": (-0.01, 0.0005)}, 0.2, elsewhere="B"),
     "payload": Case("B", {"mass": 0.6}, {"mass": (0.6, 0.05)}, 0.2),
-    "base_flexibility": Case(
+    "base_flexibility/sliding": Case(
+        "A",
+        {"stiffness": 8000.0, "damping": 20.0, "mass": 6.0, "direction": 1.2},
+        {"stiffness": (8000.0, 400.0), "damping": (20.0, 8.0), "mass": (6.0, 1.0), "direction": (1.2, 0.1)},
+        0.3,
+    ),
+    "base_flexibility/rocking": Case(
         "A",
         {"stiffness": 800.0, "damping": 4.0, "inertia": 0.4},
         {"stiffness": (800.0, 40.0), "damping": (4.0, 1.0), "inertia": (0.4, 0.1)},

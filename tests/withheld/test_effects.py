@@ -292,6 +292,23 @@ def test_soft_base_swings_with_the_stuck_arm_on_it(bench):
     assert 2 * math.pi / (np.diff(cross).mean() * 1e-3) == pytest.approx(math.sqrt(900.0 / inertia), rel=2e-3)
 
 
+def test_a_sliding_base_swings_with_the_stuck_arm_on_it(bench):
+    arm = bench.two_link()
+    params = {"stiffness": 4000.0, "damping": 0.0, "mass": 3.0, "direction": 0.4}
+    kick = lambda t: np.stack([np.where(t < 0.03, 12.0, 0.0), 0 * t], axis=1)  # noqa: E731
+    _, trace = bench.open_loop(arm, kick, 3.0, (Injection("base_flexibility", "A", params),), ((1.9, 0.0), (0.3, 0.0)))
+    assert np.all(trace.link_rate[-500:] == 0.0)
+    holding = trace.friction[-1000:]
+    up = np.flatnonzero((holding[:-1, 0] < 0) & (holding[1:, 0] >= 0))
+    cross = up - holding[up, 0] / (holding[up + 1, 0] - holding[up, 0])
+    whole = 3.0 + sum(joint.mass for joint in arm.joints)
+    assert 2 * math.pi / (np.diff(cross).mean() * 1e-3) == pytest.approx(math.sqrt(4000.0 / whole), rel=2e-3)
+    # the base's acceleration is felt as gravity along its way is
+    pulled = replace(arm, gravity=(math.cos(0.4), math.sin(0.4)))
+    felt = rigid_torque(pulled, trace.link[-1:], 0 * trace.link[-1:], 0 * trace.link[-1:])[0]
+    assert holding[:, 1] / holding[:, 0] == pytest.approx(felt[1] / felt[0], rel=1e-6)
+
+
 def test_cable_is_a_spring(bench):
     arm = bench.one_link()
     hidden = (Injection("cable_spring", "A", {"stiffness": 3.0, "rest": 0.4}),)

@@ -79,6 +79,7 @@ FURTHER = {
     "torque_saturation": ("back_emf", "fade"),
     "cable_spring": ("hardening", "cubic"),
     "torque_dead_zone": ("threshold", "jump"),
+    "base_flexibility": ("sliding", "direction"),
 }
 
 
@@ -86,7 +87,7 @@ def same_law(effect: str, parameters: Values, law: str | None) -> bool:
     """Return whether the plant's law of an effect is the library's one: an interval is then to hold the parameter."""
     if effect in FURTHER:
         further, parameter = FURTHER[effect]
-        return (law == further) == (parameters.get(parameter, 0.0) > 0.0)
+        return (law == further) == (parameters.get(parameter, 0.0) != 0.0)
     return effect not in RELATED
 
 

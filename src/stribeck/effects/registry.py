@@ -48,6 +48,7 @@ from stribeck.effects.friction.presliding import Presliding
 from stribeck.effects.friction.presliding_maxwell_slip import PreslidingMaxwellSlip
 from stribeck.effects.friction.quadratic_damping import QuadraticDamping
 from stribeck.effects.rigid_body.base_flexibility import BaseFlexibility
+from stribeck.effects.rigid_body.base_flexibility_sliding import BaseFlexibilitySliding
 from stribeck.effects.rigid_body.gravity_tilt import GravityTilt
 from stribeck.effects.rigid_body.payload import Payload
 from stribeck.effects.sensing.encoder_eccentricity import EncoderEccentricity
@@ -105,6 +106,7 @@ _OWN: tuple[type[Effect], ...] = (
     Payload,
     GravityTilt,
     BaseFlexibility,
+    BaseFlexibilitySliding,
     CableSpring,
     CableSpringHardening,
     Contact,

@@ -171,4 +171,4 @@ class _Maker:
 
 def _rate(unit: str) -> str:
     """Return the unit of a time derivative."""
-    return {"rad": "rad/s", "rad/s": "rad/s^2", "N m": "N m/s", "1": "1/s"}[unit]
+    return f"{unit}^2" if unit.endswith("/s") else f"{unit}/s"

@@ -174,10 +174,15 @@ class Balance:
         known = [0.0 if j in path.flexible else s.acceleration for j, s in enumerate(motion)]
         bias = inverse_dynamics(body, q, dq, known, prismatic=path.prismatic)
         load = [bias[j] + external[j] for j in range(self.n)]
+        stand = path.stand(motion, x)
+        if stand is not None:
+            load = stand.loads(load, known)
         flexible = list(path.flexible)
         if not flexible:
             return load, None, None, None
         mass = mass_matrix(body, q, prismatic=path.prismatic)
+        if stand is not None:
+            mass = stand.inertia(mass)
         carried = ca.vertcat(*[0.0 if (inertia := path.carrier(j)) is None else inertia for j in flexible])
         return load, mass, mass[flexible, flexible] + ca.diag(carried), carried
 
@@ -227,8 +232,9 @@ class Balance:
         out: list[Expression] = []
         for j in self.path.flexible:
             out += [signals[j].link_velocity, acceleration[j]]
+        links = [acceleration.get(j, s.acceleration) for j, s in enumerate(signals)]
         for k, place in enumerate(self.path.placed):
-            out += self.path.rates(k, self._command(d, place.joint), signals[place.joint], x)
+            out += self.path.rates(k, self._command(d, place.joint), signals, links, x)
         return ca.vertcat(*out)
 
     def start(self, d: Drive) -> Any:

@@ -16,6 +16,7 @@ import casadi as ca
 from stribeck.model.effect import FrictionEffect
 from stribeck.model.path import SignalPath
 from stribeck.model.rigid_body import inverse_dynamics, mass_matrix
+from stribeck.model.stand import Stand
 from stribeck.model.values import Expression, Signals
 
 NEWTON_STEPS = 4  # load-dependent friction is piecewise linear in the load: Newton's method ends after two or three
@@ -75,7 +76,13 @@ class Dynamics:
 
     @cached_property
     def _mass(self) -> Any:
-        return mass_matrix(self.path.body(), [s.link_position for s in self.signals], prismatic=self.path.prismatic)
+        path, stand = self.path, self._stand
+        mass = mass_matrix(path.body(), [s.link_position for s in self.signals], prismatic=path.prismatic)
+        return mass if stand is None else stand.inertia(mass)
+
+    @cached_property
+    def _stand(self) -> Stand | None:
+        return self.path.stand(self.signals, self.path.x)
 
     @cached_property
     def _bias(self) -> list[Expression]:
@@ -85,7 +92,8 @@ class Dynamics:
         still = [0.0] * self.n
         bias = inverse_dynamics(path.body(), positions, velocities, still, prismatic=path.prismatic)
         external = path.external(signals, path.x)
-        return [bias[j] + external[j] for j in range(self.n)]
+        bias = [bias[j] + external[j] for j in range(self.n)]
+        return bias if self._stand is None else self._stand.loads(bias, still)
 
     def _transmitted(self, joint: int) -> Expression:
         k, effect = self.path.transmission(joint)  # type: ignore[misc]

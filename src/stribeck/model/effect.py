@@ -205,6 +205,25 @@ class RigidBodyEffect(Effect):
         return body
 
 
+class StandEffect(Effect):
+    """A stand that slides under the first axis; its states are how far it is from rest, and how fast it moves."""
+
+    states = ("position", "velocity")
+    state_units = MappingProxyType({"position": "m", "velocity": "m/s"})
+
+    @abstractmethod
+    def way(self, p: Parameters) -> tuple[Expression, Expression]:
+        """Return the unit vector along which it slides, in the base frame."""
+
+    @abstractmethod
+    def mass(self, p: Parameters) -> Expression:
+        """Return the mass that slides with the first axis, the arm apart, kg."""
+
+    @abstractmethod
+    def force(self, x: States, p: Parameters) -> Expression:
+        """Return the force along the way that the ground puts on it, N."""
+
+
 class ExternalEffect(Effect):
     """A torque on the link, or a force on the arm's tip, from outside the model."""
 

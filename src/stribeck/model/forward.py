@@ -72,7 +72,7 @@ class Forward:
         for j in path.flexible:
             out += [d.signals[j].link_velocity, d.motion.link[j]]
         for k, place in enumerate(path.placed):
-            out += path.rates(k, self.command[place.joint], d.full_signals[place.joint], path.x)
+            out += path.rates(k, self.command[place.joint], d.full_signals, d.motion.link, path.x)
         return ca.vertcat(*out)
 
     @cached_property

@@ -19,9 +19,12 @@ from stribeck.model.effect import (
     FrictionEffect,
     RigidBodyEffect,
     SensingEffect,
+    StandEffect,
     TransmissionEffect,
 )
 from stribeck.model.layout import Placed, layout
+from stribeck.model.rigid_body import base_force
+from stribeck.model.stand import Stand
 from stribeck.model.tip import tip_of
 from stribeck.model.tustin import tustin_level, tustin_viscous
 from stribeck.model.values import Body, Expression, Parameters, Signals, States
@@ -193,11 +196,38 @@ class SignalPath:
                     torques = [torque + rx * fy - ry * fx for torque, (rx, ry) in zip(torques, levers, strict=True)]
         return torques
 
-    def rates(self, k: int, command: Expression, s: Signals, x: Any) -> list[Expression]:
-        """Return the time derivatives of the k-th placed effect's states, in order."""
+    def _stand(self) -> tuple[int, StandEffect] | None:
+        """Return (number, effect) of the stand that slides, if there is one."""
+        found = [(k, place.effect) for k, place in enumerate(self.placed) if isinstance(place.effect, StandEffect)]
+        return found[0] if found else None
+
+    def stand(self, motion: Sequence[Signals], x: Any) -> Stand | None:
+        """Return the stand under the links as they move; None on firm ground."""
+        found = self._stand()
+        if found is None:
+            return None
+        k, effect = found
+        p = self.parameters(k)
+        q, dq = [s.link_position for s in motion], [s.link_velocity for s in motion]
+        force, coupling, mass = base_force(self.body(), q, dq, effect.way(p))
+        whole = mass + effect.mass(p)
+        return Stand((effect.force(self.states(k, x), p) - force) / whole, ca.SX(ca.vertcat(*coupling)), whole)
+
+    def rates(
+        self, k: int, command: Expression, motion: Sequence[Signals], links: Sequence[Expression], x: Any
+    ) -> list[Expression]:
+        """Return the time derivatives of the k-th placed effect's states, in order.
+
+        ``motion`` and ``links``, their accelerations (rad/s^2), are those of all joints.
+        """
         effect, states, values = self.placed[k].effect, self.states(k, x), self.parameters(k)
         if not effect.states:
             return []
+        if isinstance(effect, StandEffect):
+            stand = self.stand(motion, x)
+            assert stand is not None
+            return [states["velocity"], stand.acceleration(links)]
+        s = motion[self.placed[k].joint]
         if isinstance(effect, FrictionEffect) and effect.bristle:
             level = self.present_level(self.placed[k].joint, s, x)
             rates = effect.bristle_derivatives(level, s, states, values)

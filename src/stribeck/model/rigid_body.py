@@ -6,6 +6,7 @@ Luh, Walker & Paul (1980), "On-line computational scheme for mechanical manipula
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 
 import casadi as ca
@@ -100,6 +101,37 @@ def mass_matrix(body: Body, position: Sequence[Expression], *, prismatic: bool =
         for k in range(n)
     ]
     return ca.horzcat(*columns)
+
+
+def base_force(
+    body: Body, position: Sequence[Expression], velocity: Sequence[Expression], way: tuple[Expression, Expression]
+) -> tuple[Expression, list[Expression], Expression]:
+    """Return what the arm asks of a base that slides: force, torque at the joints by its acceleration, and mass.
+
+    Parameters
+    ----------
+    position, velocity : sequence of n expressions
+        Relative joint angles (rad) and velocities.
+    way : (x, y)
+        Unit vector along which the base slides.
+
+    Returns
+    -------
+    force : expression
+        Along the way, N, that the joints' velocities need; weight, which never changes, and accelerations apart.
+    coupling : list of n expressions
+        Torque at each joint by the base's acceleration, and force by that of the joint, N m/(m/s^2).
+    mass : expression
+        The arm's, kg.
+    """
+    still = [0.0] * len(position)
+    frames = _outward(_no_gravity(body), position, velocity, still)
+    force: Expression = 0.0
+    mass: Expression = 0.0
+    for k, (_, _, _, _, cx, cy, _) in enumerate(frames):
+        force, mass = force + body.mass[k] * (cx * way[0] + cy * way[1]), mass + body.mass[k]
+    pushed = replace(body, gravity=(-way[0], -way[1]))
+    return force, inverse_dynamics(pushed, position, still, still), mass
 
 
 def _no_gravity(body: Body) -> Body:

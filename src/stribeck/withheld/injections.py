@@ -17,7 +17,8 @@ What the names leave open:
   beyond, of 0 what goes beyond;
 - ``contact``: a stop of the joint, rad; where the ``direction`` of its normal is given, a wall in the plane, m;
 - ``torque_ripple``: relative, at the rotor's angle; ``cogging`` the same in N m;
-- ``gravity_tilt``: change of gravity in the arm's plane, m/s^2; ``base_flexibility``: rocking about the first axis.
+- ``gravity_tilt``: change of gravity in the arm's plane, m/s^2; ``base_flexibility``: rocking about the first axis,
+  rad; where the ``direction`` is given, sliding along it, m.
 """
 
 from __future__ import annotations
@@ -147,7 +148,7 @@ KNOWN: dict[str, Rule] = {
     "payload": Rule({"mass": 0.0}, {"inertia": 0.0}, special.payload),
     "gravity_tilt": Rule({"x": 0.0, "y": 0.0}, {}, special.tilted),
     "base_flexibility": Rule(
-        {"stiffness": math.inf}, {"damping": math.nan, "inertia": math.nan}, special.soft_base
+        {"stiffness": math.inf}, dict.fromkeys(("damping", "inertia", "mass", "direction"), math.nan), special.soft_base
     ),
     "cable_spring": Rule(
         {"stiffness": 0.0}, {"rest": 0.0, "cubic": 0.0},

@@ -143,6 +143,13 @@ def _cable(st: Stage) -> Params:
     return lambda s: {"stiffness": s * st.torque, "rest": rest, "cubic": cubic * s * st.torque}
 
 
+def _base(st: Stage) -> Params:
+    if not st.one_of(False, True) or not st.joint.length or st.joint.kind != "revolute":
+        return lambda s: {"stiffness": st.stiffest(s, 4.0)}
+    way, reach = st.phase(), st.joint.length
+    return lambda s: {"stiffness": st.stiffest(s, 4.0) / reach**2, "direction": way}
+
+
 def _contact(st: Stage) -> Params:
     exponent, in_plane = st.one_of(1.5, 1.0), st.one_of(False, True)
     if in_plane and st.tips is not None:
@@ -226,7 +233,7 @@ SCALES: dict[str, Scale] = {
     "time_shift": Scale(_shift, (5e-4, 0.04)),
     "payload": Scale(_simple("mass", lambda st: st.joint.mass), (0.01, 1.5)),
     "gravity_tilt": Scale(_tilt, (0.003, 0.4)),
-    "base_flexibility": Scale(lambda st: lambda s: {"stiffness": st.stiffest(s, 4.0)}, (1e-4, 0.3)),
+    "base_flexibility": Scale(_base, (1e-4, 0.3)),
     "cable_spring": Scale(_cable, (0.02, 3.0)),
     "contact": Scale(_contact, (0.02, 30.0)),
     "input_disturbance": Scale(_disturbance, (0.01, 0.8)),

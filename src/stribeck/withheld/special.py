@@ -140,9 +140,19 @@ def tilted(plant: Plant, k: int, p: Params) -> Plant:
 
 
 def soft_base(plant: Plant, k: int, p: Params) -> Plant:
-    """Let the base turn about the first axis on a spring; by default as heavy as the arm, 3 % of critical."""
+    """Let the base turn about the first axis on a spring; by default as heavy as the arm, 3 % of critical.
+
+    With a ``direction`` it slides instead, as heavy as the arm by default.
+    """
     if math.isinf(p["stiffness"]):
         return plant
+    if not math.isnan(p["direction"]):
+        arm = sum(plant.get(k, "mass") for k in range(plant.n))
+        mass = arm if math.isnan(p["mass"]) else p["mass"]
+        damping = 0.06 * math.sqrt(p["stiffness"] * (mass + arm)) if math.isnan(p["damping"]) else p["damping"]
+        return plant.with_world(
+            slide_stiffness=p["stiffness"], slide_damping=damping, slide_mass=mass, slide_direction=p["direction"]
+        )
     arm = _outboard_inertia(plant, 0)
     inertia = arm if math.isnan(p["inertia"]) else p["inertia"]
     damping = 0.06 * math.sqrt(p["stiffness"] * (inertia + arm)) if math.isnan(p["damping"]) else p["damping"]

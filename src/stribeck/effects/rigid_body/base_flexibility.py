@@ -23,6 +23,7 @@ class BaseFlexibility(TransmissionEffect):
     """
 
     name = "base_flexibility"
+    law = "rocking"
     channel = "rigid_body"
     equation = r"J_b \ddot\varphi + d \dot\varphi + k \varphi = -\tau_1, \quad q_{\mathrm{link}} = q_1 + \varphi"
     symptom = "a slow, lightly damped resonance at the first joint, which the joints after it feel as well"

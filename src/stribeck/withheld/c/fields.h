@@ -38,6 +38,7 @@
 
 #define WORLD_FIELDS(X)                                                                                          \
     X(prismatic) X(gravity_x) X(gravity_y) X(base_stiffness) X(base_damping) X(base_inertia)           \
+    X(slide_stiffness) X(slide_damping) X(slide_mass) X(slide_direction)                                         \
     X(plane_direction) X(plane_distance) X(plane_stiffness) X(plane_damping) X(plane_exponent)
 
 #define DECLARE(name) double name;

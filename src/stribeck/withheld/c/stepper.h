@@ -15,7 +15,7 @@ enum { OK = 0, DIVERGED = 1, SINGULAR = 2, NO_MEMORY = 3 };
 typedef struct {
     const World *world;
     const Joint *joint;
-    int n, base, slosh[MAX_JOINTS], flexible[MAX_JOINTS];
+    int n, base, free, slosh[MAX_JOINTS], flexible[MAX_JOINTS]; /* free: bodies, and the way of a base that slides */
     Tree tree;
     double x[MAX_BODIES], v[MAX_BODIES], v_old[MAX_BODIES];             /* bodies, relative to the parent */
     double theta[MAX_JOINTS], omega[MAX_JOINTS], omega_old[MAX_JOINTS]; /* rotors behind a transmission */
@@ -56,6 +56,7 @@ static void build(Plant *p, const World *world, const Joint *joint, int n) {
         p->slosh[k] = p->tree.count;
         add_body(&p->tree, p->base + k, (Vec){j->slosh_arm, 0.0}, j->slosh_mass, (Vec){j->slosh_length, 0.0}, 0.0, 0.0);
     }
+    p->free = p->tree.count + (world->slide_stiffness > 0.0);
 }
 
 /* A straight wall in the arm's plane pushes the end of the last link back; its force works along each body's turning. */
@@ -80,7 +81,9 @@ static void lean(const Plant *p, const double *x, const double *v, double *force
 
 /* Generalised forces on the bodies that do not come from the rotors. */
 static void passive(const Plant *p, const double *x, const double *v, double *force) {
-    for (int i = 0; i < p->tree.count; i++) force[i] = 0.0;
+    int last = p->free - 1;
+    for (int i = 0; i < p->free; i++) force[i] = 0.0;
+    if (p->free > p->tree.count) force[last] = -p->world->slide_stiffness * x[last] - p->world->slide_damping * v[last];
     if (p->base) force[0] = -p->world->base_stiffness * x[0] - p->world->base_damping * v[0];
     if (p->world->plane_stiffness > 0.0) lean(p, x, v, force);
     for (int k = 0; k < p->n; k++) {
@@ -99,6 +102,30 @@ static void passive(const Plant *p, const double *x, const double *v, double *fo
     }
 }
 
+/* Row and column of a base that slides: the whole momentum along its way, and the force that it takes to turn the links. */
+static void slide_along(const Plant *p, const double *x, const double *v, double *needed, double matrix[MAX_BODIES][MAX_BODIES]) {
+    const World *w = p->world;
+    Vec way = {cos(w->slide_direction), sin(w->slide_direction)};
+    double spin[MAX_BODIES], rest[MAX_BODIES] = {0.0};
+    int last = p->tree.count;
+    Pose pose;
+    outwards(&p->tree, (Vec){0.0, 0.0}, x, v, NULL, &pose, spin);
+    needed[last] = 0.0;
+    matrix[last][last] = w->slide_mass;
+    for (int i = 0; i < last; i++) {
+        needed[last] += dot(way, pose.com_pull[i]);
+        matrix[last][last] += p->tree.mass[i];
+    }
+    for (int i = 0; i < last; i++) {
+        double acc[MAX_BODIES] = {0.0};
+        acc[i] = 1.0;
+        outwards(&p->tree, (Vec){0.0, 0.0}, x, rest, acc, &pose, spin);
+        matrix[last][i] = 0.0;
+        for (int m = 0; m < last; m++) matrix[last][i] += dot(way, pose.com_pull[m]);
+        matrix[i][last] = matrix[last][i];
+    }
+}
+
 /* Mobility (inverse mass) and torque of motion at the position x; the single sliding axis is a case of its own. */
 static int rigid(const Plant *p, const double *x, const double *v, double *needed, double inverse[MAX_BODIES][MAX_BODIES]) {
     const Tree *tree = &p->tree;
@@ -112,7 +139,8 @@ static int rigid(const Plant *p, const double *x, const double *v, double *neede
     outwards(tree, (Vec){p->world->gravity_x, p->world->gravity_y}, x, v, NULL, &pose, spin);
     inwards(tree, &pose, spin, NULL, needed);
     mass_matrix(tree, &pose, matrix);
-    return invert(tree->count, matrix, inverse);
+    if (p->free > tree->count) slide_along(p, x, v, needed, matrix);
+    return invert(p->free, matrix, inverse);
 }
 
 static double one_joint(const Joint *j, const Friction *f, double guess, double a, double b, double h, double *torque) {
@@ -144,7 +172,7 @@ static void rub(Plant *p, double h, double inverse[MAX_BODIES][MAX_BODIES], doub
         }
         if (change <= 1e-11 * size) break;
     }
-    for (int i = 0; i < p->tree.count; i++)
+    for (int i = 0; i < p->free; i++)
         for (int k = 0; k < p->n; k++) v[i] -= h * inverse[i][base + k] * lambda[k];
     for (int k = 0; k < p->n; k++) {
         if (p->flexible[k]) continue;
@@ -196,7 +224,7 @@ static void push_joint(Plant *p, int k, double t, double h, double command, doub
 /* One step. `command` is the mean amplifier input of the step, `push` a torque from outside, `factor` scales friction. */
 static int step(Plant *p, double t, double h, const double *command, const double *push, const double *factor,
                 const double *old_speed) {
-    int count = p->tree.count, base = p->base;
+    int count = p->free, base = p->base;
     double mid[MAX_BODIES], glide[MAX_BODIES], force[MAX_BODIES], needed[MAX_BODIES], v[MAX_BODIES];
     double inverse[MAX_BODIES][MAX_BODIES];
     for (int i = 0; i < count; i++) {

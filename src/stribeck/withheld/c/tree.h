@@ -5,7 +5,7 @@
 #include <math.h>
 #include "fields.h"
 
-#define MAX_BODIES (1 + 2 * MAX_JOINTS)
+#define MAX_BODIES (2 + 2 * MAX_JOINTS) /* one row is left for a base that slides */
 typedef struct { double x, y; } Vec;
 typedef struct {
     int count, parent[MAX_BODIES];
