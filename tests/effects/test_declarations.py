@@ -114,7 +114,10 @@ def test_starts_are_plausible(effect: Effect, scale: Scale) -> None:
         ("negative_damping", {"amount": 47.0, "velocity": 0.002}),  # the same at rest
         ("cogging", {"sine": 0.02, "cosine": 0.0, "harmonic": 15.0}),  # two thirds of a period: any curve over position
         ("torque_ripple", {"sine": 0.1, "cosine": 0.0, "harmonic": 15.0}),
-        ("history/running_in", {"change": 3.0, "distance": 90.0}),  # over all recordings, friction of another level
+        (
+            "history/running_in",
+            {"change": 3.0, "distance": 90.0, "kept": 1.0},
+        ),  # over all recordings, friction of another level
     ],
 )
 def test_corners_are_not(name: str, values: dict[str, float]) -> None:

@@ -68,7 +68,7 @@ CASES = {
     "history/warm_up": Case("A", {"change": -0.5, "time": 8.0, "power": 3.0}, {}, 0.3),
     # worn by work in the plant, by distance in the library
     "history/running_in": Case(
-        "A", {"change": 0.5, "work": 20.0}, {"change": (0.5, 0.1), "distance": (2.5, 0.5)}, 0.3, 2
+        "A", {"change": 0.5, "work": 20.0}, {"change": (0.5, 0.1), "distance": (2.5, 0.5), "kept": (1.0, 0.15)}, 0.3, 2
     ),
     "load_dependent_friction/proportional": Case("A", {"ratio": 0.2}, {"ratio": (0.2, 0.015)}, 0.3),
     "load_dependent_friction/directional": Case("A", {"ratio": 0.3, "input": 1.0}, {"ratio": (0.3, 0.015)}, 0.3),

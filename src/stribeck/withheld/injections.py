@@ -8,7 +8,8 @@ What the names leave open:
   friction and less the rotor's own inertia), or, where ``input`` is 1, to what enters (friction not taken off);
 - ``asymmetric_friction``: forward minus backward constants, the mean stays;
 - ``history``: relative change of the level when as much friction power as `power` has flowed for long; or, where
-  `work` is given, when the contact is new: what is left of it falls to 1/e with that much work of friction, J;
+  `work` is given, when the contact is new: what is left of it falls to 1/e with that much work of friction, J, and
+  the part `lost` of what is gone is back at the next recording;
 - ``actuator_lag``: a pole, and where ``again`` is given another one behind it; where ``damping`` is, two that swing
   and are late by ``time`` at low frequency;
 - ``torque_saturation``: the ``sharp``-er, the later u (1 + (u / limit)^sharp)^(-1 / sharp) bends; 0 is a corner;
@@ -109,8 +110,8 @@ KNOWN: dict[str, Rule] = {
         {"rise": "dwell_rise", "time": "dwell_time", "distance": "dwell_distance"},
     ),
     "history": Rule(
-        {"change": 0.0}, {"time": 20.0, "power": 5.0, "work": 0.0},
-        {"change": "warm_change", "time": "warm_time", "power": "warm_power", "work": "wear_work"},
+        {"change": 0.0}, {"time": 20.0, "power": 5.0, "work": 0.0, "lost": 0.0},
+        {"change": "warm_change", "time": "warm_time", "power": "warm_power", "work": "wear_work", "lost": "wear_lost"},
     ),
     "position_dependent_friction": Rule({"amplitude": 0.0}, {"harmonic": 1.0, "phase": 0.0}, _periodic("wave")),
     "load_dependent_friction": Rule({"ratio": 0.0}, {"input": 0.0}, {"ratio": "load_ratio", "input": "load_input"}),

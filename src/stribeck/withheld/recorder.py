@@ -121,7 +121,7 @@ def record(
     runs, warmth = [], np.zeros(arm.n)
     for i, motion in enumerate(motions):
         run, warmth = lab.run(motion, warmth, i)
-        warmth = warmth * np.exp(-PAUSE / _warm_time(plant))
+        warmth = _after_pause(plant, warmth)
         runs.append(run)
     return tuple(runs)
 
@@ -197,11 +197,16 @@ class Laboratory:
         return push, factor
 
 
-def _warm_time(plant: Plant) -> Array:
-    """Time constant of the warm-up of each joint, s; infinitely short where there is none, long where it is wear."""
-    return np.array(
-        [math.inf if plant.get(k, "wear_work") else max(plant.get(k, "warm_time"), 1e-9) for k in range(plant.n)]
-    )
+def _after_pause(plant: Plant, warmth: Array) -> Array:
+    """Return what is left (n,) of the warm-up, or of the wear, of which newness is exp(-wear)."""
+    left = []
+    for k, state in enumerate(warmth):
+        if plant.get(k, "wear_work"):
+            newness = math.exp(-state)
+            left.append(-math.log(newness + plant.get(k, "wear_lost") * (1.0 - newness)))
+        else:
+            left.append(state * math.exp(-PAUSE / max(plant.get(k, "warm_time"), 1e-9)))
+    return np.array(left)
 
 
 def _with_encoder(arm: Arm, resolution: float) -> Arm:

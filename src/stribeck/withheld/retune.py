@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
-from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import lsq_linear
 
 from stribeck.arm import Arm, Joint
@@ -130,10 +129,10 @@ def left_over(turnable: Sequence[Knob], arm: Arm, unexplained: Unexplained, weig
     slopes = np.stack([(unexplained(knob.turned(arm, STEP)) - here) / STEP for knob in turnable], axis=2)
     off = np.array([knob.off for knob in turnable])
     start = here - slopes @ off  # of the nominal arm
-    weighted = (slopes * weight[:, :, None]).reshape(-1, len(off)).T
-    normal = weighted @ slopes.reshape(-1, len(off)) + np.eye(len(off))
-    wanted = -weighted @ start.ravel()
-    factor = cholesky(normal, lower=True)
+    root = np.sqrt(weight)
+    rows = np.concatenate([(slopes * root[:, :, None]).reshape(-1, len(off)), np.eye(len(off))])
+    wanted = -np.concatenate([(start * root).ravel(), np.zeros(len(off))])
+    q, r = np.linalg.qr(rows)  # squared, rows of a quiet joint would outweigh the tolerances beyond all digits
     bounds = (np.array([knob.lower for knob in turnable]), np.array([knob.upper for knob in turnable]))
-    z = lsq_linear(factor.T, solve_triangular(factor, wanted, lower=True), bounds, method="bvls").x
+    z = lsq_linear(r, q.T @ wanted, bounds, method="bvls").x
     return np.asarray(start + slopes @ z)

@@ -89,7 +89,8 @@ def _load(st: Stage) -> Params:
 def _history(st: Stage) -> Params:
     time, sign, wears = st.between(8.0, 30.0), st.one_of(-1.0, -1.0, 1.0), st.one_of(False, False, True)
     if wears:
-        return lambda s: {"change": s, "work": time * st.power}
+        lost = st.one_of(0.0, 1.0)
+        return lambda s: {"change": s, "work": time * st.power * (1.0 - 0.7 * lost), "lost": lost}
     return lambda s: {"change": sign * s, "time": time, "power": st.power}
 
 

@@ -50,18 +50,19 @@ def test_parts_of_one_run_follow_each_other() -> None:
     assert held.past.led == pytest.approx(np.sum(np.abs(fit.velocity), axis=0) * fit.sample_time, rel=0.01)
 
 
-def test_running_in_goes_on_where_the_last_run_left_it() -> None:
-    """Friction in the second of two like runs is what it would be so much further on, not what it was at first."""
+@pytest.mark.parametrize("kept", [1.0, 0.3, 0.0])
+def test_running_in_goes_on_where_the_last_run_left_it(kept: float) -> None:
+    """Friction in the second of two like runs is what it would be so much further on, but for what is not kept."""
     effect = effect_named("history", "running_in")
-    path = SignalPath(NOMINAL, [Placed(effect, 0, {"change": 0.5, "distance": 3.0})])
+    path = SignalPath(NOMINAL, [Placed(effect, 0, {"change": 0.5, "distance": 3.0, "kept": kept})])
     prepared = prepare(NOMINAL, [sines(4.0, name="run_1"), sines(4.0, name="run_2")])
     ((first,), (second,)), p = (prepared.fit, prepared.held), values_of(path.entries)
     if first.name == "run_2":
         first, second = second, first
     left = [Residual(path, [run], ()).states(run, p)[:, -1] for run in (first, second)]
     assert left[0][0] == 1.0
-    assert left[1][0] == pytest.approx(left[0][-1], rel=0.02)
-    assert left[1][-1] == pytest.approx(left[0][-1] ** 2, rel=0.02)
+    assert left[1][0] == pytest.approx(1.0 - kept * (1.0 - left[0][-1]), rel=0.02)
+    assert left[1][-1] == pytest.approx(left[1][0] * left[0][-1], rel=0.02)
 
 
 def test_a_part_of_the_warmth_is_kept_for_the_next_run() -> None:
@@ -111,7 +112,7 @@ def test_stretches_know_what_lies_between_them() -> None:
 @pytest.mark.parametrize(
     ("law", "values", "state"),
     [
-        ("running_in", {"change": 0.5, "distance": 10.0}, "newness"),
+        ("running_in", {"change": 0.5, "distance": 10.0, "kept": 0.6}, "newness"),
         ("warm_up", {"change": 0.1, "time": 3.0, "start": 0.0, "kept": 0.5}, "warmth"),
     ],
 )

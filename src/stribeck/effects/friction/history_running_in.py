@@ -1,4 +1,4 @@
-"""Friction of new surfaces, which wears in over the distance gone."""
+"""Friction that wears in, or loosens, over the distance gone."""
 
 from __future__ import annotations
 
@@ -19,13 +19,17 @@ SLOWEST = 2.0  # distances gone in all recordings, over which it may fall to 1/e
 class HistoryRunningIn(FrictionEffect):
     """Running in: all friction starts at another level and nears its own with the distance, from one run to the next.
 
-    The distance is counted from the first of the recordings.
+    What wears in stays so (kept: 1); grease that a slide spreads has settled again when the next recording starts
+    (kept: 0). Of the recordings before, the distance counts together.
     """
 
     name = "history"
     law = "running_in"
     channel = "friction"
-    equation = r"\tau_f \to \tau_f (1 + a w), \quad \dot w = -|v| w / L, \quad w = 1 \text{ in the first recording}"
+    equation = (
+        r"\tau_f \to \tau_f (1 + a w), \quad \dot w = -|v| w / L, \quad "
+        r"w(0) = 1 \text{ or } 1 - \rho\,(1 - w(\text{before}))"
+    )
     symptom = "a residual against the motion that dies out with the distance gone, from one recording to the next"
     shows = "time"
     source = "Blau (1981); Khonsari, Ghatrehsamani & Akbarzadeh (2021)"
@@ -33,12 +37,14 @@ class HistoryRunningIn(FrictionEffect):
     parameters = (
         Parameter("change", "1", "relative change of friction at the start of the first recording", 0.0, -0.9, 10.0),
         Parameter("distance", "rad", "distance over which it falls to 1/e", 50.0, 0.1, 1e5, log=True),
+        Parameter("kept", "1", "part of it that lasts until the next recording", 1.0, 0.0, 1.0, firm=True),
     )
     states = ("newness",)
     state_units = MappingProxyType({"newness": "1"})
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
-        return tuple({"change": 0.3, "distance": time * scale.speed} for time in (10.0, 60.0))
+        ways = ((10.0, 1.0), (60.0, 1.0), (4.0, 0.0))
+        return tuple({"change": 0.3, "distance": time * scale.speed, "kept": kept} for time, kept in ways)
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
         return values["distance"] < SLOWEST * scale.distance
@@ -53,7 +59,8 @@ class HistoryRunningIn(FrictionEffect):
         return {"newness": -s.slide * x["newness"] / p["distance"]}
 
     def initial(self, s: Signals, p: Parameters) -> dict[str, Expression]:
-        return {"newness": ca.exp(-(s.travelled + s.led) / p["distance"])}
+        begun = 1.0 - p["kept"] * (1.0 - ca.exp(-s.travelled / p["distance"]))
+        return {"newness": begun * ca.exp(-s.led / p["distance"])}
 
     def on_average(self, values: Mapping[str, float], starts: Sequence[Signals]) -> dict[str, float]:
         newness = [float(self.initial(s, values)["newness"]) for s in starts]
