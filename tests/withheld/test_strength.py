@@ -87,6 +87,19 @@ def test_left_over_is_ridge_regression_within_bounds(arm):
     assert far == pytest.approx((7.0 - LIMIT) * column, abs=1e-8)
 
 
+def test_values_that_look_alike_are_left_to_their_tolerances_however_quiet_the_floor(arm):
+    """Two values of one column, weighed beyond what the digits of its square could hold beside the tolerances."""
+    column = np.random.default_rng(0).standard_normal((200, 2))
+    pair = [k for k in knobs(arm, arm) if (k.joint, k.name) in {(1, "rotor_inertia"), (0, "rotor_inertia")}]
+
+    def unexplained(other):
+        turned = (other.joints[k.joint].rotor_inertia - arm.joints[k.joint].rotor_inertia for k in pair)
+        return column * (1.0 - sum(by / k.sd for by, k in zip(turned, pair, strict=True)))
+
+    left = left_over(pair, arm, unexplained, np.full(column.shape, 1e18))
+    assert np.abs(left).max() < 1e-9
+
+
 def test_what_has_no_tolerance_is_not_turned_and_friction_stays_symmetric(arm, bench):
     names = [(k.joint, k.name, k.sides) for k in knobs(arm, arm)]
     assert len(names) == 18
