@@ -6,13 +6,17 @@ import math
 import numpy as np
 import pytest
 
-from stribeck.blind.comparable import CONVERT, true_values
+from stribeck.blind.comparable import CONVERT, law_for, same_law, true_values
 from stribeck.blind.key import Opened
 from stribeck.blind.outcome import CHANNELS, outcome, strength_bin
 from stribeck.blind.rates import calibration, detection_limit, rate
 from stribeck.blind.score import score
 from stribeck.effects.registry import laws, registry
-from stribeck.withheld.injections import KNOWN
+from stribeck.withheld.arms import random_arm
+from stribeck.withheld.excitation import programme
+from stribeck.withheld.injections import KNOWN, UNKNOWN
+from stribeck.withheld.scales import SCALES
+from stribeck.withheld.stage import stage_of
 
 LIBRARY = ["delay", "actuator_lag", "payload", "input_disturbance", "gravity_tilt", "torque_offset"]
 
@@ -124,6 +128,38 @@ def test_place():
     assert judged(tilt, answer(cause("gravity_tilt")))["joint"] is None  # sits in no joint
 
 
+def test_a_wall_in_the_plane_is_in_no_joint():
+    """It pushes at all of them; a stop of one joint is in that joint."""
+    plane = truth(effect("contact", stiffness=9.0, position=0.4, direction=0.0))
+    stop = truth(effect("contact", stiffness=9.0, position=0.4, side=1.0))
+    said = answer(cause("contact", joints=("A", "B")))
+    assert outcome(plane, said, [*LIBRARY, "contact"])["joint"] is None
+    assert outcome(stop, said, [*LIBRARY, "contact"])["joint"] is False
+
+
+@pytest.mark.parametrize(("parameters", "law"), [
+    ({"stiffness": 9.0}, "rocking"), ({"stiffness": 9.0, "direction": 0.0}, "sliding"),
+    ({"stiffness": 9.0, "direction": -2.0}, "sliding"),
+])  # fmt: skip
+def test_a_base_with_a_direction_slides(parameters, law):
+    for said in ("rocking", "sliding"):
+        assert same_law("base_flexibility", parameters, said) == (said == law)
+    assert law_for("base_flexibility", parameters).law == law
+
+
+@pytest.mark.parametrize("name", sorted(SCALES))
+def test_what_the_plant_hides_has_units_in_the_library(name):
+    """Of every effect that is drawn, in each of its laws: the values that compare are some law's parameters."""
+    arm = random_arm(np.random.default_rng(1), 2)
+    motions = programme(arm, np.random.default_rng(0), ("multisine",), 3.0)
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        parameters = SCALES[name].build(stage_of(arm, 1, motions, rng))(0.1)
+        law = law_for(name, parameters)
+        assert (law is None) == (name in UNKNOWN)
+        assert law is None or set(true_values(name, parameters)) <= {p.name for p in law.parameters}
+
+
 def test_intervals_are_judged_in_the_right_joint_only():
     true = truth(effect(time=0.011))
     inside = judged(true, answer(cause("delay", time=(0.0105, [0.010, 0.012]))))["intervals"]
@@ -150,6 +186,7 @@ def test_a_law_of_another_kind_does_not_count_against_intervals():
     ("load_dependent_friction", "ratio", "input", "proportional", "directional"),
     ("torque_saturation", "limit", "fade", "constant", "back_emf"),
     ("cable_spring", "stiffness", "cubic", "linear", "hardening"),
+    ("torque_dead_zone", "width", "jump", "shifted", "threshold"),
 ])  # fmt: skip
 @pytest.mark.parametrize("is_further", [False, True])
 @pytest.mark.parametrize("said_further", [False, True])

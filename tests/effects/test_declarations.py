@@ -4,6 +4,7 @@ import ast
 import inspect
 import math
 import re
+from dataclasses import replace
 from importlib.metadata import EntryPoint, EntryPoints
 from pathlib import Path
 from typing import get_args
@@ -180,15 +181,14 @@ def test_laws_of_a_family() -> None:
         family = [effect for effect in laws().values() if effect.name == name]
         assert family[0] is first
         assert len({(e.channel, e.whole_arm) for e in family}) == 1
-        assert len({type(e).__mro__[1] for e in family}) == 1 or first.whole_arm
+        stages = {type(e).__mro__[1] for e in family}
+        assert len(stages) == 1 or stages == {TransmissionEffect, StandEffect}
         assert all(e.sites(3) == ((0,) if e.everywhere else first.sites(3)) for e in family)
         assert len(family) == 1 or all(effect.law for effect in family)
         assert len(family) > 1 or not first.law
 
 
 def test_a_law_that_holds_at_all_joints_is_given_once() -> None:
-    from dataclasses import replace
-
     def placed(*joints: str) -> tuple[Placed, ...]:
         late = {joint: {"time": 0.01} for joint in joints}
         return placed_effects(replace(nominal_arm(), effects=(EffectEntry("time_shift", joints, late, "all_joints"),)))
@@ -200,9 +200,42 @@ def test_a_law_that_holds_at_all_joints_is_given_once() -> None:
         placed("A", "B")
 
 
-def test_a_law_in_an_arm_file() -> None:
-    from dataclasses import replace
+def stated(*entries: EffectEntry, prismatic: bool = False) -> tuple[Placed, ...]:
+    arm = nominal_arm()
+    if prismatic:
+        arm = replace(arm, joints=(replace(arm.joints[0], kind="prismatic"),))
+    return placed_effects(replace(arm, effects=entries))
 
+
+@pytest.mark.parametrize(
+    ("entries", "prismatic", "says"),
+    [
+        ([("base_flexibility", ("B",), "sliding")], False, "is of the whole arm and given once: found B"),
+        ([("base_flexibility", ("A", "B"), "rocking")], False, "is of the whole arm and given once: found B"),
+        ([("base_flexibility", ("A",), "sliding")], True, "base_flexibility/sliding is no law for this kind of arm"),
+        ([("contact", ("A",), "plane")], True, "contact/plane is no law for this kind of arm"),
+        (
+            [("base_flexibility", ("A",), "rocking"), ("base_flexibility", ("A",), "sliding")],
+            False,
+            "is given twice: found A",
+        ),
+        ([("contact", ("A",), "plane"), ("contact", ("B",), "linear")], False, "contact is given twice: found B"),
+        ([("presliding", ("B",), "lugre"), ("presliding", ("B",), "maxwell_slip")], False, "is given twice: found B"),
+    ],
+)
+def test_what_cannot_stand_in_an_arm_file(
+    entries: list[tuple[str, tuple[str, ...], str]], prismatic: bool, says: str
+) -> None:
+    with pytest.raises(InputError, match=says):
+        stated(*(EffectEntry(name, joints, law=law) for name, joints, law in entries), prismatic=prismatic)
+
+
+def test_two_laws_of_a_family_at_two_joints_may_stand() -> None:
+    entries = (EffectEntry("contact", ("A",), law="linear"), EffectEntry("contact", ("B",), law="hunt_crossley"))
+    assert [place.joint for place in stated(*entries)] == [0, 1]
+
+
+def test_a_law_in_an_arm_file() -> None:
     arm = nominal_arm()
 
     def placed(law: str | None) -> str:
@@ -227,8 +260,6 @@ def test_every_file_is_registered() -> None:
 @every_effect
 def test_arm_file_round_trip(effect: Effect, tmp_path: Path) -> None:
     """What `diagnose` writes of an effect reads back as the same model."""
-    from dataclasses import replace
-
     arm = nominal_arm()
     joints = tuple(arm.names[j] for j in effect.sites(2))
     values = {name: starts(effect, j)[0] for name, j in zip(joints, effect.sites(2), strict=True)}
@@ -247,8 +278,6 @@ def test_arm_file_round_trip(effect: Effect, tmp_path: Path) -> None:
 
 @every_effect
 def test_wrong_entries_are_refused(effect: Effect) -> None:
-    from dataclasses import replace
-
     arm = nominal_arm()
     joint = arm.names[effect.sites(2)[0]]
 

@@ -6,6 +6,9 @@ import math
 from collections.abc import Callable, Mapping
 from typing import TypeAlias
 
+from stribeck.effects.registry import laws, registry
+from stribeck.model.effect import Effect
+
 Values: TypeAlias = Mapping[str, float]
 Converted: TypeAlias = dict[str, float]
 
@@ -32,7 +35,7 @@ def _halves(p: Values) -> Converted:
 
 def _wall(p: Values) -> Converted:
     if "direction" in p:
-        return {"direction": p["direction"], "distance": p["position"]}
+        return {"distance": p["position"]}
     return {"position": p["position"]}  # its stiffness is in the unit of a law
 
 
@@ -87,8 +90,23 @@ def same_law(effect: str, parameters: Values, law: str | None) -> bool:
     """Return whether the plant's law of an effect is the library's one: an interval is then to hold the parameter."""
     if effect in FURTHER:
         further, parameter = FURTHER[effect]
-        return (law == further) == (parameters.get(parameter, 0.0) != 0.0)
+        return (law == further) == _has(parameters, parameter)
     return effect not in RELATED
+
+
+def _has(parameters: Values, name: str) -> bool:
+    """Return whether the plant was given a parameter that makes another law; a direction of 0 is one."""
+    return name in parameters and (name == "direction" or parameters[name] != 0.0)
+
+
+def law_for(effect: str, parameters: Values) -> Effect | None:
+    """Return the library's law whose parameters the plant's values are; None of what no library has."""
+    values, turned = set(true_values(effect, parameters)), _has(parameters, "direction")
+    for law in laws().values():
+        names = {parameter.name for parameter in law.parameters}
+        if law.name == effect and values <= names and turned == ("direction" in names):
+            return law
+    return registry().get(effect)
 
 
 def true_values(effect: str, parameters: Values) -> Converted:

@@ -180,7 +180,8 @@ def _statements(found: Json, truth: Json, names: set[str], accepted: set[str]) -
 
 def _joint(true: Sequence[Json], hits: Mapping[str, Sequence[Json]], found: Json) -> bool | None:
     """Whether the right joint is blamed, and alone: by the name where one is right, else by the largest share."""
-    single = [e for e in true if e["effect"] not in WHOLE_ARM]
+    # a wall in the plane, which has a direction, pushes at all of them
+    single = [e for e in true if e["effect"] not in WHOLE_ARM and "direction" not in e["parameters"]]
     if len(single) != 1 or len(true) != 1:
         return None
     own = hits[single[0]["effect"]]

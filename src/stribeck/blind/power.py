@@ -12,12 +12,11 @@ from typing import Any
 from stribeck.arm import Arm, arm_to_toml
 from stribeck.blind.answer import Diagnoser, diagnosed
 from stribeck.blind.batch import diagnose_cases, write_json
-from stribeck.blind.comparable import true_values
+from stribeck.blind.comparable import law_for, true_values
 from stribeck.blind.farm import Farm, Processes
 from stribeck.blind.key import Opened, open_sealed
 from stribeck.blind.rates import rate
 from stribeck.blind.score import score
-from stribeck.effects.registry import registry
 from stribeck.errors import InputError
 from stribeck.run import Run
 from stribeck.withheld.own import own_maker, possible
@@ -142,7 +141,7 @@ def _revealed_from(rows: Sequence[Mapping[str, Any]], levels: Sequence[str]) -> 
 def _example(row: Mapping[str, Any], opened: Opened) -> dict[str, Any]:
     effect = opened.truths[row["case"]]["effects"][0]
     values = true_values(effect["effect"], effect["parameters"])
-    known = registry().get(effect["effect"])
+    known = law_for(effect["effect"], effect["parameters"])
     units = {p.name: p.unit for p in known.parameters} if known else {}
     parameters = {name: {"value": float(f"{v:.4g}"), "unit": units[name]} for name, v in values.items()}
     return {"strength": row["strength"], "level": row["level"], "joint": effect["joint"], "parameters": parameters}

@@ -155,14 +155,26 @@ def effect_named(name: str, law: str | None = None) -> Effect:
 
 def placed_effects(arm: Arm) -> tuple[Placed, ...]:
     """Return the effects of an arm file, each at its joints, parameters checked."""
-    return tuple(_place(arm, entry, joint) for entry in arm.effects for joint in entry.joints)
+    placed = tuple(_place(arm, entry, joint) for entry in arm.effects for joint in entry.joints)
+    for k, place in enumerate(placed):
+        for other in placed[:k]:
+            shared = set(place.joints(arm.n)) & set(other.joints(arm.n))
+            if shared and other.effect.name == place.effect.name:
+                raise InputError(
+                    f"{place.effect.name} is given twice", arm.names[min(shared)], "keep one law at a joint"
+                )
+    return placed
 
 
 def _place(arm: Arm, entry: EffectEntry, joint: str) -> Placed:
     effect = effect_named(entry.effect, entry.law)
-    if effect.everywhere and arm.names.index(joint) not in effect.sites(arm.n):
+    place = arm.names.index(joint)
+    if (effect.everywhere or effect.whole_arm) and place not in effect.sites(arm.n):
         first = arm.names[effect.sites(arm.n)[0]]
-        raise InputError(f"{effect.label} holds at all joints and is given once", joint, f"give it at joint {first}")
+        what = "holds at all joints and is" if effect.everywhere else "is of the whole arm and"
+        raise InputError(f"{effect.label} {what} given once", joint, f"give it at joint {first}")
+    if (effect.everywhere or effect.whole_arm) and not effect.applies(arm, place):
+        raise InputError(f"{effect.label} is no law for this kind of arm", arm.name, "give another law")
     given = dict(entry.parameters.get(joint, {}))
     known = {parameter.name for parameter in effect.parameters}
     for name in given:

@@ -15,6 +15,7 @@ from stribeck.model.drive import Drive
 from stribeck.model.effect import FrictionEffect
 from stribeck.model.path import SignalPath
 from stribeck.model.sensitivity import Sensitivity
+from stribeck.model.slide import foreseen, slide
 from stribeck.model.swing import swing
 from stribeck.model.values import Expression
 
@@ -35,20 +36,23 @@ def advance(balance: Balance, sample_time: float, now: Drive, after: Drive, carr
     mean = (after.position - now.position) / sample_time
     first, last = now.at(velocity=mean), after.at(velocity=mean)
     links = 2 * len(path.flexible)
+    ahead = foreseen(balance, sample_time, now, x)
+    swung = swing(balance, sample_time, now, after, carried, ahead) if links else carried
     out: list[Expression] = []
     if len(path.state_names) > links:
         # a bristle follows the distance moved, the mean velocity's; other laws the velocity of the instant
         own = x[: len(path.state_names)]
         slid, moved = (_relax(balance, sample_time, *pair, own) for pair in ((first, last), (now, after)))
-        bristles, known = _bristles(path), _slid(balance, sample_time, first, last, x)
+        there = ca.vertcat(swung.states[:links], ahead[links:])
+        known = _slid(balance, sample_time, first, last, x) | slide(balance, sample_time, now, after, x, there)
+        bristles = _bristles(path)
         for i, name in enumerate(path.state_names[links:], links):
-            out.append(known.get(name, slid[i]) if name in bristles else moved[i])
+            out.append(known.get(name, slid[i] if name in bristles else moved[i]))
     rest = ca.vertcat(*out)
     through = ca.mtimes(ca.jacobian(rest, x), carried.columns)
     columns = through + ca.jacobian(rest, path.p)[:, list(carried.parameters)]
     if not links:
         return replace(carried, states=rest, columns=columns)
-    swung = swing(balance, sample_time, now, after, carried)
     states = ca.vertcat(swung.states[:links], rest, swung.states[links:])
     columns = ca.vertcat(swung.columns[:links, :], columns, swung.columns[links:, :])
     return replace(carried, states=states, columns=columns)
@@ -58,6 +62,12 @@ def _bristles(path: SignalPath) -> frozenset[str]:
     """Return the names of the states that carry a joint's friction."""
     placed = [(k, place.effect) for k, place in enumerate(path.placed) if isinstance(place.effect, FrictionEffect)]
     return frozenset(f"{k}.{state}" for k, effect in placed if effect.bristle for state in effect.states)
+
+
+def _of_stand(path: SignalPath) -> frozenset[str]:
+    """Return the names of the states of a stand that slides."""
+    found = path.sliding
+    return frozenset() if found is None else frozenset(f"{found[0]}.{state}" for state in found[1].states)
 
 
 def _slid(balance: Balance, sample_time: float, now: Drive, after: Drive, x: Any) -> dict[str, Expression]:
@@ -92,7 +102,9 @@ def _relax(balance: Balance, sample_time: float, now: Drive, after: Drive, x: An
     phi1 = ca.if_else(near, 1 + z / 2 + z**2 / 6, ca.expm1(safe) / safe)
     phi2 = ca.if_else(near, 0.5 + z / 6, (phi1 - 1) / safe)
     step = state + h * (phi1 * rate_now + phi2 * (rate_after - rate_now))
-    slopes[:, : 2 * len(balance.path.flexible)] = 0.0  # links move by a step of their own
+    slopes[:, : 2 * len(balance.path.flexible)] = 0.0  # links move by a step of their own, and so does a stand
+    if balance.path.sliding is not None:
+        slopes[:, [i for i, name in enumerate(balance.path.state_names) if name in _of_stand(balance.path)]] = 0.0
     coupling = ca.sparsify(slopes - ca.diag(ca.diag(slopes)))
     passed = ca.DM.eye(count) - h * ca.diag(phi2) @ coupling  # one another's change, over the same step
     step = state + (ca.solve(passed, step - state) if coupling.nnz() else step - state)

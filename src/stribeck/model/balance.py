@@ -14,6 +14,7 @@ from stribeck.model.effect import ActuatorEffect, SensingEffect
 from stribeck.model.links import Links, Motors
 from stribeck.model.path import SignalPath
 from stribeck.model.rigid_body import inverse_dynamics, mass_matrix
+from stribeck.model.stand import Stand
 from stribeck.model.values import Expression, Signals
 
 HARDLY_ANY = 1e-12  # N m
@@ -151,17 +152,20 @@ class Balance:
         free = acceleration - ca.mtimes(mobility, carried * acceleration - loads)
         return Links(free, mobility, self._resistance(motion, x))
 
+    def stand(self, d: Drive, x: Any) -> Stand | None:
+        """Return the stand that slides under the arm, if there is one."""
+        return self.path.stand(self._with_links(self._motion(d), x), x)
+
     def _resistance(self, motion: list[Signals], x: Any) -> Any:
-        """Return the slopes (2 L, 1) of the torque from outside by the links' positions, then by their velocities."""
-        slopes = []
-        for j in self.path.flexible:
-            here = ca.vertcat(motion[j].link_position, motion[j].link_velocity)
-            at = ca.SX.sym("at", 2)
-            moved = [*motion[:j], motion[j].at(link_position=at[0], link_velocity=at[1]), *motion[j + 1 :]]
-            torque = ca.SX(self.path.external(moved, x)[j])
-            slopes.append(ca.substitute(ca.jacobian(torque, at), at, here))
-        both = ca.vertcat(*slopes)
-        return ca.vertcat(both[:, 0], both[:, 1])
+        """Return the slopes (L, 2 L) of the torque from outside by the links' positions, then by their velocities."""
+        flexible = self.path.flexible
+        at, moved = ca.SX.sym("at", 2 * len(flexible)), list(motion)
+        for i, j in enumerate(flexible):
+            moved[j] = moved[j].at(link_position=at[i], link_velocity=at[len(flexible) + i])
+        torques = self.path.external(moved, x)
+        slopes = ca.jacobian(ca.SX(ca.vertcat(*[torques[j] for j in flexible])), at)
+        here = [getattr(motion[j], name) for name in ("link_position", "link_velocity") for j in flexible]
+        return ca.densify(ca.substitute(slopes, at, ca.vertcat(*here)))
 
     def _unmoved(self, motion: list[Signals], x: Any) -> tuple[list[Expression], Any, Any, Any]:
         """Return the loads with the links of flexible joints unaccelerated, the mass matrix, inertia and carriers.

@@ -42,7 +42,7 @@ class Links:
         Acceleration of the motors less that of the links if nothing were transmitted, rad/s^2.
     mobility : (L, L)
         Link acceleration by transmitted torque, 1/(kg m^2).
-    resistance : (2 L, 1)
+    resistance : (L, 2 L)
         What torque from outside grows by with the links' positions, N m/rad, then with their velocities, N m s/rad.
     """
 

@@ -189,21 +189,25 @@ class SignalPath:
         for k, place in enumerate(self.placed):
             if isinstance(place.effect, ExternalEffect):
                 given = self.states(k, x), self.parameters(k)
-                torques[place.joint] = torques[place.joint] + place.effect.torque(motion[place.joint], *given)
+                for j in place.joints(self.n):
+                    torques[j] = torques[j] + place.effect.torque(motion[j], *given)
                 if place.effect.everywhere:
                     tip, levers = tip_of(self.body().length, motion)
                     fx, fy = place.effect.tip_force(tip, *given)
                     torques = [torque + rx * fy - ry * fx for torque, (rx, ry) in zip(torques, levers, strict=True)]
         return torques
 
-    def _stand(self) -> tuple[int, StandEffect] | None:
-        """Return (number, effect) of the stand that slides, if there is one."""
+    @property
+    def sliding(self) -> tuple[int, StandEffect] | None:
+        """Number and effect of the stand that slides, if there is one."""
         found = [(k, place.effect) for k, place in enumerate(self.placed) if isinstance(place.effect, StandEffect)]
+        if len(found) > 1:
+            raise StribeckError("two stands under one arm", do="keep one of them")
         return found[0] if found else None
 
     def stand(self, motion: Sequence[Signals], x: Any) -> Stand | None:
         """Return the stand under the links as they move; None on firm ground."""
-        found = self._stand()
+        found = self.sliding
         if found is None:
             return None
         k, effect = found

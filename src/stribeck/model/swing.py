@@ -16,19 +16,21 @@ NEWTON = 3  # steps that find the force of a contact: its law has few pieces
 INSIDE = 0.05  # of the way back from a face to where a step began that left it
 
 
-def swing(balance: Balance, sample_time: float, now: Drive, after: Drive, carried: Sensitivity) -> Sensitivity:
+def swing(
+    balance: Balance, sample_time: float, now: Drive, after: Drive, carried: Sensitivity, ahead: Any
+) -> Sensitivity:
     """Advance the links as deflections, motor less link: a stiff compliance takes little of the motion.
 
     What the arm asks of a link runs linearly from sample to sample; the compliance follows in finer steps. With
-    contacts, the rates of the deflections come after the link states.
+    contacts, the rates of the deflections come after the link states. ``ahead`` (nx, 1) are the states as foreseen.
     """
     path, x, p = balance.path, carried.states, balance.path.p
     links = 2 * len(path.flexible)
     later = balance.motors(after)
     start = balance.motors(now).deflections(x[:links])
-    first, last = balance.links(now, x), balance.links(after, ca.vertcat(later.states(start), x[links:]))
+    first, last = balance.links(now, x), balance.links(after, ca.vertcat(later.states(start), ahead[links:]))
     mobility, resistance = (0.5 * (getattr(first, what) + getattr(last, what)) for what in ("mobility", "resistance"))
-    known = ca.vertcat(start, first.free, last.free, ca.vec(mobility), resistance)
+    known = ca.vertcat(start, first.free, last.free, ca.vec(mobility), ca.vec(resistance))
     symbols = ca.SX.sym("known", known.numel())
     flexed = _flexed(balance, sample_time, symbols)
     slope = ca.Function("slope", [symbols, p], [flexed, ca.jacobian(flexed, symbols), ca.jacobian(flexed, p)])
@@ -52,16 +54,17 @@ def _flexed(balance: Balance, sample_time: float, known: Any) -> Any:
 
     Parameters
     ----------
-    known : array (6 L + L^2, 1)
+    known : array (4 L + 3 L^2, 1)
         Deflections, rates, the links' free acceleration at both samples, their mobility, and the slopes of the torque
         from outside by their positions and velocities.
     """
     count = len(balance.path.flexible)
     deflection, rate, first, last = (known[i * count : (i + 1) * count] for i in range(4))
-    mobility = ca.reshape(known[4 * count : -2 * count], count, count)
+    mobility, resistance = known[4 * count : count * (4 + count)], known[count * (4 + count) :]
+    mobility, resistance = ca.reshape(mobility, count, count), ca.reshape(resistance, count, 2 * count)
     h = sample_time / (steps := 1 if balance.contacts else max(1, round(sample_time / SUBSTEP)))
     newton = _newton(balance, h)
-    setting = (known[: 2 * count], mobility, known[-2 * count :], balance.path.p)
+    setting = (known[: 2 * count], mobility, resistance, balance.path.p)
     ends = ca.DM([1.0 if face else 2.0 for face in balance.faces])  # a midpoint rule goes twice as far as its middle
     for i in range(steps):
         freely = first + (i + 0.5) / steps * (last - first)
@@ -81,12 +84,12 @@ def _newton(balance: Balance, h: float) -> ca.Function:
     count = len(balance.path.flexible)
     ahead = ca.DM([h if face else h / 2.0 for face in balance.faces])
     guess, start, began, free = (ca.SX.sym(name, count) for name in ("guess", "start", "began", "free"))
-    sample, resistance = ca.SX.sym("sample", 2 * count), ca.SX.sym("resistance", 2 * count)
+    sample, resistance = ca.SX.sym("sample", 2 * count), ca.SX.sym("resistance", count, 2 * count)
     mobile = ca.SX.sym("mobile", count, count)
     there = start + ahead * guess
     torque = balance.transmitted(there, guess)
-    outside = resistance * (ca.vertcat(there, guess) - sample)  # a link held back by as much as it lags
-    missing = guess - began - ahead * (free - ca.mtimes(mobile, torque + outside[:count] + outside[count:]))
+    outside = ca.mtimes(resistance, ca.vertcat(there, guess) - sample)  # a link held back by as much as it lags
+    missing = guess - began - ahead * (free - ca.mtimes(mobile, torque + outside))
     better = guess - ca.solve(ca.jacobian(missing, guess), missing)
     # a step off a face that presses goes no farther than its edge: from free flight the next would go back where it was
     edge = (balance.edges(torque) - start) / ahead

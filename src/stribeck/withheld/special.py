@@ -147,6 +147,7 @@ def soft_base(plant: Plant, k: int, p: Params) -> Plant:
     if math.isinf(p["stiffness"]):
         return plant
     if not math.isnan(p["direction"]):
+        _in_plane(plant, "base_flexibility")
         arm = sum(plant.get(k, "mass") for k in range(plant.n))
         mass = arm if math.isnan(p["mass"]) else p["mass"]
         damping = 0.06 * math.sqrt(p["stiffness"] * (mass + arm)) if math.isnan(p["damping"]) else p["damping"]
@@ -159,11 +160,17 @@ def soft_base(plant: Plant, k: int, p: Params) -> Plant:
     return plant.with_world(base_stiffness=p["stiffness"], base_damping=damping, base_inertia=inertia)
 
 
+def _in_plane(plant: Plant, effect: str) -> None:
+    if plant.get_world("prismatic"):
+        raise StribeckError(f"{effect} has no direction on an axis that slides", "direction", "leave it out")
+
+
 def wall(plant: Plant, k: int, p: Params) -> Plant:
     """Put a wall in the way of joint `k`, rad, or, with a ``direction`` of its normal, of the arm's tip, m."""
     if math.isnan(p["direction"]):
         names = ("stiffness", "position", "side", "damping", "exponent")
         return plant.with_joint(k, **{f"wall_{name}": p[name] for name in names})
+    _in_plane(plant, "contact")
     return plant.with_world(
         plane_direction=p["direction"], plane_distance=p["position"], plane_stiffness=p["stiffness"],
         plane_damping=p["damping"], plane_exponent=p["exponent"],

@@ -358,6 +358,22 @@ def test_screening_comes_down_from_a_far_start(late: tuple[Prepared, Model, Weig
     assert found.start["time"] == pytest.approx(0.02, rel=0.1)
 
 
+def test_one_law_of_a_family_at_a_joint_and_one_stand_an_arm() -> None:
+    arm = replace(NOMINAL, joints=(NOMINAL.joints[0], replace(NOMINAL.joints[0], name="B")))
+
+    def offered(*placed: Placed) -> set[tuple[str, int]]:
+        return {(effect.label, joint) for effect, joint in candidates(arm, placed)}
+
+    stop, plane = effect_named("contact", "linear"), effect_named("contact", "plane")
+    assert {("contact/plane", 0), ("contact/linear", 1)} <= offered()
+    assert not {label for label, _ in offered(Placed(plane, 0)) if label.startswith("contact/")}
+    beside = {place for place in offered(Placed(stop, 1)) if place[0].startswith("contact/")}
+    assert beside == {("contact/linear", 0), ("contact/hunt_crossley", 0)}
+    slides = Placed(effect_named("base_flexibility", "sliding"), 0)
+    assert not {label for label, _ in offered(slides) if label.startswith("base_flexibility")}
+    assert ("joint_flexibility", 0) in offered(slides)
+
+
 def test_laws_that_strained_values_mimic_are_fitted_in_any_case() -> None:
     tried = [Trial(effect_named("delay"), 0, {}, 9.0 + k) for k in range(9)]
     heavy = Trial(effect_named("payload"), 0, {}, 0.01)

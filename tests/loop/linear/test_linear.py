@@ -200,6 +200,20 @@ def test_the_sampled_law_with_filter_and_integral(velocity: str, late: int) -> N
     assert found == pytest.approx(law / z**late, rel=1e-8)
 
 
+def test_a_held_joint_stands_on_a_base_that_slides_all_the_same() -> None:
+    """Beside the moving joint's own the base's two poles, at its frequency with the arm's weight; not at zero."""
+    values = {"stiffness": 5000.0, "damping": 10.0, "mass": 6.0, "direction": 0.4}
+    arm = two_links(EffectEntry("base_flexibility", ("A",), {"A": values}, "sliding"))
+    point = OperatingPoint((0.2, 0.6), (0.0, 0.0), ("clamped", "free"))
+    flat = replace(arm, gravity=(0.0, 0.0))
+    linear = linearise(flat, point)
+    assert linear.joints == (1,)
+    assert linear.system.nstates == 4
+    rings = max(linear.system.poles(), key=abs)
+    assert abs(rings) == pytest.approx(math.sqrt(5000.0 / 12.0), rel=0.05)
+    assert linearise(flat, OperatingPoint((0.2, 0.6), (0.0, 0.0), ("clamped", "clamped"))).system.nstates == 0
+
+
 def test_two_joints_coupled_and_one_held() -> None:
     arm = two_links()
     both = loop(controlled(joint="A"), controlled(40.0, joint="B"))

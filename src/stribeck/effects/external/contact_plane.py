@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from typing import Any, final
 
-import casadi as ca
-
 from stribeck.model.effect import ExternalEffect
+from stribeck.model.planes import plane_force, plane_starts, planes_from
 from stribeck.model.values import Expression, Parameter, Parameters, Scale, States, Tip
-from stribeck.model.walls import likeliest_planes
 from stribeck.model.waves import Trace
 
 EXPONENT = 1.5  # of a ball on a plane
@@ -16,7 +14,7 @@ EXPONENT = 1.5  # of a ball on a plane
 
 @final
 class ContactPlane(ExternalEffect):
-    """A soft straight wall beyond a line in the arm's plane, without friction along it."""
+    """A soft straight wall beyond a line in the arm's plane, without friction along it, on the arm's own base."""
 
     name = "contact"
     law = "plane"
@@ -41,21 +39,10 @@ class ContactPlane(ExternalEffect):
         return len(arm.joints) > 1  # what stops a single joint is a wall on its own angle
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
-        reach = scale.length or 1.0
-        size = scale.torque / reach / (0.1 * reach) ** EXPONENT
-        ways = (0.8, 2.4, -2.4, -0.8)
-        return tuple({"stiffness": size, "direction": way, "distance": 0.9 * reach, "damping": 0.2} for way in ways)
+        return plane_starts(scale, EXPONENT)
 
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
-        planes = likeliest_planes(trace, EXPONENT)
-        found = tuple(
-            {"stiffness": size, "direction": way, "distance": place, "damping": 0.2} for size, way, place in planes
-        )
-        return found or self.starts(scale)
+        return planes_from(scale, trace, EXPONENT)
 
     def tip_force(self, tip: Tip, x: States, p: Parameters) -> tuple[Expression, Expression]:
-        cos, sin = ca.cos(p["direction"]), ca.sin(p["direction"])
-        depth = ca.fmax(tip.x * cos + tip.y * sin - p["distance"], 0.0)
-        push = ca.fmax(1.0 + p["damping"] * (tip.dx * cos + tip.dy * sin), 0.0)
-        force = p["stiffness"] * depth**EXPONENT * push
-        return force * cos, force * sin
+        return plane_force(tip, p, EXPONENT)

@@ -20,6 +20,7 @@ Filter: TypeAlias = Callable[[Floats, float], Floats]
 
 TOP = 20.0  # Hz: what is compared lies below this, and below a fifth of the sample rate
 LONGEST = 0.5  # s
+GROUPS = 8  # of runs, at most, that are left out in turn
 SHORTEST = 50  # samples: of fewer nothing is told
 LEAST = 0.5  # of the squared difference that a lag must explain
 RATHER = 1.5  # times what a delay leaves, a lag may leave: a late record, of either channel, is not a filter
@@ -117,11 +118,12 @@ KINDS: tuple[Filter, ...] = (_one_pole, _two_poles, _average)
 
 
 def _spread(runs: list[_Compared], kind: Filter) -> float:
-    """Return two standard errors of the time, s, by leaving out one run after the other (Tukey 1958)."""
-    if len(runs) < 2:
+    """Return two standard errors of the time, s, by leaving out one group of runs after the other (Tukey 1958)."""
+    groups = min(len(runs), GROUPS)
+    if groups < 2:
         return 0.0
-    without = [_best([*runs[:i], *runs[i + 1 :]], kind)[0] for i in range(len(runs))]
-    return 2.0 * float(np.std(without) * np.sqrt(len(runs) - 1))
+    without = [_best([run for k, run in enumerate(runs) if k % groups != i], kind)[0] for i in range(groups)]
+    return 2.0 * float(np.std(without) * np.sqrt(groups - 1))
 
 
 def _best(runs: list[_Compared], kind: Filter) -> tuple[float, float]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from stribeck.arm import Arm
 from stribeck.effects.registry import laws
-from stribeck.model.effect import Effect, FrictionEffect, TransmissionEffect
+from stribeck.model.effect import Effect, FrictionEffect, StandEffect, TransmissionEffect
 from stribeck.model.layout import Placed
 
 
@@ -33,18 +33,21 @@ class Trial:
 
 def candidates(arm: Arm, placed: Sequence[Placed], leave_out: Sequence[str] = ()) -> list[tuple[Effect, int]]:
     """Return the effects (every law of each) and joints that can be added to those already placed."""
-    taken = {place.key for place in placed}
+    taken = {(place.effect.name, joint) for place in placed for joint in place.joints(arm.n)}
     out = []
     for effect in (effect for effect in laws().values() if not effect.direct):
         for joint in effect.sites(arm.n):
             fits = effect.applies(arm, joint) and not _clashes(effect, joint, placed)
-            if effect.name not in leave_out and fits and (effect.name, joint) not in taken:
+            here = Placed(effect, joint).joints(arm.n)
+            if effect.name not in leave_out and fits and not any((effect.name, j) in taken for j in here):
                 out.append((effect, joint))
     return out
 
 
 def _clashes(effect: Effect, joint: int, placed: Sequence[Placed]) -> bool:
-    """Return whether another effect already has the place: one compliance and one bristle a joint."""
+    """Return whether another effect already has the place: one compliance and one bristle a joint, one stand an arm."""
+    if isinstance(effect, StandEffect):
+        return any(isinstance(place.effect, StandEffect) for place in placed)
     here = [place.effect for place in placed if place.joint == joint]
     if isinstance(effect, TransmissionEffect):
         return any(isinstance(other, TransmissionEffect) for other in here)

@@ -137,7 +137,8 @@ def _moves(forward: Forward, row: int, moving: list[int]) -> bool:
     name = path.state_names[row - 2 * n]
     if name.startswith("link["):
         return True
-    return path.placed[int(name.split(".")[0])].joint in moving
+    place = path.placed[int(name.split(".")[0])]
+    return place.joint in moving or (place.effect.whole_arm and bool(moving))
 
 
 def _seen(forward: Forward, y: Floats, modes: Floats, u: Floats, p: Floats) -> Floats:

@@ -12,11 +12,11 @@
     X(f_C0) X(f_C1) X(f_C2) X(f_alpha) X(b_C0) X(b_C1) X(b_C2) X(b_alpha)                                        \
     /* additions to the friction level */                                                                        \
     X(stribeck_torque) X(stribeck_velocity) X(bristle_stiffness) X(bristle_damping) X(friction_lag)              \
-    X(dwell_rise) X(dwell_time) X(dwell_distance) X(warm_change) X(warm_time) X(warm_power) X(wear_work) X(wear_lost)         \
+    X(dwell_rise) X(dwell_time) X(dwell_distance) X(warm_change) X(warm_time) X(warm_power) X(wear_work) X(wear_lost) \
     X(wave_amplitude) X(wave_harmonic) X(wave_phase) X(load_ratio) X(load_input) X(quadratic)                    \
     /* drive */                                                                                                  \
     X(lag) X(lag_again) X(lag_damping) X(delay) X(gain) X(offset)                                                \
-    X(saturation) X(saturation_fade) X(saturation_bend) X(dead_zone) X(dead_zone_jump)                                             \
+    X(saturation) X(saturation_fade) X(saturation_bend) X(dead_zone) X(dead_zone_jump)                           \
     X(cogging_amplitude) X(cogging_harmonic) X(cogging_phase)                                                    \
     X(ripple_ratio) X(ripple_harmonic) X(ripple_phase)                                                           \
     X(cogging_overtone) X(cogging_overtone_phase) X(ripple_overtone) X(ripple_overtone_phase)                    \
@@ -26,7 +26,7 @@
     X(eccentricity) X(eccentricity_harmonic) X(eccentricity_phase) X(encoder_offset) X(resolution)               \
     X(eccentricity_overtone) X(eccentricity_overtone_phase) X(time_shift) X(velocity_lag)                        \
     /* outside forces */                                                                                         \
-    X(cable_stiffness) X(cable_rest) X(cable_cubic) X(wall_position) X(wall_side) X(wall_stiffness) X(wall_damping)             \
+    X(cable_stiffness) X(cable_rest) X(cable_cubic) X(wall_position) X(wall_side) X(wall_stiffness) X(wall_damping) \
     X(wall_exponent)                                                                                             \
     /* effects that no library knows */                                                                          \
     X(supply_torque) X(supply_frequency) X(supply_speed)                                                         \
@@ -37,7 +37,7 @@
     X(kp) X(kd) X(ki) X(control_filter) X(torque_limit)
 
 #define WORLD_FIELDS(X)                                                                                          \
-    X(prismatic) X(gravity_x) X(gravity_y) X(base_stiffness) X(base_damping) X(base_inertia)           \
+    X(prismatic) X(gravity_x) X(gravity_y) X(base_stiffness) X(base_damping) X(base_inertia)                     \
     X(slide_stiffness) X(slide_damping) X(slide_mass) X(slide_direction)                                         \
     X(plane_direction) X(plane_distance) X(plane_stiffness) X(plane_damping) X(plane_exponent)
 
