@@ -230,6 +230,13 @@ def test_what_cannot_stand_in_an_arm_file(
         stated(*(EffectEntry(name, joints, law=law) for name, joints, law in entries), prismatic=prismatic)
 
 
+def test_a_payload_may_hang_on_any_link() -> None:
+    """And tilted gravity may be stated at any joint: neither is bound to where a search would put it."""
+    for name in ("payload", "gravity_tilt"):
+        for joint in ("A", "B"):
+            assert [place.joint for place in stated(EffectEntry(name, (joint,)))] == ["AB".index(joint)]
+
+
 def test_two_laws_of_a_family_at_two_joints_may_stand() -> None:
     entries = (EffectEntry("contact", ("A",), law="linear"), EffectEntry("contact", ("B",), law="hunt_crossley"))
     assert [place.joint for place in stated(*entries)] == [0, 1]
@@ -342,3 +349,13 @@ class Pade(Impostor):
     """Adds a law to a name that is taken."""
 
     law = "pade"
+
+
+@pytest.mark.parametrize("part", [0.0005, 0.002, 0.01, 0.05])
+def test_a_start_is_near_any_bristle_and_any_play(part: float) -> None:
+    """Of a twentieth of a per cent of the travel to some: what is further than thrice from all starts gets lost."""
+    for law in ("lugre", "maxwell_slip"):
+        given = [values["stiffness"] for values in effect_named("presliding", law).starts(LARGE)]
+        assert min(abs(math.log(k * part * LARGE.travel / LARGE.friction)) for k in given) < math.log(3.0)
+    gaps = [values["gap"] for values in effect_named("backlash").starts(LARGE)]
+    assert min(abs(math.log(gap / (part * LARGE.travel))) for gap in gaps) < math.log(2.0)

@@ -61,7 +61,7 @@ from stribeck.effects.sensing.velocity_filter import VelocityFilter
 from stribeck.effects.transmission.backlash import Backlash
 from stribeck.effects.transmission.joint_flexibility import JointFlexibility
 from stribeck.errors import InputError
-from stribeck.model.effect import Effect
+from stribeck.model.effect import Effect, RigidBodyEffect
 from stribeck.model.layout import Placed
 
 _OWN: tuple[type[Effect], ...] = (
@@ -169,11 +169,13 @@ def placed_effects(arm: Arm) -> tuple[Placed, ...]:
 def _place(arm: Arm, entry: EffectEntry, joint: str) -> Placed:
     effect = effect_named(entry.effect, entry.law)
     place = arm.names.index(joint)
-    if (effect.everywhere or effect.whole_arm) and place not in effect.sites(arm.n):
+    # a payload may hang on any link, and tilted gravity be stated at any joint; a base is under the first
+    bound = effect.everywhere or (effect.whole_arm and not isinstance(effect, RigidBodyEffect))
+    if bound and place not in effect.sites(arm.n):
         first = arm.names[effect.sites(arm.n)[0]]
         what = "holds at all joints and is" if effect.everywhere else "is of the whole arm and"
         raise InputError(f"{effect.label} {what} given once", joint, f"give it at joint {first}")
-    if (effect.everywhere or effect.whole_arm) and not effect.applies(arm, place):
+    if bound and not effect.applies(arm, place):
         raise InputError(f"{effect.label} is no law for this kind of arm", arm.name, "give another law")
     given = dict(entry.parameters.get(joint, {}))
     known = {parameter.name for parameter in effect.parameters}
