@@ -64,12 +64,6 @@ def _bristles(path: SignalPath) -> frozenset[str]:
     return frozenset(f"{k}.{state}" for k, effect in placed if effect.bristle for state in effect.states)
 
 
-def _of_stand(path: SignalPath) -> frozenset[str]:
-    """Return the names of the states of a stand that slides."""
-    found = path.sliding
-    return frozenset() if found is None else frozenset(f"{found[0]}.{state}" for state in found[1].states)
-
-
 def _slid(balance: Balance, sample_time: float, now: Drive, after: Drive, x: Any) -> dict[str, Expression]:
     """Return the bristle states whose law is known in closed form, by name."""
     path = balance.path
@@ -103,8 +97,7 @@ def _relax(balance: Balance, sample_time: float, now: Drive, after: Drive, x: An
     phi2 = ca.if_else(near, 0.5 + z / 6, (phi1 - 1) / safe)
     step = state + h * (phi1 * rate_now + phi2 * (rate_after - rate_now))
     slopes[:, : 2 * len(balance.path.flexible)] = 0.0  # links move by a step of their own, and so does a stand
-    if balance.path.sliding is not None:
-        slopes[:, [i for i, name in enumerate(balance.path.state_names) if name in _of_stand(balance.path)]] = 0.0
+    slopes[:, list(balance.path.stand_rows)] = 0.0
     coupling = ca.sparsify(slopes - ca.diag(ca.diag(slopes)))
     passed = ca.DM.eye(count) - h * ca.diag(phi2) @ coupling  # one another's change, over the same step
     step = state + (ca.solve(passed, step - state) if coupling.nnz() else step - state)

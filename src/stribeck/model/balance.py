@@ -9,12 +9,12 @@ from typing import Any
 
 import casadi as ca
 
-from stribeck.model.drive import PAST, Drive
-from stribeck.model.effect import ActuatorEffect, SensingEffect
+from stribeck.model.drive import Drive
 from stribeck.model.links import Links, Motors
 from stribeck.model.path import SignalPath
 from stribeck.model.rigid_body import inverse_dynamics, mass_matrix
 from stribeck.model.stand import Stand
+from stribeck.model.told import Told
 from stribeck.model.values import Expression, Signals
 
 HARDLY_ANY = 1e-12  # N m
@@ -41,7 +41,8 @@ class Balance:
 
     def __init__(self, path: SignalPath) -> None:
         self.path, self.n = path, path.n
-        self.delay_at = ca.SX.sym("T0", len(path.placed))
+        self._told = Told(path)
+        self.delay_at = self._told.delay_at
         count = len(path.flexible)
         both = ca.SX.sym("both", 2 * count)
         torque = self.transmitted(both[:count], both[count:])
@@ -65,50 +66,12 @@ class Balance:
             angles.append(effect.deflection(HARDLY_ANY * ca.sign(towards[i]), self.path.parameters(k)))
         return ca.vertcat(*angles)
 
-    def _command(self, d: Drive, joint: int) -> Expression:
-        """Return the command, delayed. The data are delayed by T0 already; the rest is to first order."""
-        command = d.command[joint]
-        for k, effect in self.path.at(joint, ActuatorEffect):
-            if effect.delays == "command":
-                command = command - d.command_rate[joint] * (self.path.parameters(k)["time"] - self.delay_at[k])
-        return command
-
-    def _motion(self, d: Drive) -> list[Signals]:
-        """Return the true signals of each joint on the motor side; the link's where it is rigid."""
-        signals = []
-        for j in range(self.n):
-            y, dy, ddy = self._recorded(d, j)
-            q, dq, ddq = self._true(j, y, dy, ddy)
-            known = {name: getattr(d, name)[j] for name in ("sliding", *PAST)}
-            signals.append(Signals(d.time, q, dq, ddq, q, dq, **known))
-        return signals
-
-    def _true(self, joint: int, y: Expression, dy: Expression, ddy: Expression) -> tuple[Expression, ...]:
-        """Return true position, velocity and acceleration from what the sensor gave."""
-        if not self.path.at(joint, SensingEffect):
-            return y, dy, ddy
-        seen = ca.SX.sym("seen")
-        law = self.path.true_position(joint, seen)
-        slope = ca.jacobian(law, seen)
-        q, slope, curve = ca.substitute([law, slope, ca.jacobian(slope, seen)], [seen], [ca.SX(y)])
-        return q, slope * dy, slope * ddy + curve * dy**2
-
-    def _recorded(self, d: Drive, joint: int) -> tuple[Expression, Expression, Expression]:
-        """Return position, velocity and acceleration as the sensor gave them, the lateness of the record undone."""
-        y, dy, ddy = d.position[joint], d.velocity[joint], d.acceleration[joint]
-        for k, effect in self.path.at(joint, SensingEffect):
-            if effect.delays == "position":  # the data are moved by T0 already; the rest is to first order
-                ahead = self.path.parameters(k)["time"] - self.delay_at[k]
-                y, dy = y + d.position_rate[joint] * ahead, dy + d.velocity_rate[joint] * ahead
-                ddy = ddy + d.acceleration_rate[joint] * ahead
-        return y, dy, ddy
-
     def signals(self, d: Drive, x: Any, slowing: Any | None = None) -> tuple[list[Signals], dict[int, Expression]]:
         """Return the signals of every joint, load included, and the link accelerations of flexible joints.
 
         Where the links' ``slowing`` (L, 1) against their motors is given, rad/s^2, it tells the load.
         """
-        path, motion = self.path, self._with_links(self._motion(d), x)
+        path, motion = self.path, self._with_links(self._told.motion(d), x)
         load, mass, inertia, carried = self._unmoved(motion, x)
         swing = ca.SX(0, 1)
         if path.flexible:
@@ -124,7 +87,7 @@ class Balance:
                 swing = own - slowing
             load = [load[j] + ca.mtimes(mass[j, list(path.flexible)], swing) for j in range(self.n)]
         full = [s.at(load=load[j]) for j, s in enumerate(motion)]
-        full = [s.at(torque=path.actuated(j, self._command(d, j), s, x)) for j, s in enumerate(full)]
+        full = [s.at(torque=path.actuated(j, self._told.command(d, j), s, x)) for j, s in enumerate(full)]
         return full, {j: swing[i] for i, j in enumerate(path.flexible)}
 
     def _with_links(self, motion: list[Signals], x: Any) -> list[Signals]:
@@ -137,14 +100,14 @@ class Balance:
 
     def motors(self, d: Drive) -> Motors:
         """Return where the motors of the flexible joints are, and how fast."""
-        motion = self._motion(d)
+        motion = self._told.motion(d)
         here = [motion[j] for j in self.path.flexible]
         return Motors(ca.vertcat(*[s.position for s in here]), ca.vertcat(*[s.velocity for s in here]))
 
     def links(self, d: Drive, x: Any) -> Links:
         """Return what moves the links of the flexible joints."""
         flexible = list(self.path.flexible)
-        motion = self._with_links(self._motion(d), x)
+        motion = self._with_links(self._told.motion(d), x)
         load, _, inertia, carried = self._unmoved(motion, x)
         acceleration = ca.vertcat(*[motion[j].acceleration for j in flexible])
         loads = ca.vertcat(*[load[j] for j in flexible])
@@ -154,7 +117,7 @@ class Balance:
 
     def stand(self, d: Drive, x: Any) -> Stand | None:
         """Return the stand that slides under the arm, if there is one."""
-        return self.path.stand(self._with_links(self._motion(d), x), x)
+        return self.path.stand(self._with_links(self._told.motion(d), x), x)
 
     def _resistance(self, motion: list[Signals], x: Any) -> Any:
         """Return the slopes (L, 2 L) of the torque from outside by the links' positions, then by their velocities."""
@@ -238,13 +201,13 @@ class Balance:
             out += [signals[j].link_velocity, acceleration[j]]
         links = [acceleration.get(j, s.acceleration) for j, s in enumerate(signals)]
         for k, place in enumerate(self.path.placed):
-            out += self.path.rates(k, self._command(d, place.joint), signals, links, x)
+            out += self.path.rates(k, self._told.command(d, place.joint), signals, links, x)
         return ca.vertcat(*out)
 
     def start(self, d: Drive) -> Any:
         """Return the states (nx, 1) with which a recording starts."""
         path = self.path
-        motion = self._motion(d)
+        motion = self._told.motion(d)
         body = path.body()
         still = [0.0] * self.n
         static = inverse_dynamics(body, [s.position for s in motion], still, still, prismatic=path.prismatic)
@@ -253,7 +216,7 @@ class Balance:
             k, effect = path.transmission(j)  # type: ignore[misc]
             out += [motion[j].position - effect.deflection(static[j], path.parameters(k)), motion[j].velocity]
         for k, place in enumerate(path.placed):
-            s = motion[place.joint].at(torque=self._command(d, place.joint))
+            s = motion[place.joint].at(torque=self._told.command(d, place.joint))
             values = place.effect.initial(s, path.parameters(k))
             out += [values[name] for name in place.effect.states]
         return ca.vertcat(*out)

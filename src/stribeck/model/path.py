@@ -11,8 +11,6 @@ from typing import Any
 
 import casadi as ca
 
-from stribeck.arm import Arm
-from stribeck.errors import StribeckError
 from stribeck.model.effect import (
     ActuatorEffect,
     ExternalEffect,
@@ -22,99 +20,18 @@ from stribeck.model.effect import (
     StandEffect,
     TransmissionEffect,
 )
-from stribeck.model.layout import Placed, layout
 from stribeck.model.rigid_body import base_force
 from stribeck.model.stand import Stand
+from stribeck.model.symbols import Symbols
 from stribeck.model.tip import tip_of
 from stribeck.model.tustin import tustin_level, tustin_viscous
-from stribeck.model.values import Body, Expression, Parameters, Signals, States
+from stribeck.model.values import Body, Expression, Parameters, Signals
 
 INVERSION_STEPS = 4  # fixed-point steps that undo a sensor's law; the error falls by its slope at each
 
 
-class SignalPath:
-    """The stages of an arm with effects, over symbols for all parameters and states.
-
-    Parameters
-    ----------
-    arm : Arm
-        The nominal arm; its own ``effects`` entries are not read here.
-    placed : sequence of Placed
-        The effects, in the order in which their stage applies them.
-
-    Attributes
-    ----------
-    entries : tuple of Entry
-        The parameters, in the order of ``p``.
-    p : casadi.SX (p, 1)
-        Their symbols, physical values.
-    flexible : tuple of int
-        Joints whose link moves apart from its motor.
-    x : casadi.SX (nx, 1)
-        States: link position and velocity of each flexible joint, then the effects' states in order.
-    """
-
-    def __init__(self, arm: Arm, placed: Sequence[Placed] = ()) -> None:
-        self.arm = arm
-        self.placed = tuple(placed)
-        self.n = arm.n
-        self.prismatic = arm.joints[0].kind == "prismatic"
-        self.entries = layout(arm, placed)
-        self.p = ca.SX.sym("p", len(self.entries))
-        self._index = {entry.key: i for i, entry in enumerate(self.entries)}
-        self.flexible = self._flexible()
-        self.state_names = self._state_names()
-        self.x = ca.SX.sym("x", len(self.state_names))
-
-    def _flexible(self) -> tuple[int, ...]:
-        joints = [place.joint for place in self.placed if isinstance(place.effect, TransmissionEffect)]
-        if len(set(joints)) != len(joints):
-            raise StribeckError("two transmission effects at one joint", do="keep one of them")
-        return tuple(sorted(joints))
-
-    @property
-    def rough(self) -> float:
-        """Relative step over which a residual along the path is smooth; 0 where its derivatives are."""
-        return max((e.effect.rough for e in self.placed if isinstance(e.effect, TransmissionEffect)), default=0.0)
-
-    @property
-    def shifts(self) -> tuple[int, ...]:
-        """Indices of the parameters that move a recorded position in time, and with it every reversal of friction."""
-        late = {k for k, place in enumerate(self.placed) if place.effect.delays == "position"}
-        return tuple(i for i, entry in enumerate(self.entries) if entry.owner in late and entry.name == "time")
-
-    def _state_names(self) -> tuple[str, ...]:
-        links = [f"link[{j}].{what}" for j in self.flexible for what in ("position", "velocity")]
-        own = [f"{k}.{state}" for k, place in enumerate(self.placed) for state in place.effect.states]
-        return tuple(links + own)
-
-    def parameter(self, key: str) -> ca.SX:
-        """Return the symbol of one parameter by its key."""
-        return self.p[self._index[key]]
-
-    def parameters(self, k: int) -> Parameters:
-        """Return the symbols of the k-th placed effect by parameter name."""
-        return {entry.name: self.p[i] for i, entry in enumerate(self.entries) if entry.owner == k}
-
-    def states(self, k: int, x: Any) -> States:
-        """Return the k-th placed effect's states by name, out of the state vector ``x``."""
-        prefix = f"{k}."
-        return {name.removeprefix(prefix): x[i] for i, name in enumerate(self.state_names) if name.startswith(prefix)}
-
-    def state_index(self, name: str) -> int:
-        """Return the place of a state in ``x``."""
-        return self.state_names.index(name)
-
-    def at(self, joint: int, kind: type[Any]) -> list[tuple[int, Any]]:
-        """Return (number, effect) of the placed effects of one kind at a joint."""
-        here = [(k, place.effect) for k, place in enumerate(self.placed) if joint in place.joints(self.n)]
-        return [(k, effect) for k, effect in here if isinstance(effect, kind)]
-
-    def constants(self, joint: int, direction: float) -> Parameters:
-        """Return the Tustin constants' symbols of a joint for one direction of motion."""
-        name = self.arm.names[joint]
-        side = "backward" if direction < 0 and f"{name}.backward.C0" in self._index else "friction"
-        return {key: self.parameter(f"{name}.{side}.{key}") for key in ("C0", "C1", "C2", "alpha")}
+class SignalPath(Symbols):
+    """The stages of an arm with effects, over the symbols for all parameters and states."""
 
     def _constants(self, joint: int, direction: float, s: Signals, x: Any) -> Parameters:
         """Return the Tustin constants after the effects that change them."""
@@ -196,14 +113,6 @@ class SignalPath:
                     fx, fy = place.effect.tip_force(tip, *given)
                     torques = [torque + rx * fy - ry * fx for torque, (rx, ry) in zip(torques, levers, strict=True)]
         return torques
-
-    @property
-    def sliding(self) -> tuple[int, StandEffect] | None:
-        """Number and effect of the stand that slides, if there is one."""
-        found = [(k, place.effect) for k, place in enumerate(self.placed) if isinstance(place.effect, StandEffect)]
-        if len(found) > 1:
-            raise StribeckError("two stands under one arm", do="keep one of them")
-        return found[0] if found else None
 
     def stand(self, motion: Sequence[Signals], x: Any) -> Stand | None:
         """Return the stand under the links as they move; None on firm ground."""

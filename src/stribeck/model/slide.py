@@ -15,8 +15,8 @@ SUBSTEP = 1e-3  # s, longest step
 
 def foreseen(balance: Balance, sample_time: float, now: Drive, x: Any) -> Any:
     """Return the states (nx, 1) with a stand's own where its present acceleration takes them in a sample."""
-    rows = _rows(balance)
-    if rows is None:
+    rows = balance.path.stand_rows
+    if not rows:
         return x
     ahead = ca.SX(x)
     acceleration = balance.derivatives(now, x)[rows[1]]
@@ -31,8 +31,8 @@ def slide(balance: Balance, sample_time: float, now: Drive, after: Drive, x: Any
     What the arm's motion asks of it runs linearly from sample to sample, where ``ahead`` (nx, 1) are the states
     foreseen; spring and damper follow by the implicit midpoint rule, in finer steps.
     """
-    rows, path = _rows(balance), balance.path
-    if rows is None:
+    path, rows = balance.path, balance.path.stand_rows
+    if not rows:
         return {}
     k, effect = path.sliding  # type: ignore[misc]
     whole = balance.stand(now, x).mass  # type: ignore[union-attr]
@@ -53,12 +53,3 @@ def slide(balance: Balance, sample_time: float, now: Drive, after: Drive, x: Any
         middle = (velocity + half * given) / (1.0 - half * half * slope[0] - half * slope[1])
         position, velocity = position + 2.0 * half * middle, 2.0 * middle - velocity
     return {path.state_names[rows[0]]: position, path.state_names[rows[1]]: velocity}
-
-
-def _rows(balance: Balance) -> tuple[int, int] | None:
-    """Return the places of a stand's position and velocity among the states."""
-    found = balance.path.sliding
-    if found is None:
-        return None
-    position, velocity = (balance.path.state_index(f"{found[0]}.{name}") for name in found[1].states)
-    return position, velocity
