@@ -107,3 +107,15 @@ def test_the_last_effect_added_is_the_final_stage_even_when_not_named_itself(dia
     made = replace(made, stages=stages)
     assert words.last_stage(made) == "cable_spring"
     assert [row.mark for row in tables.stage_table(made).rows] == ["", "", "", "strong", "muted"]
+
+
+def test_a_picture_says_which_law_of_the_family_it_shows(diagnosis):
+    made = diagnosis()
+    causes = [
+        replace(cause, law={"A": "maxwell_slip"}) if cause.effect == "presliding" else cause for cause in made.causes
+    ]
+    told = tables.laws(replace(made, causes=tuple(causes))).laws
+    assert [(law.name, law.drawn) for law in told if law.name.startswith("presliding")] == [
+        ("presliding (maxwell slip)", "lugre")
+    ]
+    assert tables.laws(made).laws[0].drawn == ""

@@ -86,6 +86,7 @@ class Law:
     """A named law: its equation as a data URI (empty where it cannot be set) and in words.
 
     ``picture`` is what it looks like in the residual of an arm that has it, as a data URI; empty where there is none.
+    ``drawn`` is the law that it shows, where that is another one of the family.
     """
 
     name: str
@@ -94,6 +95,7 @@ class Law:
     symptom: str
     source: str
     picture: str = ""
+    drawn: str = ""
 
 
 @dataclass(frozen=True)

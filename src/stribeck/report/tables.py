@@ -191,7 +191,9 @@ def _laws_of(diagnosis: Diagnosis, name: str) -> list[Effect]:
 def _law(effect: Effect) -> Law:
     name = words.effect(effect.name) + (f" ({words.effect(effect.law)})" if effect.law else "")
     image = equation_image(effect.equation)
-    return Law(name, effect.equation, image, effect.symptom, effect.source, symptom_picture(effect))
+    first = registry()[effect.name]
+    drawn = words.effect(first.law) if effect.law != first.law else ""
+    return Law(name, effect.equation, image, effect.symptom, effect.source, symptom_picture(effect), drawn)
 
 
 def method(diagnosis: Diagnosis, version: str) -> Facts:
