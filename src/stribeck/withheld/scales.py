@@ -78,7 +78,8 @@ def _presliding(st: Stage) -> Params:
 
 def _dwell(st: Stage) -> Params:
     time, distance = st.between(0.3, 2.0), st.between(0.005, 0.03)
-    return lambda s: {"rise": s * st.break_away, "time": time, "distance": distance}
+    renewed = st.one_of(distance, distance, 0.0)  # by a slide, or by the next rest alone
+    return lambda s: {"rise": s * st.break_away, "time": time, "distance": renewed}
 
 
 def _load(st: Stage) -> Params:

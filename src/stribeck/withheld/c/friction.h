@@ -12,7 +12,7 @@ typedef struct { double constant, drop, scale, viscous, extra, extra_scale, quad
 typedef struct {
     Level forward, backward;
     double slip[ELEMENTS]; /* deflection of the elements, rad */
-    double dwell, warmth, load;
+    double dwell, rest, warmth, load;
     double torque;         /* friction torque of the last step, opposing the motion */
 } Friction;
 

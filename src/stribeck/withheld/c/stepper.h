@@ -188,7 +188,10 @@ static void remember(const Joint *j, Friction *f, double h, double w) {
         elements(j, f, w, h, &slope, next);
         memcpy(f->slip, next, sizeof next);
     }
-    if (j->dwell_rise != 0.0) {
+    if (j->dwell_rise != 0.0 && j->dwell_distance <= 0.0) { /* kept until the next rest, which starts anew */
+        f->rest = w == 0.0 ? f->rest + h : 0.0;
+        if (f->rest > 0.0) f->dwell = f->rest / (f->rest + j->dwell_time);
+    } else if (j->dwell_rise != 0.0) {
         double grow = h / j->dwell_time;
         f->dwell = (f->dwell + grow) / (1.0 + grow + h * fabs(w) / j->dwell_distance);
     }
