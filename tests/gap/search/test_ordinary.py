@@ -71,6 +71,13 @@ def test_what_strays_by_a_per_cent_is_ordinary(name: str, law: str | None, littl
             assert not effect.ordinary(little | {part: 2.0 * little[part]}, SCALE)
 
 
+def test_a_motor_that_loses_two_per_cent_when_it_pulls_twice_as_hard_is_ordinary() -> None:
+    effect = effect_named("torque_saturation", "smooth")
+    for limit, expected in ((np.inf, True), (85.0, True), (75.0, False), (30.0, False)):  # 0, 1.8, 2.3 and 12 %
+        assert effect.ordinary({"limit": limit}, SCALE) == expected
+    assert not effect_named("torque_saturation", "constant").ordinary({"limit": 100.0}, SCALE)
+
+
 TEXTURE = ("position_dependent_friction", {"amplitude": 0.015 * FRICTION.C0, "harmonic": 3.0})
 
 

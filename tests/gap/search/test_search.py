@@ -439,6 +439,24 @@ def test_worth_beside_the_others(late: tuple[Prepared, Model, Weights]) -> None:
         assert needless.overall[1] < 0.1
 
 
+def test_what_every_arm_has_does_not_grow_in_the_place_of_a_cause(late: tuple[Prepared, Model, Weights]) -> None:
+    """Without the delay of 20 ms a lag of less than a millisecond would be one of 20: no word against the delay."""
+    prepared, base, weights = late
+    models, lag = [base], {"time_constant": 0.0005}
+    for name, start, evaluations in (("delay", {"time": 0.02}, 30), ("actuator_lag", lag, 1)):
+        placed = (*models[-1].placed, Placed(effect_named(name), 0))
+        models.append(fit_model(prepared, placed, weights, models[-1].fit, start, evaluations=evaluations))
+    assert models[-1].placed[1].values["time_constant"] < 0.0016
+    steps = [
+        Step(before, (after,), rank(prepared, [before, after], FLOOR, 0), (1,), (), FLOOR)
+        for before, after in pairwise(models)
+    ]
+    with Parallel(n_jobs=1) as pool:
+        without = without_each(prepared, steps, pool)
+    assert [[place.effect.name for place in model.placed] for model in without] == [[], ["delay"]]
+    assert rank(prepared, [without[0], models[-1]], FLOOR, 0).overall[1] > 0.8
+
+
 def test_a_hopeless_start_is_not_followed(
     late: tuple[Prepared, Model, Weights], monkeypatch: pytest.MonkeyPatch
 ) -> None:

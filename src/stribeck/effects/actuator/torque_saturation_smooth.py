@@ -11,6 +11,8 @@ import casadi as ca
 from stribeck.model.effect import ActuatorEffect
 from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
 
+STRAIGHT = 0.02  # of a torque twice the typical one, by which iron takes from any motor's
+
 
 @final
 class TorqueSaturationSmooth(ActuatorEffect):
@@ -30,6 +32,10 @@ class TorqueSaturationSmooth(ActuatorEffect):
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
         return values["limit"] > 0.7 * scale.torque  # less would be a drive that hardly drives
+
+    def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
+        much = 2.0 * scale.torque / values["limit"]
+        return math.tanh(much) >= (1.0 - STRAIGHT) * much
 
     def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         return p["limit"] * ca.tanh(torque / p["limit"])

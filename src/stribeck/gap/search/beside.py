@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 from joblib import delayed
 
+from stribeck.effects.registry import placed_effects
 from stribeck.gap.fitted.model import Model, finite, fit_model, weights_of
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.search.candidates import candidates
 from stribeck.gap.search.gates import LEAST_GAIN, needed
+from stribeck.gap.search.ordinary import is_ordinary
 from stribeck.gap.search.rank import rank
 from stribeck.gap.search.step import Step, last_model
 from stribeck.model.layout import Placed
@@ -23,13 +25,23 @@ WEIGHING = 40  # evaluations of the last model without one of its effects
 
 
 def without_each(prepared: Prepared, steps: Sequence[Step], pool: Any) -> list[Model]:
-    """Return, for each effect that was taken, the last model fitted anew without it."""
+    """Return, for each effect that was taken, the last model fitted anew without it.
+
+    And without what every arm has some of, where that would grow to more in its place.
+    """
     final, own, count = last_model(steps), len(steps[0].base.placed), sum(step.taken for step in steps)
     if count < 2:
         return [steps[0].base] * count
     weights = weights_of(final, prepared, steps[-1].floor)
     rests = [(*final.placed[:i], *final.placed[i + 1 :]) for i in range(own, own + count)]
-    return list(pool(delayed(fit_model)(prepared, rest, weights, None, evaluations=WEIGHING) for rest in rests))
+    models = pool(delayed(fit_model)(prepared, rest, weights, None, evaluations=WEIGHING) for rest in rests)
+    stated = {place.key for place in placed_effects(prepared.arm)}
+    little = {place.key for place in final.placed if is_ordinary(place, prepared.scales)} - stated
+    kept = [[p for p in m.placed if p.key not in little or is_ordinary(p, prepared.scales)] for m in models]
+    return [
+        model if len(rest) == len(model.placed) else fit_model(prepared, rest, weights, model.fit, evaluations=WEIGHING)
+        for model, rest in zip(models, kept, strict=True)
+    ]
 
 
 def weighed(prepared: Prepared, steps: Sequence[Step], without: Sequence[Model], seed: int) -> tuple[Step, ...]:
