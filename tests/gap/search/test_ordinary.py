@@ -81,6 +81,16 @@ def test_a_motor_that_loses_two_per_cent_when_it_pulls_twice_as_hard_is_ordinary
 TEXTURE = ("position_dependent_friction", {"amplitude": 0.015 * FRICTION.C0, "harmonic": 3.0})
 
 
+@pytest.mark.parametrize(("lost", "named"), [(0.012, ()), (0.05, ("torque_saturation",))])
+def test_iron_that_takes_a_per_cent_is_no_cause(lost: float, named: tuple[str, ...]) -> None:
+    """Of 14.3 N m, twice the typical torque; the plant's law is another one, (u / limit)^2.4 / 2.4 at first."""
+    iron = ("torque_saturation", {"limit": 14.3 / (2.4 * lost) ** (1.0 / 2.4), "sharp": 2.4})
+    others = tuple(name for name in registry() if name not in {"torque_saturation", "torque_gain", "delay"})
+    found = diagnose(NOMINAL, recorded(iron, noise=1e-6), jobs=1, leave_out=others)
+    assert (found.verdict, found.named) == ("explained" if named else "no_gap", named)
+    assert any("torque_saturation" in note for note in found.notes) == (not named)
+
+
 @pytest.mark.slow
 def test_what_is_hidden_beside_a_texture_of_friction_is_named() -> None:
     beside = diagnose(NOMINAL, recorded(TEXTURE, ("delay", {"time": 0.02}), noise=1e-6), jobs=1)
