@@ -126,7 +126,7 @@ class Assembly:
                 *loud(self.random, arm.names, self.steps[-1].floor),
                 *told_of(tuned),
                 *(told_alike(self.steps, arm.names) if verdict != "no_gap" else ()),
-                *self._limits(),
+                *_limits(final),
             ),
             next_experiment=experiment.plain() if experiment else None,
             next_reference=experiment.reference if experiment else None,
@@ -206,8 +206,10 @@ class Assembly:
         spread = max((at[id(after)].high - at[id(after)].low) / 2 for _, after in pairs)
         return Estimate(value, value - spread, value + spread)
 
-    def _limits(self) -> list[str]:
-        return [
-            f"{key}: the data push it to three standard deviations from its nominal value or beyond"
-            for key in self.models[-1].fit.at_limit
-        ]
+
+def _limits(model: Model) -> list[str]:
+    """Return what to mind of the values of the model that is delivered."""
+    return [
+        f"{key}: the data push it to three standard deviations from its nominal value or beyond"
+        for key in model.fit.at_limit
+    ]
