@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -162,3 +163,24 @@ def test_stiff_contact_does_not_throw_the_link(damping: float) -> None:
     r = Residual(path, clean().fit, ())(values_of(path.entries))[0]
     torque = np.concatenate([run.command for run in clean().fit])
     assert np.sqrt(np.mean(r**2)) < np.sqrt(np.mean(torque**2))
+
+
+def test_frozen_dwell_keeps_what_a_rest_has_left() -> None:
+    """A rest of 1 s leaves 1 / (1 + T) of the rise, no slide takes it back, and the next rest starts anew."""
+    law = laws()["dwell_time", "frozen"]
+    trial, half = {"rise": 1.0, "time": 0.5}, 0.5
+
+    def after(seconds: float, slide: float, start: Sequence[float]) -> Sequence[float]:
+        def rate(_: float, x: Sequence[float]) -> list[float]:
+            rates = law.derivatives(SimpleNamespace(slide=slide), dict(zip(law.states, x, strict=True)), trial)
+            return [float(rates[state]) for state in law.states]
+
+        ends: Sequence[float] = solve_ivp(rate, (0.0, seconds), start, method="LSODA", rtol=1e-8, atol=1e-10).y[:, -1]
+        return ends
+
+    rested = after(1.0, 0.0, [0.0, 0.0])
+    assert rested[1] == pytest.approx(1.0 / (1.0 + half), abs=0.01)
+    slid = after(2.0, 0.5, rested)
+    assert slid[1] == pytest.approx(rested[1], abs=1e-3)
+    again = after(0.1, 0.0, slid)
+    assert again[1] == pytest.approx(0.1 / (0.1 + half), abs=0.02)

@@ -12,6 +12,7 @@ from stribeck.arm import Arm, EffectEntry, load_arm, save_arm
 from stribeck.effects.registry import registry
 from stribeck.errors import InputError
 from stribeck.gap.answer import assembly
+from stribeck.gap.answer import verdict as verdict_module
 from stribeck.gap.answer.verdict import causes_of
 from stribeck.gap.diagnose import diagnose
 from stribeck.gap.result import VERDICTS, Cause, Diagnosis
@@ -222,3 +223,21 @@ def test_run_of_another_arm_is_refused() -> None:
     two = replace(TRUE, joints=(TRUE.joints[0], replace(TRUE.joints[0], name="B")))
     with pytest.raises(InputError, match="not a recording of this arm"):
         diagnose(two, [sines(3.0)])
+
+
+def test_what_is_pushed_to_its_limits_is_told_of_the_model_that_is_delivered(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beside the payload a friction torque goes to its limit; if the payload is not named, that model is not delivered.
+
+    The warning is then of the model without it, whose values all lie within their limits.
+    """
+    sure = replace(NOMINAL, tolerance=replace(NOMINAL.tolerance, inertial=0.05))
+    runs = recorded(("payload", {"mass": 1.5}))
+    others = tuple(name for name in registry() if name != "payload")
+    told = "A.friction.C1: the data push it to three standard deviations"
+    named = diagnose(sure, runs, jobs=1, leave_out=others)
+    assert named.named == ("payload",)
+    assert any(told in warning for warning in named.warnings)
+    monkeypatch.setattr(verdict_module, "NAMED_OVER", 1.0)
+    unnamed = diagnose(sure, runs, jobs=1, leave_out=others)
+    assert unnamed.named == ()
+    assert not any(told in warning for warning in unnamed.warnings)

@@ -8,7 +8,7 @@ from typing import final
 from stribeck.model.effect import FrictionEffect
 from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
 
-STILL = 1e-3  # rad/s, up to which a joint rests
+STILL = 1e-3  # rad/s (m/s on an axis in m), up to which a joint rests
 SETTLES = 0.01  # s, within which a rest is known for one, and forgotten
 
 
@@ -24,9 +24,7 @@ class DwellTimeFrozen(FrictionEffect):
     law = "frozen"
     channel = "friction"
     equation = r"C_1 \to C_1 + A\,t_s / (t_s + T), \quad t_s\ \mathrm{the\ last\ rest}"
-    symptom = (
-        "a break-away torque that grows with the rest before it, and low speeds that are harder until the next one"
-    )
+    symptom = "a break-away torque that grows with the rest before it; slow motion stays harder until the next rest"
     shows = "start"
     source = "Armstrong-Helouvry, Dupont & Canudas de Wit (1994), seven-parameter model"
     kin = ("rest",)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -17,6 +17,7 @@ from stribeck.gap.search.gates import LEAST_GAIN, needed
 from stribeck.gap.search.ordinary import is_ordinary
 from stribeck.gap.search.rank import rank
 from stribeck.gap.search.step import Step, last_model
+from stribeck.identify.problem import Weights
 from stribeck.model.layout import Placed
 
 SWAPS = 2  # rivals that are tried in an effect's place, once all are found
@@ -34,14 +35,20 @@ def without_each(prepared: Prepared, steps: Sequence[Step], pool: Any) -> list[M
         return [steps[0].base] * count
     weights = weights_of(final, prepared, steps[-1].floor)
     rests = [(*final.placed[:i], *final.placed[i + 1 :]) for i in range(own, own + count)]
-    models = pool(delayed(fit_model)(prepared, rest, weights, None, evaluations=WEIGHING) for rest in rests)
     stated = {place.key for place in placed_effects(prepared.arm)}
     little = {place.key for place in final.placed if is_ordinary(place, prepared.scales)} - stated
-    kept = [[p for p in m.placed if p.key not in little or is_ordinary(p, prepared.scales)] for m in models]
-    return [
-        model if len(rest) == len(model.placed) else fit_model(prepared, rest, weights, model.fit, evaluations=WEIGHING)
-        for model, rest in zip(models, kept, strict=True)
-    ]
+    return list(pool(delayed(_kept_little)(prepared, rest, weights, little) for rest in rests))
+
+
+def _kept_little(
+    prepared: Prepared, placed: Sequence[Placed], weights: Weights, little: Collection[tuple[str, int]]
+) -> Model:
+    """Return a model with some effects, without those of the ``little`` ones that grow to more than every arm has."""
+    model = fit_model(prepared, placed, weights, None, evaluations=WEIGHING)
+    kept = [place for place in model.placed if place.key not in little or is_ordinary(place, prepared.scales)]
+    if len(kept) == len(model.placed):
+        return model
+    return fit_model(prepared, kept, weights, model.fit, evaluations=WEIGHING)
 
 
 def weighed(prepared: Prepared, steps: Sequence[Step], without: Sequence[Model], seed: int) -> tuple[Step, ...]:
