@@ -12,7 +12,7 @@ from stribeck.effects.registry import placed_effects
 from stribeck.errors import InputError
 from stribeck.gap.answer.assembly import Assembly
 from stribeck.gap.fitted.clocks import in_step
-from stribeck.gap.fitted.model import retune
+from stribeck.gap.fitted.model import noise_in_rows, retune
 from stribeck.gap.records.floor import noise_of_rows
 from stribeck.gap.records.observed import observe
 from stribeck.gap.records.prepare import Prepared, prepare
@@ -106,7 +106,8 @@ def searched(
     if own:  # one of them may read the clock
         base = retune(replace(prepared, noise=noise), noise.rms, own)
     noise = _noise_along(path, base.fit.p, prepared, seed)
-    prepared = replace(prepared, noise=noise)
+    drawn = noise_in_rows(Residual(path, prepared.held, ()), base.fit.p, base.whole, prepared)
+    prepared = replace(prepared, noise=replace(noise, drawn=drawn))
     base = on_time(prepared, base, noise.rms, seed, leave_out)
     prepared, steps = search(prepared, base, noise.rms, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
     more = np.maximum(steps[-1].floor ** 2 - noise.rms**2, 0.0)

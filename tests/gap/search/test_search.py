@@ -734,6 +734,8 @@ def test_the_search_without_what_is_needless_starts_from_what_every_arm_has_as_w
     monkeypatch.setattr(search_module, "idle", lambda steps: ("cogging", 0))
     monkeypatch.setattr(search_module, "rank", lambda *_: SimpleNamespace(overall=[0.0, 0.0]))
     monkeypatch.setattr(search_module, "with_look_alikes", lambda prepared, steps, *_: steps)
-    prepared, _ = search_module.search(SimpleNamespace(loud=None, arm=NOMINAL), SimpleNamespace(), FLOOR, jobs=1)  # type: ignore[arg-type]
+    prepared, _ = search_module.search(
+        SimpleNamespace(moved=None, pushed=None, arm=NOMINAL), SimpleNamespace(), FLOOR, jobs=1
+    )  # type: ignore[arg-type]
     assert barred == [frozenset(), frozenset({("cogging", 0)})]
     assert prepared.rounds == 2  # type: ignore[attr-defined]

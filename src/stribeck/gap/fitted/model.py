@@ -11,6 +11,7 @@ from stribeck.gap.fitted.differentiable import differentiable
 from stribeck.gap.fitted.noisy import quieter
 from stribeck.gap.fitted.sizes import effect_scales
 from stribeck.gap.records.blocks import correlation_rows
+from stribeck.gap.records.floor import over_neighbours
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.records.spread import noise_power, spread
 from stribeck.identify.map_fit import Fit, fit
@@ -19,6 +20,8 @@ from stribeck.identify.residual import Residual
 from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
 
+NEIGHBOURS = 15  # rows, over which the noise of a row is averaged; it is drawn once
+
 
 @dataclass(frozen=True)
 class Model:
@@ -26,7 +29,8 @@ class Model:
 
     ``noise`` (2, n) is what the encoder's noise, and 1 N m of white noise in the commands, add to that residual, N m
     rms, where the model has a compliance. ``absorbed`` counts the constants of a law outside the library that has taken
-    what it can.
+    what it can. ``rows`` (M, n) is what the encoder's noise adds to each row of the residual on all runs, N^2 m^2, if
+    the model has states: it pulls at a stiff bristle while a joint is at rest, and friction alone takes up any torque.
     """
 
     placed: tuple[Placed, ...]
@@ -34,6 +38,7 @@ class Model:
     held: np.ndarray
     noise: np.ndarray | None = None
     absorbed: int = 0
+    rows: np.ndarray | None = None
 
     @property
     def whole(self) -> np.ndarray:
@@ -80,7 +85,10 @@ def fit_model(
     judged = Residual(path, prepared.held, ())
     held, _ = judged(result.p)
     noise = noise_in(judged, result.p, held, prepared) if path.flexible else None
-    return Model(_with_values(placed, result), result, held, noise)
+    model = Model(_with_values(placed, result), result, held, noise)
+    if not path.x.numel() or path.flexible:
+        return model
+    return replace(model, rows=noise_in_rows(judged, result.p, model.whole, prepared))
 
 
 def referred(prepared: Prepared, base: Model) -> Prepared:
@@ -91,8 +99,15 @@ def referred(prepared: Prepared, base: Model) -> Prepared:
 
 def noise_in(judged: Residual, p: np.ndarray, held: np.ndarray, prepared: Prepared) -> np.ndarray:
     """Return what encoder noise, and 1 N m of noise in the commands, add (2, n) to a held-out residual, N m rms."""
-    moved, pushed = (np.std(judged.along(runs)(p)[0] - held, axis=0) for runs in prepared.loud)
+    loud = prepared.moved[len(prepared.fit) :], prepared.pushed
+    moved, pushed = (np.std(judged.along(runs)(p)[0] - held, axis=0) for runs in loud)
     return np.array([moved, pushed / prepared.push])
+
+
+def noise_in_rows(judged: Residual, p: np.ndarray, whole: np.ndarray, prepared: Prepared) -> np.ndarray:
+    """Return what encoder noise adds to each row (M, n) of the residual on all runs, ``whole``, N^2 m^2."""
+    added = (judged.along(prepared.moved)(p)[0] - whole) ** 2
+    return over_neighbours(added, prepared.moved, NEIGHBOURS)
 
 
 def _with_values(placed: Sequence[Placed], fit: Fit) -> tuple[Placed, ...]:
@@ -105,14 +120,22 @@ def _with_values(placed: Sequence[Placed], fit: Fit) -> tuple[Placed, ...]:
 
 def weights_of(model: Model, prepared: Prepared, floor: np.ndarray) -> Weights:
     """Return weights from a model's residual on the fit runs: its spread, at least its noise, and correlation."""
-    return weights_from(model.fit.residual, prepared, floor, quieter(prepared, model.noise, floor))
+    return weights_from(model.fit.residual, prepared, floor, quieter(prepared, model.noise, floor), model.rows)
 
 
 def weights_from(
-    residual: np.ndarray, prepared: Prepared, floor: np.ndarray, part: np.ndarray | float = 1.0
+    residual: np.ndarray,
+    prepared: Prepared,
+    floor: np.ndarray,
+    part: np.ndarray | float = 1.0,
+    rows: np.ndarray | None = None,
 ) -> Weights:
-    """Return weights from a residual (M, n) on the fit runs that holds a part (n,) of the re-tuned model's noise."""
-    sd = spread(residual, noise_power(prepared.noise, floor, len(residual)) * part**2)
+    """Return weights from a residual (M, n) on the fit runs.
+
+    It holds a part (n,) of the re-tuned model's noise, and by its own draw so much of the encoder's in its ``rows``
+    (M, n), N^2 m^2.
+    """
+    sd = spread(residual, noise_power(prepared.noise, floor, len(residual), rows) * part**2)
     return Weights(sd, correlation_rows(residual / sd, prepared.fit))
 
 

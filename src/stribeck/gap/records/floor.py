@@ -59,6 +59,12 @@ def noise_of_rows(
 ) -> np.ndarray:
     """Return :func:`noise_floor` smoothed over neighbouring rows, at least LEAST of each joint's own; as arguments."""
     power = noise_floor(arm, path, p, runs, cutoff, seed) ** 2
+    even = over_neighbours(power, runs, NEIGHBOURS)
+    return np.asarray(np.sqrt(np.maximum(even, LEAST**2 * np.mean(power, axis=0) + TINY**2)))
+
+
+def over_neighbours(power: np.ndarray, runs: Sequence[Conditioned], count: int) -> np.ndarray:
+    """Return the rows (M, n) of all runs, each the mean of so many neighbours of its run."""
     edges = np.cumsum([0, *(len(run.analysis_index) for run in runs)])
-    parts = [uniform_filter1d(power[i:k], NEIGHBOURS, axis=0, mode="nearest") for i, k in pairwise(edges)]
-    return np.asarray(np.sqrt(np.maximum(np.concatenate(parts), LEAST**2 * np.mean(power, axis=0) + TINY**2)))
+    parts = [uniform_filter1d(power[i:k], count, axis=0, mode="nearest") for i, k in pairwise(edges)]
+    return np.concatenate(parts)

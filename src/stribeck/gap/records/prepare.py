@@ -56,16 +56,18 @@ class Prepared:
         return PUSH * np.array([scale.torque for scale in self.scales])
 
     @cached_property
-    def loud(self) -> tuple[tuple[Conditioned, ...], tuple[Conditioned, ...]]:
-        """Held-out runs with the encoder's noise once more, and with white noise in the commands.
-
-        The latter is ``push``, N m rms, behind the analysis filter.
-        """
+    def moved(self) -> tuple[Conditioned, ...]:
+        """All runs, fitted ones first, with the encoder's noise once more."""
         rng = np.random.default_rng(LOUD_SEED)
-        moved = [shaken(self.arm, run, self.cutoff, rng.standard_normal(run.run.q.shape)) for run in self.held]
+        every = (*self.fit, *self.held)
+        return tuple(shaken(self.arm, run, self.cutoff, rng.standard_normal(run.run.q.shape)) for run in every)
+
+    @cached_property
+    def pushed(self) -> tuple[Conditioned, ...]:
+        """Held-out runs with white noise in the commands: ``push``, N m rms, behind the analysis filter."""
+        rng = np.random.default_rng(LOUD_SEED + 1)
         white = [rng.standard_normal(run.command.shape) / np.sqrt(np.sum(run.taps**2)) for run in self.held]
-        pushed = [replace(run, command=run.command + self.push * w) for run, w in zip(self.held, white, strict=True)]
-        return tuple(moved), tuple(pushed)
+        return tuple(replace(run, command=run.command + self.push * w) for run, w in zip(self.held, white, strict=True))
 
     def as_stated(self, arm: Arm) -> Arm:
         """Return an arm with no other tolerances than those of the arm file."""

@@ -14,25 +14,35 @@ from scipy import optimize
 
 @dataclass(frozen=True)
 class Noise:
-    """The noise floor row by row, N m rms: ``fit`` (M, n) on the fitted runs, ``held`` (K, n) on the held-out ones."""
+    """The noise floor row by row, N m rms: ``fit`` (M, n) on the fitted runs, ``held`` (K, n) on the held-out ones.
+
+    ``drawn`` (M + K, n) is the encoder's part of it on all runs by one draw, N^2 m^2, beside which another model's own
+    by the same draw is held.
+    """
 
     fit: np.ndarray
     held: np.ndarray
+    drawn: np.ndarray | None = None
 
     @property
     def rms(self) -> np.ndarray:
         """Noise floor (n,) of the held-out runs, N m rms."""
         return np.asarray(np.sqrt(np.mean(self.held**2, axis=0)))
 
-    def power(self, floor: np.ndarray) -> np.ndarray:
-        """Return the noise (M + K, n) of all rows, N^2 m^2; what a floor (n,) has beyond it is spread evenly."""
+    def power(self, floor: np.ndarray, own: np.ndarray | None = None) -> np.ndarray:
+        """Return the noise (M + K, n) of all rows, N^2 m^2; what a floor (n,) has beyond it is spread evenly.
+
+        A model in whose rows there is more by the same draw, its ``own`` (M + K, n), has so much more.
+        """
         more = np.maximum(floor**2 - self.rms**2, 0.0)
+        if own is not None and self.drawn is not None:
+            more = more + np.maximum(own - self.drawn, 0.0)
         return np.asarray(np.concatenate([self.fit, self.held]) ** 2 + more)
 
 
-def noise_power(noise: Noise | None, floor: np.ndarray, rows: int) -> np.ndarray:
-    """Return the noise (rows, n) of the first rows, N^2 m^2; the floor's (n,) for each where none is known."""
-    return np.broadcast_to(floor**2, (rows, len(floor))) if noise is None else noise.power(floor)[:rows]
+def noise_power(noise: Noise | None, floor: np.ndarray, rows: int, own: np.ndarray | None = None) -> np.ndarray:
+    """Return the noise (rows, n) of the first rows, as :meth:`Noise.power`; the floor's (n,) where none is known."""
+    return np.broadcast_to(floor**2, (rows, len(floor))) if noise is None else noise.power(floor, own)[:rows]
 
 
 def spread(residual: np.ndarray, power: np.ndarray) -> np.ndarray:

@@ -47,7 +47,7 @@ def search(
     leave_out : sequence of str
         Effects that are no candidates.
     """
-    _ = prepared.loud  # once, for all processes
+    _ = prepared.moved, prepared.pushed  # once, for all processes
     with Parallel(n_jobs=jobs) as pool:
         stated = sum(not place.effect.direct for place in placed_effects(prepared.arm))
         prepared = referred(prepared, base)

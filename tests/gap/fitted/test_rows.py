@@ -1,0 +1,108 @@
+"""What noise does row by row in a model's own residual: it pulls at a bristle while the joint rests."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from stribeck.effects.registry import laws
+from stribeck.gap.fitted.model import Model, fit_model, noise_in_rows, retune, weights_of
+from stribeck.gap.records.floor import noise_of_rows
+from stribeck.gap.records.prepare import Prepared, prepare
+from stribeck.gap.records.spread import Noise, noise_power
+from stribeck.gap.search.rank import rank
+from stribeck.identify.residual import Residual
+from stribeck.model.layout import Placed, values_of
+from stribeck.model.path import SignalPath
+
+from ..conftest import NOMINAL, recorded
+
+STIFFNESS, NOISE = 2000.0, 1e-4  # N m/rad, rad
+
+
+@cache
+def seen() -> tuple[Prepared, Model, np.ndarray]:
+    """Recordings of a coarse encoder with the noise of their rows, the re-tuned model, and which rows are at rest."""
+    prepared = prepare(NOMINAL, recorded(noise=NOISE))
+    base = retune(prepared, np.array([0.02]))
+    noise = Noise(*(
+        noise_of_rows(prepared.arm, SignalPath(prepared.arm, ()), base.fit.p, runs, prepared.cutoff, 0)
+        for runs in (prepared.fit, prepared.held)
+    ))  # fmt: skip
+    stuck = np.concatenate([run.stuck[run.analysis_index, 0] for run in (*prepared.fit, *prepared.held)])
+    drawn = noise_in_rows(Residual(SignalPath(prepared.arm, ()), prepared.held, ()), base.fit.p, base.whole, prepared)
+    return replace(prepared, noise=replace(noise, drawn=drawn)), base, stuck.astype(bool)
+
+
+def floor_of(prepared: Prepared) -> np.ndarray:
+    assert prepared.noise is not None
+    return prepared.noise.rms
+
+
+def drawn_of(prepared: Prepared) -> np.ndarray:
+    assert prepared.noise is not None
+    assert prepared.noise.drawn is not None
+    return prepared.noise.drawn
+
+
+def with_residual(model: Model, residual: np.ndarray) -> Model:
+    fitted = len(model.fit.residual)
+    return replace(model, fit=replace(model.fit, residual=residual[:fitted]), held=residual[fitted:])
+
+
+def bristle(law: str) -> Placed:
+    return Placed(laws()["presliding", law], 0, {"stiffness": STIFFNESS, "damping": 0.0})
+
+
+@pytest.mark.parametrize("law", ["lugre", "maxwell_slip"])
+def test_a_bristle_takes_up_the_noise_of_a_joint_at_rest(law: str) -> None:
+    """Where friction by itself takes up any torque, and adds nothing; in motion both add the same."""
+    prepared, base, stuck = seen()
+    path = SignalPath(prepared.arm, (bristle(law),))
+    judged, p = Residual(path, prepared.held, ()), values_of(path.entries)
+    p[: len(base.fit.p)] = base.fit.p
+    whole = np.concatenate([judged.along(runs)(p)[0] for runs in (prepared.fit, prepared.held)])
+    own = noise_in_rows(judged, p, whole, prepared)
+    told, plain = (
+        np.sqrt(noise_power(prepared.noise, floor_of(prepared), len(own), rows)[:, 0]) for rows in (own, None)
+    )
+    assert np.median(told[stuck]) > 2.0 * np.median(plain[stuck])
+    assert np.median(told[~stuck]) == pytest.approx(np.median(plain[~stuck]), rel=0.2)
+    assert np.all(told >= plain)
+
+
+def test_a_model_with_states_knows_its_rows() -> None:
+    prepared, base, _ = seen()
+    weights = weights_of(base, prepared, floor_of(prepared))
+    assert base.rows is None
+    model = fit_model(prepared, (bristle("lugre"),), weights, base.fit, evaluations=2)
+    assert model.rows is not None
+    assert model.rows.shape == model.whole.shape
+
+
+def test_rows_count_by_what_the_model_itself_adds_to_them() -> None:
+    """Noise of its own at rest is no gap that a law leaves; where it is not known for noise, it is taken for one."""
+    prepared, base, stuck = seen()
+    floor, draw = floor_of(prepared), np.random.default_rng(0).standard_normal(base.whole.shape)
+    plain = noise_power(prepared.noise, floor, len(base.whole))
+    rows = drawn_of(prepared) + np.where(stuck[:, None], 24.0 * plain, 0.0)
+    gap = 5.0 * floor * np.sin(np.arange(len(draw)) / 15.0)[:, None]
+    own = draw * np.where(stuck[:, None], 5.0, 1.0) * np.sqrt(plain)
+    without, law = (with_residual(base, residual) for residual in (gap + draw * np.sqrt(plain), own))
+    blind, told = (rank(prepared, [without, replace(law, rows=known)], floor, 0) for known in (None, rows))
+    assert told.power[1, 0] == pytest.approx(1.0, abs=0.15)
+    assert blind.power[1, 0] > 1.5
+    assert told.t[1] > blind.t[1]
+    assert told.overall[1] > blind.overall[1]
+
+
+def test_rows_are_fitted_by_what_the_model_itself_adds_to_them() -> None:
+    prepared, base, stuck = seen()
+    floor = floor_of(prepared)
+    rows = drawn_of(prepared) + np.where(stuck[:, None], 100.0 * floor**2, 0.0)
+    sd, before = (weights_of(model, prepared, floor).sd for model in (replace(base, rows=rows), base))
+    fitted = stuck[: len(sd)]
+    assert np.all(sd[fitted] >= 10.0 * floor)
+    assert np.all(before[fitted] < 5.0 * floor)
+    assert sd[~fitted] == pytest.approx(before[~fitted], rel=0.2)
