@@ -9,9 +9,10 @@ from typing import Any, final
 import casadi as ca
 
 from stribeck.model.effect import StandEffect
-from stribeck.model.values import Expression, Parameter, Parameters, Scale, States
+from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
 from stribeck.model.waves import Trace, ringing
 
+SMALL = 1e-4  # m, of a start
 DAMPED = 0.2  # of critical, as a stand on rubber may be
 LIGHTEST = 0.3  # of the mass that the first joint swings about its axis, taken to be at its link's length
 WAYS = (0.0, 0.25 * math.pi, 0.5 * math.pi, 0.75 * math.pi)
@@ -21,8 +22,8 @@ WAYS = (0.0, 0.25 * math.pi, 0.5 * math.pi, 0.75 * math.pi)
 class BaseFlexibilitySliding(StandEffect):
     """The stand gives way along a straight line, on a spring and damper, under the force of the arm's links.
 
-    It carries the first axis without turning it, so that all joints feel its acceleration as they feel gravity. Where
-    it rests, the arm's weight included, is where it starts.
+    It carries the first axis without turning it, so that all joints feel its acceleration as they feel gravity. With
+    the arm's weight on it, it starts at rest, or as far from it in each recording.
     """
 
     name = "base_flexibility"
@@ -40,6 +41,7 @@ class BaseFlexibilitySliding(StandEffect):
         Parameter("damping", "N s/m", "damping of the stand", 0.0, 1e-6, 1e7, log=True),
         Parameter("mass", "kg", "mass of what slides with the base, the arm apart", 1.0, 1e-6, 1e6, log=True),
         Parameter("direction", "rad", "along which it slides, from the base frame's x", 0.0, -10.0, 10.0),
+        Parameter("start", "m", "how far from its rest each recording starts", 0.0, -1.0, 1.0),
     )
 
     def sites(self, n: int) -> tuple[int, ...]:
@@ -56,6 +58,9 @@ class BaseFlexibilitySliding(StandEffect):
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
         heard = ringing(trace, (0.8, 25.0))
         return (*self.starts(scale), *(_start(scale, hertz, way) for hertz in heard for way in WAYS))
+
+    def initial(self, s: Signals, p: Parameters) -> dict[str, Expression]:
+        return {"position": p["start"], "velocity": 0.0}
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
         critical = 2.0 * math.sqrt(values["stiffness"] * (values["mass"] + _swung(scale)))
@@ -81,4 +86,5 @@ def _start(scale: Scale, hertz: float, way: float, damped: float = 0.05) -> dict
     omega, whole = 6.2832 * hertz, 2.0 * _swung(scale)
     return {
         "stiffness": whole * omega**2, "damping": 2.0 * damped * whole * omega, "mass": 0.5 * whole, "direction": way,
+        "start": SMALL,
     }  # fmt: skip
