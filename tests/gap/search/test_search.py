@@ -10,6 +10,7 @@ import pytest
 from joblib import Parallel
 
 from stribeck.effects.registry import effect_named, registry
+from stribeck.gap.diagnose import diagnose
 from stribeck.gap.fitted.model import Model, fit_model, retune, start_values, weights_of
 from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.search import forward as forward_module
@@ -739,3 +740,13 @@ def test_the_search_without_what_is_needless_starts_from_what_every_arm_has_as_w
     )  # type: ignore[arg-type]
     assert barred == [frozenset(), frozenset({("cogging", 0)})]
     assert prepared.rounds == 2  # type: ignore[attr-defined]
+
+
+def test_what_promised_as_much_as_what_is_taken_is_fitted_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Others promised more and were no good; what is left out for them may be the same in disguise as the one taken."""
+    for limit in ("LEAST_SURVIVORS", "LEAST_AT_JOINT", "MOST_SURVIVORS"):
+        monkeypatch.setattr(forward_module, limit, 1)
+    few = tuple(name for name in registry() if name not in ("delay", "actuator_lag", "payload"))
+    found = diagnose(NOMINAL, recorded(("delay", {"time": 0.02})), jobs=1, leave_out=few)
+    fitted = {row.effect for row in found.candidates if np.isfinite(row.t) and row.step == 1}
+    assert fitted >= {"delay", "actuator_lag"}

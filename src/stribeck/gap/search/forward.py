@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from joblib import delayed
@@ -19,7 +19,7 @@ from stribeck.gap.search.gates import LARGE_GAIN, earns_its_place
 from stribeck.gap.search.ordinary import ordinary
 from stribeck.gap.search.presence import CENTRE, evidence, presence
 from stribeck.gap.search.random_torque import random_joints
-from stribeck.gap.search.rank import rank
+from stribeck.gap.search.rank import ALIKE, Ranking, rank
 from stribeck.gap.search.screen import screen
 from stribeck.gap.search.step import Step, last_model
 from stribeck.identify.problem import Weights
@@ -123,15 +123,44 @@ def _step(
     cost = 0.5 * np.sum((base.fit.residual * even.scale) ** 2, axis=0)
     best_trials += close_laws(tried, best_trials, cost)
     setting.progress(f"fitting {len({trial.key for trial in best_trials})} candidates")
-    order = list(registry())
-    best_trials = sorted(best_trials, key=lambda trial: (order.index(trial.effect.name), trial.joint))
     fitted = pool(delayed(_fit_trial)(prepared, base, weights, trial, floor) for trial in best_trials)
     instead = laws_instead(
         tried, {t.law_key: model for t, model in zip(best_trials, fitted, strict=True)}, cost, prepared
     )
     fitted += pool(delayed(_fit_trial)(prepared, base, weights, trial, floor) for trial in instead)
-    rivals = best_of_each(fitted, prepared, floor)
-    floor = noise_of_best(floor, [base, *rivals], prepared, before)
+    judged = _judged(setting, base, fitted, taken, before)
+    equals = _equals(best_laws(tried), {trial.key for trial in best_trials}, judged)
+    if equals:
+        fitted += pool(delayed(_fit_trial)(prepared, base, weights, trial, floor) for trial in equals)
+        judged = _judged(setting, base, fitted, taken, before)
+    rivals, ranking, passing, floor = judged
+    kept = {model.placed[-1].key for model in rivals}
+    tried_out = dict.fromkeys((effect.name, joint) for effect, joint in possible)
+    out = tuple(key for key in tried_out if key not in kept)
+    return Step(base, tuple(rivals), ranking, passing, out, floor)
+
+
+class _Judged(NamedTuple):
+    """The rivals of a step, how they rank, which may be taken, and the noise floor (n,) by which they are judged."""
+
+    rivals: list[Model]
+    ranking: Ranking
+    passing: tuple[int, ...]
+    floor: np.ndarray
+
+
+def _judged(
+    setting: Setting,
+    base: Model,
+    fitted: Sequence[Model | None],
+    taken: Sequence[Placed],
+    before: np.ndarray | None,
+) -> _Judged:
+    """Return what fitted trials come to beside their base, in the registry's order."""
+    prepared, order = setting.prepared, list(registry())
+    rivals = best_of_each(fitted, prepared, setting.floor)
+    rivals.sort(key=lambda model: (order.index(model.placed[-1].effect.name), model.placed[-1].joint))
+    floor = noise_of_best(setting.floor, [base, *rivals], prepared, before)
     ranking = rank(prepared, [base, *rivals], floor, setting.seed)
     random = tuple(random_joints(prepared, base, floor, setting.seed))
     passing = tuple(
@@ -139,10 +168,19 @@ def _step(
     )
     if passing:
         ranking = replace(ranking, best=passing[0])
-    kept = {model.placed[-1].key for model in rivals}
-    tried_out = dict.fromkeys((effect.name, joint) for effect, joint in possible)
-    out = tuple(key for key in tried_out if key not in kept)
-    return Step(base, tuple(rivals), ranking, passing, out, floor)
+    return _Judged(rivals, ranking, passing, floor)
+
+
+def _equals(tried: Sequence[Trial], kept: Collection[tuple[str, int]], judged: _Judged) -> list[Trial]:
+    """Return the trials that promised as much as what would be taken, and were not fitted for all that promised more.
+
+    They may be the same in disguise, and belong to its class.
+    """
+    if not judged.passing:
+        return []
+    best = judged.rivals[judged.ranking.best - 1].placed[-1].key
+    promise = next((trial.promise for trial in tried if trial.key == best), np.inf)
+    return [trial for trial in tried if trial.key not in kept and trial.promise > ALIKE * promise]
 
 
 def _states(prepared: Prepared, base: Model) -> tuple[np.ndarray, ...] | None:
