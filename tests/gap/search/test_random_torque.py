@@ -13,7 +13,7 @@ from stribeck.gap.diagnose import diagnose
 from stribeck.gap.fitted.model import Model, retune
 from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.result import Diagnosis
-from stribeck.gap.search import forward
+from stribeck.gap.search import judged
 from stribeck.gap.search.random_torque import random_joints, random_torque
 from stribeck.report import sentences
 from stribeck.run import Run
@@ -44,14 +44,14 @@ def test_coloured_noise_in_the_torque_is_random() -> None:
 @pytest.fixture(scope="module")
 def loud() -> tuple[Diagnosis, set[tuple[int, ...]]]:
     """A diagnosis, and at which joints what is left is random by what the search tells its gates."""
-    gate, told = forward.earns_its_place, set()
+    gate, told = judged.earns_its_place, set()
 
     def watched(*given: Any) -> bool:
         told.add(tuple(given[5]))
         return gate(*given)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(forward, "earns_its_place", watched)
+        patch.setattr(judged, "earns_its_place", watched)
         return diagnose(NOMINAL, recorded(("input_disturbance", LOUD)), jobs=1), told
 
 

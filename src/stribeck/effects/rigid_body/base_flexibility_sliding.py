@@ -22,8 +22,8 @@ WAYS = (0.0, 0.25 * math.pi, 0.5 * math.pi, 0.75 * math.pi)
 class BaseFlexibilitySliding(StandEffect):
     """The stand gives way along a straight line, on a spring and damper, under the force of the arm's links.
 
-    It carries the first axis without turning it, so that all joints feel its acceleration as they feel gravity. With
-    the arm's weight on it, it starts at rest, or as far from it in each recording.
+    It carries the first axis without turning it, so that all joints feel its acceleration as they feel gravity. It
+    starts where it rests under the arm's weight, or off that, by as much in each recording.
     """
 
     name = "base_flexibility"

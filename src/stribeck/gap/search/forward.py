@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from joblib import delayed
 
-from stribeck.effects.registry import registry
 from stribeck.gap.fitted.model import Model, finite, fit_model, weights_of
-from stribeck.gap.fitted.white import noise_of_best
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.search.candidates import Trial, candidates
-from stribeck.gap.search.families import best_laws, best_of_each, close_laws, laws_instead, relawed
-from stribeck.gap.search.gates import LARGE_GAIN, earns_its_place
+from stribeck.gap.search.families import best_laws, close_laws, laws_instead, relawed
+from stribeck.gap.search.gates import LARGE_GAIN
+from stribeck.gap.search.judged import as_hopeful, judge
 from stribeck.gap.search.ordinary import ordinary
 from stribeck.gap.search.presence import CENTRE, evidence, presence
-from stribeck.gap.search.random_torque import random_joints
-from stribeck.gap.search.rank import ALIKE, Ranking, rank
 from stribeck.gap.search.screen import screen
 from stribeck.gap.search.step import Step, last_model
 from stribeck.identify.problem import Weights
@@ -128,59 +125,16 @@ def _step(
         tried, {t.law_key: model for t, model in zip(best_trials, fitted, strict=True)}, cost, prepared
     )
     fitted += pool(delayed(_fit_trial)(prepared, base, weights, trial, floor) for trial in instead)
-    judged = _judged(setting, base, fitted, taken, before)
-    equals = _equals(best_laws(tried), {trial.key for trial in best_trials}, judged)
-    if equals:
-        fitted += pool(delayed(_fit_trial)(prepared, base, weights, trial, floor) for trial in equals)
-        judged = _judged(setting, base, fitted, taken, before)
+    judged = judge(prepared, floor, setting.seed, base, fitted, taken, before)
+    same_hopes = as_hopeful(best_laws(tried), {trial.key for trial in best_trials}, judged)
+    if same_hopes:
+        fitted += pool(delayed(_fit_trial)(prepared, base, weights, trial, floor) for trial in same_hopes)
+        judged = judge(prepared, floor, setting.seed, base, fitted, taken, before)
     rivals, ranking, passing, floor = judged
     kept = {model.placed[-1].key for model in rivals}
     tried_out = dict.fromkeys((effect.name, joint) for effect, joint in possible)
     out = tuple(key for key in tried_out if key not in kept)
     return Step(base, tuple(rivals), ranking, passing, out, floor)
-
-
-class _Judged(NamedTuple):
-    """The rivals of a step, how they rank, which may be taken, and the noise floor (n,) by which they are judged."""
-
-    rivals: list[Model]
-    ranking: Ranking
-    passing: tuple[int, ...]
-    floor: np.ndarray
-
-
-def _judged(
-    setting: Setting,
-    base: Model,
-    fitted: Sequence[Model | None],
-    taken: Sequence[Placed],
-    before: np.ndarray | None,
-) -> _Judged:
-    """Return what fitted trials come to beside their base, in the registry's order."""
-    prepared, order = setting.prepared, list(registry())
-    rivals = best_of_each(fitted, prepared, setting.floor)
-    rivals.sort(key=lambda model: (order.index(model.placed[-1].effect.name), model.placed[-1].joint))
-    floor = noise_of_best(setting.floor, [base, *rivals], prepared, before)
-    ranking = rank(prepared, [base, *rivals], floor, setting.seed)
-    random = tuple(random_joints(prepared, base, floor, setting.seed))
-    passing = tuple(
-        k for k in ranking.order if earns_its_place(ranking, k, rivals[k - 1], prepared.scales, taken, random)
-    )
-    if passing:
-        ranking = replace(ranking, best=passing[0])
-    return _Judged(rivals, ranking, passing, floor)
-
-
-def _equals(tried: Sequence[Trial], kept: Collection[tuple[str, int]], judged: _Judged) -> list[Trial]:
-    """Return the trials that promised as much as what would be taken, and were not fitted for all that promised more.
-
-    They may be the same in disguise, and belong to its class.
-    """
-    if not judged.passing:
-        return []
-    best = judged.rivals[judged.ranking.best - 1].placed[-1].key
-    promise = next((trial.promise for trial in tried if trial.key == best), np.inf)
-    return [trial for trial in tried if trial.key not in kept and trial.promise > ALIKE * promise]
 
 
 def _states(prepared: Prepared, base: Model) -> tuple[np.ndarray, ...] | None:

@@ -1,0 +1,75 @@
+"""The fitted candidates of a step: how they rank, which may be taken, and which others to fit as well."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from stribeck.effects.registry import registry
+from stribeck.gap.fitted.model import Model
+from stribeck.gap.fitted.white import noise_of_best
+from stribeck.gap.records.prepare import Prepared
+from stribeck.gap.search.candidates import Trial
+from stribeck.gap.search.families import best_of_each
+from stribeck.gap.search.gates import earns_its_place
+from stribeck.gap.search.random_torque import random_joints
+from stribeck.gap.search.rank import ALIKE, Ranking, rank
+from stribeck.model.layout import Placed
+
+
+class Judged(NamedTuple):
+    """The rivals of a step, how they rank, which may be taken, and the noise floor (n,) by which they are judged."""
+
+    rivals: list[Model]
+    ranking: Ranking
+    passing: tuple[int, ...]
+    floor: np.ndarray
+
+
+def judge(
+    prepared: Prepared,
+    floor: np.ndarray,
+    seed: int,
+    base: Model,
+    fitted: Sequence[Model | None],
+    taken: Sequence[Placed],
+    before: np.ndarray | None,
+) -> Judged:
+    """Return what fitted trials come to beside their base, in the registry's order.
+
+    Parameters
+    ----------
+    floor : array (n,)
+        What encoder noise and filters leave, N m rms.
+    taken : sequence of Placed
+        Effects that earlier steps have taken.
+    before : array (n,) or None
+        The noise floor of the step before, N m rms.
+    """
+    order = list(registry())
+    rivals = best_of_each(fitted, prepared, floor)
+    rivals.sort(key=lambda model: (order.index(model.placed[-1].effect.name), model.placed[-1].joint))
+    floor = noise_of_best(floor, [base, *rivals], prepared, before)
+    ranking = rank(prepared, [base, *rivals], floor, seed)
+    random = tuple(random_joints(prepared, base, floor, seed))
+    passing = tuple(
+        k for k in ranking.order if earns_its_place(ranking, k, rivals[k - 1], prepared.scales, taken, random)
+    )
+    if passing:
+        ranking = replace(ranking, best=passing[0])
+    return Judged(rivals, ranking, passing, floor)
+
+
+def as_hopeful(tried: Sequence[Trial], kept: Collection[tuple[str, int]], judged: Judged) -> list[Trial]:
+    """Return the trials that promised as much as what would be taken, and were not fitted for all that promised more.
+
+    They may be the same in disguise, and belong to its class.
+    """
+    if not judged.passing:
+        return []
+    best = judged.rivals[judged.ranking.best - 1].placed[-1].key
+    promise = next((trial.promise for trial in tried if trial.key == best), np.inf)
+    return [trial for trial in tried if trial.key not in kept and trial.promise > ALIKE * promise]
