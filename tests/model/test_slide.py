@@ -1,14 +1,16 @@
 """A stand that slides, followed along what the simulator moved: alone and under a flexible joint, at slow samples."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from stribeck.arm import Arm, EffectEntry, Friction, Joint
 from stribeck.errors import StribeckError
-from stribeck.identify.conditioning import condition
+from stribeck.identify.conditioning import Past, condition
 from stribeck.identify.cutoff import cutoff_frequency
 from stribeck.identify.residual import Residual
-from stribeck.model.layout import Placed
+from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
 from stribeck.run import Run
 from stribeck.simulate.engine import Engine, path_of
@@ -67,6 +69,16 @@ def test_a_stand_may_start_off_its_rest() -> None:
     """As where nothing had pressed it down before a recording began; who does not know of it finds it ringing."""
     assert left(0.005, stand(4.0, 0.01), told=stand(4.0)) > 0.8
     assert left(0.005, stand(4.0, 0.01)) < 0.03
+
+
+@pytest.mark.parametrize(("lead", "off"), [(0.0, 0.01), (3.0, 0.0)])
+def test_a_part_of_a_recording_does_not_start_as_the_recording_did(lead: float, off: float) -> None:
+    path = path_of(arm(0.01, stand(4.0, 0.01)))
+    t = np.arange(0.0, 3.0, 0.01)
+    q = np.stack([0.3 * np.sin(3.0 * t), 0.2 * np.sin(5.0 * t)], axis=1)
+    run = replace(condition(path.arm, Run("part", t, q, np.zeros_like(q)), 10.0), past=Past(lead=lead))
+    states = Residual(path, [run], ()).states(run, values_of(path.entries))
+    assert states[0, path.stand_rows[0]] == pytest.approx(off)
 
 
 def test_two_stands_are_refused() -> None:

@@ -239,6 +239,10 @@ def test_a_decoy_takes_what_is_its_own_on_held_out_runs_too(crossing: tuple[Prep
     pulling = replace(idler, terms=(lambda run: -idler.terms[0](run),))
     both = [_in_its_place(prepared, base, decoy, weights) for decoy in (idler, pulling)]
     assert sum(model is None for model in both) == 1  # one of the two would have to push
+    bristle = Placed(effect_named("presliding"), 0, {"stiffness": 500.0, "damping": 1.0})
+    beside = _in_its_place(prepared, fit_model(prepared, (bristle,), weights, base.fit, evaluations=2), talk, weights)
+    assert beside is not None
+    assert beside.rows is not None  # as of the model in whose place it stands
 
 
 def test_one_decoy_for_several_effects(crossing: tuple[Prepared, Model]) -> None:

@@ -22,6 +22,7 @@ from stribeck.gap.search.beside import weighed, without_each
 from stribeck.gap.search.candidates import Trial, candidates
 from stribeck.gap.search.families import best_laws, best_of_each, close_laws, laws_instead, relawed
 from stribeck.gap.search.forward import Setting, _fit_trial, _states, _survivors
+from stribeck.gap.search.judged import Judged, as_hopeful
 from stribeck.gap.search.ordinary import _needed_of
 from stribeck.gap.search.projector import Projector
 from stribeck.gap.search.rank import rank
@@ -735,18 +736,26 @@ def test_the_search_without_what_is_needless_starts_from_what_every_arm_has_as_w
     monkeypatch.setattr(search_module, "idle", lambda steps: ("cogging", 0))
     monkeypatch.setattr(search_module, "rank", lambda *_: SimpleNamespace(overall=[0.0, 0.0]))
     monkeypatch.setattr(search_module, "with_look_alikes", lambda prepared, steps, *_: steps)
-    prepared, _ = search_module.search(
-        SimpleNamespace(moved=None, pushed=None, arm=NOMINAL), SimpleNamespace(), FLOOR, jobs=1
-    )  # type: ignore[arg-type]
+    prepared, _ = search_module.search(SimpleNamespace(arm=NOMINAL), SimpleNamespace(), FLOOR, jobs=1)  # type: ignore[arg-type]
     assert barred == [frozenset(), frozenset({("cogging", 0)})]
     assert prepared.rounds == 2  # type: ignore[attr-defined]
 
 
 def test_what_promised_as_much_as_what_is_taken_is_fitted_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Others promised more and were no good; what is left out for them may be the same in disguise as the one taken."""
+    """Few are fitted; of those left out one may be the same in disguise as the one that is taken."""
     for limit in ("LEAST_SURVIVORS", "LEAST_AT_JOINT", "MOST_SURVIVORS"):
         monkeypatch.setattr(forward_module, limit, 1)
     few = tuple(name for name in registry() if name not in ("delay", "actuator_lag", "payload"))
     found = diagnose(NOMINAL, recorded(("delay", {"time": 0.02})), jobs=1, leave_out=few)
     fitted = {row.effect for row in found.candidates if np.isfinite(row.t) and row.step == 1}
     assert fitted >= {"delay", "actuator_lag"}
+
+
+def test_what_promised_far_more_or_less_is_not_the_same_in_disguise(late: tuple[Prepared, Model, Weights]) -> None:
+    _, base, _ = late
+    taken = Placed(registry()["delay"], 0, {"time": 0.02})
+    judged = Judged([replace(base, placed=(taken,))], SimpleNamespace(best=1), (1,), FLOOR)  # type: ignore[arg-type]
+    others = zip(("payload", "cogging", "contact", "history"), (0.9, 0.96, 1.04, 1.2), strict=True)
+    tried = [Trial(taken.effect, 0, {}, 1.0), *(Trial(registry()[name], 0, {}, promise) for name, promise in others)]
+    assert [trial.effect.name for trial in as_hopeful(tried, {taken.key}, judged)] == ["cogging", "contact"]
+    assert as_hopeful(tried, {taken.key}, judged._replace(passing=())) == []

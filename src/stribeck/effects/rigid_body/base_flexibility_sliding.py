@@ -12,7 +12,7 @@ from stribeck.model.effect import StandEffect
 from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
 from stribeck.model.waves import Trace, ringing
 
-SMALL = 1e-4  # m, of a start
+SMALL = 1e-4  # m, a typical size of what it is off at first
 DAMPED = 0.2  # of critical, as a stand on rubber may be
 LIGHTEST = 0.3  # of the mass that the first joint swings about its axis, taken to be at its link's length
 WAYS = (0.0, 0.25 * math.pi, 0.5 * math.pi, 0.75 * math.pi)
@@ -29,7 +29,7 @@ class BaseFlexibilitySliding(StandEffect):
     name = "base_flexibility"
     law = "sliding"
     channel = "rigid_body"
-    equation = r"(m_b + m) \ddot s + d \dot s + k s = -n \cdot f_0, \quad g \to g - n \ddot s"
+    equation = r"(m_b + m) \ddot s + d \dot s + k s = -n \cdot f_0, \quad g \to g - n \ddot s, \quad s(0) = s_0"
     symptom = "a slow, lightly damped resonance at all joints, each as its pose lets it feel the base's acceleration"
     shows = "frequency"
     source = "Lew & Moon (2001), manipulators on a compliant base"
@@ -51,7 +51,7 @@ class BaseFlexibilitySliding(StandEffect):
         return bool(arm.joints[0].kind == "revolute")  # along an axis that slides, it is the law that rocks
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
-        # what is well damped costs little where it rings at another frequency, and comes down to a slow one
+        # a well damped start costs little at a wrong frequency, so that slow stands are reached from above
         slow = tuple(_start(scale, 1.0, way, 0.19) for way in WAYS[1::2])
         return (*slow, *(_start(scale, hertz, way) for hertz in (3.0, 8.0) for way in WAYS[::2]))
 
@@ -60,7 +60,7 @@ class BaseFlexibilitySliding(StandEffect):
         return (*self.starts(scale), *(_start(scale, hertz, way) for hertz in heard for way in WAYS))
 
     def initial(self, s: Signals, p: Parameters) -> dict[str, Expression]:
-        return {"position": p["start"], "velocity": 0.0}
+        return {"position": ca.if_else(s.lead > 0.0, 0.0, p["start"]), "velocity": 0.0}  # not in the midst of one
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
         critical = 2.0 * math.sqrt(values["stiffness"] * (values["mass"] + _swung(scale)))

@@ -21,16 +21,18 @@ from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
 
 NEIGHBOURS = 15  # rows, over which the noise of a row is averaged; it is drawn once
+HUGE = 1e50  # N m, what no residual is
 
 
 @dataclass(frozen=True)
 class Model:
-    """A fitted model: its effects with fitted values, the fit, and the residual (M, n) on held-out runs, N m.
+    """A fitted model: its effects with fitted values, the fit, and the residual (K, n) on held-out runs, N m.
 
     ``noise`` (2, n) is what the encoder's noise, and 1 N m of white noise in the commands, add to that residual, N m
     rms, where the model has a compliance. ``absorbed`` counts the constants of a law outside the library that has taken
-    what it can. ``rows`` (M, n) is what the encoder's noise adds to each row of the residual on all runs, N^2 m^2, if
-    the model has states: it pulls at a stiff bristle while a joint is at rest, and friction alone takes up any torque.
+    what it can. ``rows`` (M + K, n) is what the encoder's noise adds to each row of the residual on all runs, N^2 m^2,
+    of a model that has states but no compliance: it pulls at a stiff bristle while a joint is at rest, where friction
+    alone takes up any torque.
     """
 
     placed: tuple[Placed, ...]
@@ -84,17 +86,22 @@ def fit_model(
     result = fit(residual, weights, start, effect_scales(path, prepared), evaluations=evaluations)
     judged = Residual(path, prepared.held, ())
     held, _ = judged(result.p)
-    noise = noise_in(judged, result.p, held, prepared) if path.flexible else None
-    model = Model(_with_values(placed, result), result, held, noise)
-    if not path.x.numel() or path.flexible:
-        return model
-    return replace(model, rows=noise_in_rows(judged, result.p, model.whole, prepared))
+    model = Model(_with_values(placed, result), result, held)
+    return with_noise(model, judged, model.whole, prepared)
 
 
 def referred(prepared: Prepared, base: Model) -> Prepared:
     """Return recordings that know what noise adds to a re-tuned model's residual."""
     through = Residual(SignalPath(prepared.arm, base.placed), prepared.held, ())
     return replace(prepared, reference=noise_in(through, base.fit.p, base.held, prepared))
+
+
+def with_noise(model: Model, residual: Residual, whole: np.ndarray, prepared: Prepared) -> Model:
+    """Return a model that knows what noise adds to its residual, ``whole`` (M + K, n) on all runs, N m."""
+    path, p = residual.path, model.fit.p
+    if path.flexible:
+        return replace(model, noise=noise_in(residual, p, whole[-len(model.held) :], prepared))
+    return replace(model, rows=noise_in_rows(residual, p, whole, prepared)) if path.x.numel() else model
 
 
 def noise_in(judged: Residual, p: np.ndarray, held: np.ndarray, prepared: Prepared) -> np.ndarray:
@@ -104,10 +111,13 @@ def noise_in(judged: Residual, p: np.ndarray, held: np.ndarray, prepared: Prepar
     return np.array([moved, pushed / prepared.push])
 
 
-def noise_in_rows(judged: Residual, p: np.ndarray, whole: np.ndarray, prepared: Prepared) -> np.ndarray:
-    """Return what encoder noise adds to each row (M, n) of the residual on all runs, ``whole``, N^2 m^2."""
-    added = (judged.along(prepared.moved)(p)[0] - whole) ** 2
-    return over_neighbours(added, prepared.moved, NEIGHBOURS)
+def noise_in_rows(residual: Residual, p: np.ndarray, whole: np.ndarray, prepared: Prepared) -> np.ndarray | None:
+    """Return what encoder noise adds to each row of a residual, ``whole`` (M + K, n) on all runs, N^2 m^2.
+
+    None where a state runs away: nothing is known of its noise then.
+    """
+    added = residual.along(prepared.moved)(p)[0] - whole
+    return over_neighbours(added**2, prepared.moved, NEIGHBOURS) if np.all(np.abs(added) < HUGE) else None
 
 
 def _with_values(placed: Sequence[Placed], fit: Fit) -> tuple[Placed, ...]:
@@ -132,8 +142,8 @@ def weights_from(
 ) -> Weights:
     """Return weights from a residual (M, n) on the fit runs.
 
-    It holds a part (n,) of the re-tuned model's noise, and by its own draw so much of the encoder's in its ``rows``
-    (M, n), N^2 m^2.
+    It holds a part (n,) of the re-tuned model's noise; or, where :func:`noise_in_rows` finds more in its model's own
+    ``rows`` (M + K, n) on all runs, so much more.
     """
     sd = spread(residual, noise_power(prepared.noise, floor, len(residual), rows) * part**2)
     return Weights(sd, correlation_rows(residual / sd, prepared.fit))

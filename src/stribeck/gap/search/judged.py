@@ -64,7 +64,7 @@ def judge(
 
 
 def as_hopeful(tried: Sequence[Trial], kept: Collection[tuple[str, int]], judged: Judged) -> list[Trial]:
-    """Return the trials that promised as much as what would be taken, and were not fitted for all that promised more.
+    """Return the trials that promised about as much as what would be taken, but were not fitted: others promised more.
 
     They may be the same in disguise, and belong to its class.
     """
@@ -72,4 +72,5 @@ def as_hopeful(tried: Sequence[Trial], kept: Collection[tuple[str, int]], judged
         return []
     best = judged.rivals[judged.ranking.best - 1].placed[-1].key
     promise = next((trial.promise for trial in tried if trial.key == best), np.inf)
-    return [trial for trial in tried if trial.key not in kept and trial.promise > ALIKE * promise]
+    alike = (trial for trial in tried if ALIKE * promise < trial.promise < promise / ALIKE)
+    return [trial for trial in alike if trial.key not in kept]

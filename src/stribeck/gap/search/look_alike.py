@@ -11,7 +11,7 @@ from joblib import delayed
 from numpy.typing import NDArray
 
 from stribeck.gap.fitted.differentiable import differentiable
-from stribeck.gap.fitted.model import Model, finite, noise_in, start_values, weights_of
+from stribeck.gap.fitted.model import Model, finite, start_values, weights_of, with_noise
 from stribeck.gap.fitted.sizes import effect_scales
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.search.decoys import Decoy, decoys
@@ -110,8 +110,8 @@ def _in_its_place(prepared: Prepared, without: Model, decoy: Decoy, weights: Wei
         return None
     judged = Residual(path, prepared.held, ())
     plain, _ = judged(result.p)
-    noise = noise_in(judged, result.p, plain, prepared) if path.flexible else None
-    return Model(without.placed, result, plain - decoy.rows(prepared.held) @ constants, noise, columns.shape[2])
+    model = Model(without.placed, result, plain - decoy.rows(prepared.held) @ constants, absorbed=columns.shape[2])
+    return with_noise(model, judged, np.concatenate([residual.whole.value(result.p), plain]), prepared)
 
 
 def told_alike(steps: Sequence[Step], names: Sequence[str]) -> list[str]:

@@ -91,7 +91,7 @@ def random_joints(prepared: Prepared, model: Model, floor: Floats, seed: int = 0
     residual, features = model.whole, _features(runs)
     rms = np.sqrt(np.mean(residual**2, axis=0))
     loudest = LOUDEST * np.sqrt(np.mean(analysis_signals(runs)["command"] ** 2, axis=0))
-    even = residual / spread(residual, noise_power(prepared.noise, floor, len(residual)))
+    even = residual / spread(residual, noise_power(prepared.noise, floor, len(residual), model.rows))
     found = {}
     for j in (int(j) for j in np.flatnonzero((rms > HUSHED * floor) & (rms < loudest))):
         bandwidth = _bandwidth(even[:, j], runs)

@@ -47,7 +47,6 @@ def search(
     leave_out : sequence of str
         Effects that are no candidates.
     """
-    _ = prepared.moved, prepared.pushed  # once, for all processes
     with Parallel(n_jobs=jobs) as pool:
         stated = sum(not place.effect.direct for place in placed_effects(prepared.arm))
         prepared = referred(prepared, base)
