@@ -219,6 +219,14 @@ def test_recovery(label: str, case: Case) -> None:
         assert found[parameter] == pytest.approx(value, abs=allowed), (parameter, found)
 
 
+def test_a_slow_stand_is_found() -> None:
+    """It swings at half a hertz: slower than all starts that are lightly damped lead to."""
+    hidden = {"stiffness": 120.0, "damping": 4.0, "mass": 6.0, "direction": 1.2}
+    _, base, model = fitted("base_flexibility/sliding", Case("A", hidden, {}, 0.3))
+    assert np.std(model.fit.residual[:, 0]) < 0.3 * np.std(base.fit.residual[:, 0])
+    assert model.placed[0].values["stiffness"] == pytest.approx(120.0, rel=0.1)
+
+
 def beside_a_play() -> tuple[Prepared, Model, dict[str, float]]:
     """A recording with play at joint B, the re-tuned model, and the play."""
     case = CASES["backlash"]

@@ -21,7 +21,7 @@ from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
 
 NEIGHBOURS = 15  # rows, over which the noise of a row is averaged; it is drawn once
-HUGE = 1e50  # N m, what no residual is
+HUGE = 1e100  # N m: a law that has run away, whose squares are no numbers any more
 
 
 @dataclass(frozen=True)

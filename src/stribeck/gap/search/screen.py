@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stribeck.gap.fitted.differentiable import differentiable
-from stribeck.gap.fitted.model import Model, start_values
+from stribeck.gap.fitted.model import HUGE, Model, start_values
 from stribeck.gap.fitted.sizes import effect_scales
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.search.candidates import Trial
@@ -26,7 +26,6 @@ FOLLOWED = 2  # starts that are followed to the end
 HOPELESS = 10.0  # of the base's cost: a start that adds more at first is not followed
 WORTH = 0.01  # of the base's cost at a joint: a start that is about to save less is looked at, not followed
 LEAST_DAMPING = 1e-3
-HUGE = 1e100  # a law that has run away: its squares are no numbers any more
 LITTLE = 0.02  # of the cost saved: a step that promises less is not made
 
 
