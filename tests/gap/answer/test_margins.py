@@ -2,7 +2,7 @@
 
 import pytest
 
-from stribeck.gap.answer.margins import FEW_BLOCKS, FORM, NORMAL, OF_A_SAMPLE, widened
+from stribeck.gap.answer.margins import COUNTED, FEW_BLOCKS, FORM, NORMAL, OF_A_SAMPLE, widened
 from stribeck.gap.result import Estimate
 
 
@@ -21,6 +21,13 @@ def test_a_wave_has_one_amplitude() -> None:
     pair = {"sine": Estimate(1.0, 1.0, 1.0, "N m"), "cosine": Estimate(0.0, 0.0, 0.0, "N m")}
     found = widened(pair, 0.002)
     assert found["cosine"].high == pytest.approx(NORMAL * FORM)
+
+
+@pytest.mark.parametrize("unit", ["1/rad", "1/m", "Hz"])
+def test_how_many_waves_there_are_no_laws_shape_alters(unit: str) -> None:
+    found = widened({"harmonic": Estimate(12.0, 12.0, 12.0, unit)}, 0.002)["harmonic"]
+    assert found.high - 12.0 == pytest.approx(NORMAL * COUNTED[unit] * 12.0)
+    assert found.high - 12.0 < 0.01 * 12.0
 
 
 def test_a_time_is_known_to_a_part_of_a_sample() -> None:

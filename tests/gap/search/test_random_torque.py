@@ -12,6 +12,7 @@ from stribeck.gap.answer.files import diagnosis_json
 from stribeck.gap.diagnose import diagnose
 from stribeck.gap.fitted.model import Model, retune
 from stribeck.gap.records.prepare import Prepared, prepare
+from stribeck.gap.records.spread import Noise
 from stribeck.gap.result import Diagnosis
 from stribeck.gap.search import judged
 from stribeck.gap.search.random_torque import random_joints, random_torque
@@ -166,3 +167,21 @@ def test_loud_random_torque_is_warned_of_and_written(loud: tuple[Diagnosis, set[
     assert "random torque" in sentences.how_far(found)
     assert "random_torque" not in diagnosis_json(replace(found, random=()))
     assert "random" not in sentences.how_far(replace(found, random=()))
+
+
+def test_what_a_models_own_noise_accounts_for_is_steady() -> None:
+    """Four times as loud in every other second is not random torque, but for a model that makes such noise of its own.
+
+    Told by rows that are loud elsewhere, it is as little so.
+    """
+    prepared, base = retuned(recorded())
+    runs = (*prepared.fit, *prepared.held)
+    even = [np.broadcast_to(FLOOR, residual.shape) for residual in (base.fit.residual, base.held)]
+    prepared = replace(prepared, noise=Noise(*even, drawn=np.zeros_like(base.whole)))
+    times = np.concatenate([run.told_time[run.analysis_index] for run in runs])
+    loud = (times % 2.0 < 1.0)[:, None]
+    left = leaving(base, noise_of(prepared, [1.0] * len(runs)) * np.where(loud, 1.0, 0.25))
+    own, elsewhere = (np.where(where, 1.0, 0.0625) * LEVEL**2 for where in (loud, ~loud))
+    assert not random_joints(prepared, left, FLOOR)
+    assert random_joints(prepared, replace(left, rows=own), FLOOR)
+    assert not random_joints(prepared, replace(left, rows=elsewhere), FLOOR)

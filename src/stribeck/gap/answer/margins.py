@@ -10,6 +10,7 @@ from stribeck.gap.result import Estimate
 
 NORMAL = 1.96
 FORM = 0.03  # standard deviation, over a parameter's size, of what the arm's law and ours call by the same name
+COUNTED = {"1/rad": 0.005, "1/m": 0.005, "Hz": 0.001}  # the same of waves, whose number no law's shape alters
 FEW_BLOCKS = 1.3  # by which the intervals of 150 parameters of recordings with a known truth were too narrow
 OF_A_SAMPLE = 0.05  # standard deviation of a time, in samples: how well interpolation places an instant
 
@@ -30,7 +31,8 @@ def widened(found: Mapping[str, Estimate], sample_time: float) -> dict[str, Esti
 def _widened(estimate: Estimate, together: Sequence[Estimate], sample_time: float) -> Estimate:
     # the sine and cosine of one wave share its amplitude
     size = math.hypot(*(other.value for other in together if other.unit == estimate.unit))
-    form = NORMAL * math.hypot(FORM * size, OF_A_SAMPLE * sample_time if estimate.unit == "s" else 0.0)
+    instant = OF_A_SAMPLE * sample_time if estimate.unit == "s" else 0.0
+    form = NORMAL * math.hypot(COUNTED.get(estimate.unit, FORM) * size, instant)
     low = estimate.value - math.hypot(FEW_BLOCKS * (estimate.value - estimate.low), form)
     high = estimate.value + math.hypot(FEW_BLOCKS * (estimate.high - estimate.value), form)
     if estimate.low > 0.0:  # a stiffness, a mass: known to have a sign
