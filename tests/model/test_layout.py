@@ -75,3 +75,12 @@ def test_two_compliances_at_one_joint_are_refused() -> None:
     path = SignalPath(ARM, [both[0], Placed(effects["joint_flexibility"], 1)])
     assert path.flexible == (0, 1)
     assert path.state_names[:4] == ("link[0].position", "link[0].velocity", "link[1].position", "link[1].velocity")
+
+
+def test_a_straight_axis_has_its_own_units() -> None:
+    axis = replace(ARM, joints=(replace(A, kind="prismatic"),))
+    spring, slots = registry()["cable_spring"], registry()["cogging"]
+    units = {entry.name: entry.unit for entry in layout(axis, [Placed(spring, 0), Placed(slots, 0)])}
+    assert [units[name] for name in ("C0", "C2", "alpha", "rotor_inertia")] == ["N", "N s/m", "m/s", "kg"]
+    assert [units[name] for name in ("stiffness", "rest", "sine", "harmonic")] == ["N/m", "m", "N", "1/m"]
+    assert {entry.name: entry.unit for entry in layout(ARM, [Placed(spring, 0)])}["stiffness"] == "N m/rad"

@@ -9,7 +9,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from stribeck.arm import Arm, arm_to_toml
+from stribeck.arm import Arm, arm_to_toml, unit_at
 from stribeck.blind.answer import Diagnoser, diagnosed
 from stribeck.blind.batch import diagnose_cases, write_json
 from stribeck.blind.comparable import law_for, true_values
@@ -84,11 +84,11 @@ def power_analysis(
     diagnose_cases(work / "cases", answers, farm=farm or Processes(jobs), diagnoser=diagnoser, progress=progress)
     opened = open_sealed(answers, key)
     scored = score(opened)
-    return power(scored, opened, arm.name, [run.name for run in runs], levels), scored
+    return power(scored, opened, arm, [run.name for run in runs], levels), scored
 
 
 def power(
-    scored: Mapping[str, Any], opened: Opened, arm: str, runs: Sequence[str], levels: Sequence[str] = LEVELS
+    scored: Mapping[str, Any], opened: Opened, arm: Arm, runs: Sequence[str], levels: Sequence[str] = LEVELS
 ) -> dict[str, Any]:
     """Return the content of ``power.json`` from a score and its truths.
 
@@ -104,15 +104,15 @@ def power(
         effects[name] = {
             "revealed_from": _revealed_from(own, levels),
             "levels": {level: _level([r for r in own if r["level"] == level]) for level in levels},
-            "found": _example(found[0], opened) if found else None,
-            "missed": _example(missed[-1], opened) if missed else None,
+            "found": _example(found[0], opened, arm) if found else None,
+            "missed": _example(missed[-1], opened, arm) if missed else None,
             "detection_limit": scored["effects"].get(name, {}).get("detection_limit"),
         }
     return {
         "schema": SCHEMA,
         "version": scored["version"],
         "units": {"strength": "effect torque over noise floor"},
-        "arm": arm,
+        "arm": arm.name,
         "runs": list(runs),
         "cases": len(scored["rows"]),
         "false_alarms": scored["none"]["false_alarms"],
@@ -138,12 +138,13 @@ def _revealed_from(rows: Sequence[Mapping[str, Any]], levels: Sequence[str]) -> 
     return weakest
 
 
-def _example(row: Mapping[str, Any], opened: Opened) -> dict[str, Any]:
+def _example(row: Mapping[str, Any], opened: Opened, arm: Arm) -> dict[str, Any]:
     effect = opened.truths[row["case"]]["effects"][0]
     values = true_values(effect["effect"], effect["parameters"])
     known = law_for(effect["effect"], effect["parameters"])
     units = {p.name: p.unit for p in known.parameters} if known else {}
-    parameters = {name: {"value": float(f"{v:.4g}"), "unit": units[name]} for name, v in values.items()}
+    kind = arm.joints[0].kind
+    parameters = {name: {"value": float(f"{v:.4g}"), "unit": unit_at(units[name], kind)} for name, v in values.items()}
     return {"strength": row["strength"], "level": row["level"], "joint": effect["joint"], "parameters": parameters}
 
 

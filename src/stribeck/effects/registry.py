@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import entry_points
 
-from stribeck.arm import Arm, EffectEntry
+from stribeck.arm import Arm, EffectEntry, unit_at
 from stribeck.effects.actuator.actuator_lag import ActuatorLag
 from stribeck.effects.actuator.actuator_lag_magnitude_optimum import ActuatorLagMagnitudeOptimum
 from stribeck.effects.actuator.actuator_lag_two_poles import ActuatorLagTwoPoles
@@ -188,7 +188,8 @@ def _place(arm: Arm, entry: EffectEntry, joint: str) -> Placed:
         value = given.get(parameter.name, parameter.null)
         if not parameter.lower <= value <= parameter.upper and value != parameter.null:
             where = f"{effect.name} of joint {joint}: {parameter.name}"
-            raise InputError(where, f"{value:g}", f"give {parameter.lower:g} to {parameter.upper:g} {parameter.unit}")
+            unit = unit_at(parameter.unit, arm.joints[place].kind)
+            raise InputError(where, f"{value:g}", f"give {parameter.lower:g} to {parameter.upper:g} {unit}")
     return Placed(effect, arm.names.index(joint), given)
 
 

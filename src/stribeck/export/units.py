@@ -6,6 +6,8 @@ import re
 from dataclasses import dataclass
 from math import pi
 
+from stribeck.arm import unit_at
+
 _BASE = {
     "kg": {"kg": 1},
     "m": {"m": 1},
@@ -75,16 +77,12 @@ def unit_of(text: str, *, prismatic: bool = False) -> Unit:
     prismatic : bool
         Whether rad stands for m, N m for N and kg m^2 for kg, as everywhere for a prismatic axis.
     """
-    factors = _factors(_linear(text) if prismatic else text)
+    factors = _factors(unit_at(text, "prismatic") if prismatic else text)
     above = ".".join(_power(base, power) for base, power in factors if power > 0) or "1"
     below = [_power(base, -power) for base, power in factors if power < 0]
     name = "/".join([above, *below])
     type_name, quantity = _TYPES.get(name, (None, None))
     return Unit(name, _powers(factors), _DISPLAY.get(name, ()), type_name, quantity)
-
-
-def _linear(text: str) -> str:
-    return text.replace("kg m^2", "kg").replace("N m", "N").replace("rad", "m")
 
 
 def _factors(text: str) -> list[tuple[str, float]]:

@@ -11,28 +11,25 @@ from typing import Any
 
 import numpy as np
 
-from stribeck.arm import save_arm
+from stribeck.arm import save_arm, unit_at
 from stribeck.identify.findings import Direction, Identification, JointFriction
 from stribeck.identify.section3 import Section3
 from stribeck.identify.tustin_fit import NAMES, CurveFit
 
 SCHEMA = "stribeck.identification/1"
-UNITS = {
-    "revolute": {"C0": "N m", "C1": "N m", "C2": "N m s/rad", "alpha": "rad/s"},
-    "prismatic": {"C0": "N", "C1": "N", "C2": "N s/m", "alpha": "m/s"},
-}
+UNITS = {"C0": "N m", "C1": "N m", "C2": "N m s/rad", "alpha": "rad/s", "velocity": "rad/s", "torque": "N m"}
 DIGITS = 6
 
 
 def identification_json(found: Identification) -> dict[str, Any]:
     """Return the content of ``identification.json``: plain values, null where one is not finite."""
-    kinds = [joint.kind for joint in found.nominal.joints]
+    kind = found.nominal.joints[0].kind
     return {
         "schema": SCHEMA,
         "version": package_version(),
         "arm": found.nominal.name,
         "runs": list(found.runs),
-        "units": UNITS[kinds[0]] | {"velocity": UNITS[kinds[0]]["alpha"], "torque": UNITS[kinds[0]]["C0"]},
+        "units": {name: unit_at(unit, kind) for name, unit in UNITS.items()},
         "joints": {joint.name: _joint(joint) for joint in found.joints},
         "whole_runs": {
             "status": found.whole.fit.status,

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from stribeck.arm import Arm
+from stribeck.arm import Arm, unit_at
 from stribeck.model.effect import Effect
 
 INERTIAL = {"mass": "kg", "com_x": "m", "com_y": "m", "inertia": "kg m^2", "rotor_inertia": "kg m^2"}
@@ -80,10 +80,10 @@ def _inertial(arm: Arm, j: int, name: str) -> list[Entry]:
     }
     entries = []
     for key, unit in INERTIAL.items():
-        value = nominal[key]
+        value, shown = nominal[key], unit_at(unit, joint.kind)
         lower = -math.inf if key.startswith("com") else _POSITIVE.get(key, 0.0)
         sd = joint.tolerance.get(key, arm.tolerance.inertial * abs(value))
-        entries.append(Entry(f"{name}.{key}", j, key, unit, value, sd, lower, math.inf, False, "inertial"))
+        entries.append(Entry(f"{name}.{key}", j, key, shown, value, sd, lower, math.inf, False, "inertial"))
     return entries
 
 
@@ -95,12 +95,12 @@ def _friction(arm: Arm, j: int, name: str) -> list[Entry]:
     entries = []
     for side, constants in sides.items():
         for key, unit in FRICTION.items():
-            value = float(getattr(constants, key))
+            value, shown = float(getattr(constants, key)), unit_at(unit, joint.kind)
             sd = joint.tolerance.get(key, arm.tolerance.friction * abs(value))
             if key == "alpha" and constants.C1 == 0.0:
                 sd = 0.0  # without a bend the decay constant means nothing
             lower = _POSITIVE.get(key, 0.0)
-            entries.append(Entry(f"{name}.{side}.{key}", j, key, unit, value, sd, lower, math.inf, False, "friction"))
+            entries.append(Entry(f"{name}.{side}.{key}", j, key, shown, value, sd, lower, math.inf, False, "friction"))
     return entries
 
 
@@ -111,7 +111,7 @@ def _effect(arm: Arm, k: int, place: Placed) -> list[Entry]:
             f"{place.effect.name}[{name}].{parameter.name}",
             place.joint,
             parameter.name,
-            parameter.unit,
+            unit_at(parameter.unit, arm.joints[place.joint].kind),
             float(place.values.get(parameter.name, parameter.null)),
             math.inf,
             parameter.lower,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from stribeck.arm import unit_at
 from stribeck.loop.answers import Analysis, JointAnswer, Method
 from stribeck.loop.linear import KpMax
 from stribeck.report import words
@@ -61,7 +62,7 @@ def method_table(answer: JointAnswer) -> Table:
 def gain_facts(answer: JointAnswer, sample_time: float) -> Facts:
     """Return gains, margins and limits of one joint."""
     gain, m, top = unit_text(gain_unit(answer)), answer.margins, answer.kp_max
-    damping = "N s/m" if answer.kind == "prismatic" else "N m s/rad"
+    damping = unit_at("N m s/rad", answer.kind)
     pairs = [
         ("gains", f"Kp {number(answer.kp)}{NBSP}{gain}, Kv {with_unit(answer.kv, damping)}, k {number(answer.ratio)}"),
         ("largest Kp", _largest(top, gain)),

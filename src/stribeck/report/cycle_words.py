@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from stribeck.arm import unit_at
 from stribeck.loop.answers import JointAnswer
 from stribeck.report import words
 from stribeck.report.numbers import NBSP, number, percent, unit_text, with_unit
@@ -30,17 +31,17 @@ def rotation(answer: JointAnswer, value: float, digits: int = 3) -> str:
 
 def small_unit(answer: JointAnswer) -> str:
     """Return mrad or mm."""
-    return "mm" if answer.kind == "prismatic" else "mrad"
+    return unit_at("mrad", answer.kind)
 
 
 def speed_unit(answer: JointAnswer) -> str:
     """Return rad/s or m/s."""
-    return "m/s" if answer.kind == "prismatic" else "rad/s"
+    return unit_at("rad/s", answer.kind)
 
 
 def gain_unit(answer: JointAnswer) -> str:
     """Return N m/rad or N/m."""
-    return "N/m" if answer.kind == "prismatic" else "N m/rad"
+    return unit_at("N m/rad", answer.kind)
 
 
 def seconds(value: float) -> str:

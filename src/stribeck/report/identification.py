@@ -8,6 +8,7 @@ import numpy as np
 from rich.table import Table as Screen
 from rich.text import Text
 
+from stribeck.arm import unit_at
 from stribeck.gap.result import Estimate
 from stribeck.identify.files import UNITS, package_version
 from stribeck.identify.findings import Direction, Identification
@@ -81,7 +82,7 @@ def _sentence(found: Identification, k: int) -> str:
     joint, own = found.joints[k], found.arm.joints[k]
     if not joint.directions:
         return "It did not move; its friction stays as the arm file has it."
-    unit = unit_text(UNITS[own.kind]["C0"])
+    unit = unit_text(unit_at(UNITS["C0"], own.kind))
     way, one = next(iter(joint.directions.items()))
     friction = own.friction if way == "forward" else own.backward
     level = f"Break-away {number(friction.C0 + friction.C1)} {unit}, Coulomb {number(friction.C0)} {unit}"
@@ -97,7 +98,7 @@ def _constants(found: Identification) -> Table | None:
     for joint, nominal in zip(found.joints, found.nominal.joints, strict=True):
         for way, one in joint.directions.items():
             for i, name in enumerate(NAMES):
-                rows.append(_constant_row((words.clean(joint.name), way), one, i, UNITS[nominal.kind][name]))
+                rows.append(_constant_row((words.clean(joint.name), way), one, i, unit_at(UNITS[name], nominal.kind)))
     columns = ("joint", "direction", "", "Section 3", "IPOPT, readings", "95 % interval", "IPOPT, runs",
                "95 % interval", "unit")  # fmt: skip
     note = "In grey: not determined by these recordings. A dash: the step could not be made."
@@ -133,8 +134,8 @@ def _by_hand(found: Identification) -> Table | None:
                 " or ".join(number(value) for value in steps.alphas_by_velocity) or "none",
             )
             rows.append(Row(cells, "" if steps.ok else "flag"))
-    units = UNITS[found.nominal.joints[0].kind]
-    torque, speed = unit_text(units["C0"]), unit_text(units["alpha"])
+    kind = found.nominal.joints[0].kind
+    torque, speed = (unit_text(unit_at(UNITS[name], kind)) for name in ("C0", "alpha"))
     columns = ("joint", "direction", f"3.1: velocities, {speed}", f"3.2: break-away, {torque}",
                f"3.3: saddle, {torque} at {speed}", "condition (2)",
                f"alpha by (3) instead of (12), {speed}")  # fmt: skip

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from stribeck.arm import Arm
+from stribeck.arm import Arm, unit_at
 from stribeck.report.style import COLOUR, MUTED, RULE, drawn, grid, heading, key, new_figure, png, title
 from stribeck.simulate.closed import Closed
 from stribeck.simulate.metrics import measures
@@ -26,7 +26,7 @@ def write_figures(closed: Closed, arm: Arm, folder: Path) -> None:
 @drawn
 def motion_figure(closed: Closed, arm: Arm, joint: int) -> Figure:
     """Draw one joint over time: position with its reference, error, torques; stuck stretches shaded."""
-    unit, torque = ("m", "N") if arm.joints[joint].kind == "prismatic" else ("rad", "N m")
+    unit, torque = (unit_at(text, arm.joints[joint].kind) for text in ("rad", "N m"))
     figure = new_figure(7.0)
     axes = figure.subplots(3, 1, sharex=True)
     draw_position(axes[0], closed, joint)

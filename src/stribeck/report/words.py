@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+from stribeck.arm import unit_at
 from stribeck.gap.result import Cause, Diagnosis
 
 VERDICT = {
@@ -121,19 +122,19 @@ def final(diagnosis: Diagnosis) -> str:
 
 def torque_unit(diagnosis: Diagnosis) -> str:
     """Return "N m", or "N" for a prismatic axis."""
-    return "N" if _prismatic(diagnosis) else "N m"
+    return unit_at("N m", _kind(diagnosis))
 
 
 def effort(diagnosis: Diagnosis) -> str:
     """Return "torque", or "force" for a prismatic axis."""
-    return "force" if _prismatic(diagnosis) else "torque"
+    return "force" if _kind(diagnosis) == "prismatic" else "torque"
 
 
 def position_unit(diagnosis: Diagnosis) -> str:
     """Return "rad", or "m" for a prismatic axis."""
-    return "m" if _prismatic(diagnosis) else "rad"
+    return unit_at("rad", _kind(diagnosis))
 
 
-def _prismatic(diagnosis: Diagnosis) -> bool:
+def _kind(diagnosis: Diagnosis) -> str:
     arm = diagnosis.models.get("as_given")
-    return arm is not None and any(joint.kind == "prismatic" for joint in arm.joints)
+    return "revolute" if arm is None else arm.joints[0].kind

@@ -117,7 +117,7 @@ class Assembly:
             models={name: prepared.as_stated(one) for name, one in arms.items()},
             notes=(
                 *prepared.notes,
-                *told_ordinary(self.base, placed_effects(arm), arm.names),
+                *told_ordinary(self.base, placed_effects(arm), arm),
                 *told_off_the_line(arm, causes, named),
             ),
             warnings=(

@@ -16,6 +16,7 @@ from scipy.interpolate import make_interp_spline
 from scipy.optimize import minimize_scalar
 from scipy.stats import t as student
 
+from stribeck.arm import unit_at
 from stribeck.gap.answer.verdict import AT_FLOOR, closes_estimate
 from stribeck.gap.fitted.model import Model, retune
 from stribeck.gap.records.blocks import bayesian_bootstrap, block_of_rows, block_sums
@@ -56,7 +57,7 @@ def delivered(prepared: Prepared, base: Model, floor: Floats, seed: int = 0) -> 
     found = []
     for j, name in enumerate(prepared.arm.names):
         gain, offset, delay, left = related[j]
-        offset = replace(offset, unit="N" if prepared.arm.joints[j].kind == "prismatic" else "N m")
+        offset = replace(offset, unit=unit_at("N m", prepared.arm.joints[j].kind))
         here = slice(j, j + 1)
         gap = base.rms()[j] > AT_FLOOR * floor[j] and np.isfinite(gain.value)
         share = closes_estimate(base.held[:, here], behind.held[:, here], floor[here], block, draws) if gap else None

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from stribeck.arm import save_arm
+from stribeck.arm import save_arm, unit_at
 from stribeck.gap.result import (
     Candidate,
     Cause,
@@ -95,8 +95,8 @@ def _gap(diagnosis: Diagnosis) -> dict[str, Any]:
 
 def _units(diagnosis: Diagnosis) -> tuple[str, str]:
     arm = diagnosis.models.get("as_given")
-    prismatic = arm is not None and all(joint.kind == "prismatic" for joint in arm.joints)
-    return ("N", "m") if prismatic else ("N m", "rad")
+    kind = "revolute" if arm is None else arm.joints[0].kind
+    return unit_at("N m", kind), unit_at("rad", kind)
 
 
 def _stage(stage: Stage) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy import stats
 
+from stribeck.arm import unit_at
 from stribeck.gap.experiment.changes import Change
 from stribeck.gap.experiment.plan import Choice, Plan
 from stribeck.gap.experiment.programme import Programme
@@ -155,9 +156,8 @@ def _words(plan: Plan, choice: Choice) -> str:
     path = f"{choice.programme.words(arm)} ({plan.duration(choice):.3g} s in all)"
     room = ""
     if choice.options.wider > 1.0:
-        unit = {"revolute": "rad", "prismatic": "m"}
         ranges = [
-            f"{joint.name} {r.low:.2f} to {r.high:.2f} {unit[joint.kind]}"
+            f"{joint.name} {r.low:.2f} to {r.high:.2f} {unit_at('rad', joint.kind)}"
             for joint, r in zip(arm.joints, reach, strict=True)
         ]
         room = f" This goes beyond the recorded range and speed: make sure that the arm has room ({', '.join(ranges)})."

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stribeck.arm import Arm
+from stribeck.arm import Arm, unit_at
 from stribeck.effects.registry import placed_effects, registry
 from stribeck.gap.result import Cause, Estimate
 from stribeck.model.layout import Placed
@@ -31,7 +31,7 @@ def observe(arm: Arm, runs: Sequence[Run], leave_out: Sequence[str] = ()) -> Obs
     for effect in (effect for effect in registry().values() if effect.direct and effect.name not in leave_out):
         parameters: dict[str, dict[str, Estimate]] = {}
         presence = 0.0
-        units = {parameter.name: parameter.unit for parameter in effect.parameters}
+        units = {parameter.name: unit_at(parameter.unit, arm.joints[0].kind) for parameter in effect.parameters}
         for j in effect.sites(arm.n):
             seen = effect.observed(_record(arm, runs, j))
             if seen is None or (effect.name, j) in known:

@@ -12,6 +12,7 @@ from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
 
+from stribeck.arm import Arm, unit_at
 from stribeck.gap.fitted.model import Model, finite, fit_model, retune, weights_of
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.search.gates import needed
@@ -73,19 +74,22 @@ def _beside(steps: Sequence[Step], scales: Sequence[Scale]) -> tuple[Placed, ...
     return tuple(place for place in others if is_ordinary(place, scales))
 
 
-def told_ordinary(base: Model, stated: Collection[Placed], names: Sequence[str]) -> list[str]:
+def told_ordinary(base: Model, stated: Collection[Placed], arm: Arm) -> list[str]:
     """Return a note on what re-tuning took in beside the effects that the arm file has ``stated``."""
     own = {place.key for place in stated}
     return [
-        f"{names[place.joint]}: {_said(place)}; re-tuning took it in" for place in base.placed if place.key not in own
+        f"{arm.names[place.joint]}: {_said(place, arm)}; re-tuning took it in"
+        for place in base.placed
+        if place.key not in own
     ]
 
 
-def _said(place: Placed) -> str:
+def _said(place: Placed, arm: Arm) -> str:
     if place.effect.delays:
         return f"{1e3 * place.values['time']:.2g} ms late, as any drive may be"
+    kind = arm.joints[place.joint].kind
     values = ", ".join(
-        f"{p.description} {place.values[p.name]:.3g} {'' if p.unit == '1' else p.unit}".strip()
+        f"{p.description} {place.values[p.name]:.3g} {'' if p.unit == '1' else unit_at(p.unit, kind)}".strip()
         for p in place.effect.parameters
     )
     return f"{place.effect.label} ({values}), no more than any joint has"

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.arm import unit_at
 from stribeck.gap.fitted.model import Model
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.records.regions import analysis_signals, region_masks
@@ -58,7 +59,7 @@ def random_torque(prepared: Prepared, model: Model, floor: Floats, seed: int = 0
     found = []
     for j, random in random_joints(prepared, model, floor, seed).items():
         if beyond[j] > ABOVE**2:
-            unit = "N" if prepared.arm.joints[j].kind == "prismatic" else "N m"
+            unit = unit_at("N m", prepared.arm.joints[j].kind)
             rms = float(np.sqrt(random.share * (beyond[j] - 1.0)) * floor[j])
             found.append(RandomTorque(prepared.arm.names[j], rms, random.bandwidth, unit))
     return tuple(found)

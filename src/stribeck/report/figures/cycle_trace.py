@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from stribeck.arm import unit_at
 from stribeck.loop.answers import Analysis, JointAnswer
 from stribeck.report import words
 from stribeck.report.cycle_words import rotation, seconds, small_unit, speed_unit
@@ -19,7 +20,7 @@ PERIODS = 4.0
 def trace_figure(analysis: Analysis, index: int) -> Figure:
     """Draw error, velocity and command of one joint over time, by its place in the analysis; stuck times shaded."""
     answer = analysis.joints[index]
-    torque = "N" if answer.kind == "prismatic" else "N m"
+    torque = unit_at("N m", answer.kind)
     figure = new_figure(6.0, 8.0)
     axes = figure.subplots(3, 1, sharex=True)
     rows, motion, j = _rows(analysis, answer), analysis.motion, analysis.indices[index]

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
+from stribeck.arm import unit_at
 from stribeck.identify.findings import WAYS, Direction, Identification, JointFriction
 from stribeck.identify.tustin_fit import tustin
 from stribeck.report import words
@@ -38,8 +39,7 @@ def friction_curve_figure(found: Identification) -> Figure | None:
     joints = [joint for joint in found.joints if joint.directions][:MOST_PANELS]
     if not joints:
         return None
-    prismatic = found.nominal.joints[0].kind == "prismatic"
-    torque, velocity = ("N", "m/s") if prismatic else ("N m", "rad/s")
+    torque, velocity = (unit_at(text, found.nominal.joints[0].kind) for text in ("N m", "rad/s"))
     figure = new_figure(0.9 + 2.9 * len(joints))
     axes = figure.subplots(len(joints), 1, squeeze=False)[:, 0]
     for ax, joint in zip(axes, joints, strict=True):

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from stribeck.arm import unit_at
 from stribeck.loop.answers import JointAnswer, Nyquist
 from stribeck.loop.describing import Root
 from stribeck.report import words
@@ -26,7 +27,7 @@ def nyquist_figure(answer: JointAnswer) -> Figure | None:
     figure = new_figure(5.4, 8.0)
     ax = figure.add_subplot()
     draw_nyquist(ax, answer.nyquist)
-    unit = "m/(N s)" if answer.kind == "prismatic" else "rad/(N m s)"
+    unit = unit_at("rad/(N m s)", answer.kind)
     ax.set(xlabel=f"real part, {unit}", ylabel=f"imaginary part, {unit}")
     heading(figure, _finding(answer), 8.0)
     return figure
