@@ -52,9 +52,10 @@ def chain(n: int) -> Arm:
     return Arm("chain", (0.0, 0.0), joints, sample_time=1e-3)
 
 
-def moving(n: int, y: np.ndarray, way: complex) -> tuple[np.ndarray, np.ndarray]:
+def moving(n: int, y: np.ndarray, way: complex, turn: float) -> tuple[np.ndarray, np.ndarray]:
     """Velocities of the centres of mass (n, N), m/s in the complex plane, and of the links' turning, rad/s."""
-    angle, omega = np.cumsum(y[:n], axis=0), np.cumsum(y[n : 2 * n], axis=0)
+    angle = np.cumsum(y[:n], axis=0) + turn * y[2 * n]
+    omega = np.cumsum(y[n : 2 * n], axis=0) + turn * y[2 * n + 1]
     axis = np.broadcast_to(y[2 * n + 1] * way, angle[0].shape).astype(complex)
     speeds = []
     for k in range(n):
@@ -65,10 +66,10 @@ def moving(n: int, y: np.ndarray, way: complex) -> tuple[np.ndarray, np.ndarray]
 
 
 @pytest.mark.parametrize("n", [1, 2, 3])
-@pytest.mark.parametrize("stiffness", [1e-4, 900.0])
-def test_energy_and_momentum_of_an_arm_on_a_base_that_slides(n: int, stiffness: float) -> None:
+@pytest.mark.parametrize(("stiffness", "turn"), [(1e-4, 0.0), (900.0, 0.0), (900.0, -1.5), (900.0, 3.0)])
+def test_energy_and_momentum_of_an_arm_on_a_base_that_slides(n: int, stiffness: float, turn: float) -> None:
     """Kinetic and spring energy stay; on a spring of next to nothing so does the momentum along the way."""
-    values = {"stiffness": stiffness, "damping": 1e-6, "mass": 3.0, "direction": 0.7}
+    values = {"stiffness": stiffness, "damping": 1e-6, "mass": 3.0, "direction": 0.7, "turn": turn}
     forward = Forward(path := SignalPath(chain(n), [Placed(effect_named("base_flexibility", "sliding"), 0, values)]))
     p, modes, still = values_of(path.entries), np.ones(n), np.zeros(n)
 
@@ -78,7 +79,7 @@ def test_energy_and_momentum_of_an_arm_on_a_base_that_slides(n: int, stiffness: 
     start = np.concatenate([np.linspace(0.2, 0.6, n), np.linspace(3.0, 1.0, n), [0.02, 0.1]])
     y = solve_ivp(rates, (0.0, 2.0), start, rtol=1e-9, atol=1e-10, t_eval=np.linspace(0.0, 2.0, 50)).y
     way = np.exp(0.7j)
-    speeds, omega = moving(n, y, way)
+    speeds, omega = moving(n, y, way, turn)
     kinetic = 0.5 * MASS[:n] @ np.abs(speeds) ** 2 + 0.5 * INERTIA * np.sum(omega**2, axis=0)
     energy = kinetic + 0.5 * 3.0 * y[2 * n + 1] ** 2 + 0.5 * stiffness * y[2 * n] ** 2
     momentum = MASS[:n] @ (speeds * way.conjugate()).real + 3.0 * y[2 * n + 1]

@@ -227,6 +227,19 @@ def test_a_slow_stand_is_found() -> None:
     assert model.placed[0].values["stiffness"] == pytest.approx(120.0, rel=0.1)
 
 
+def test_a_stand_that_tilts_about_its_foot_is_found() -> None:
+    """A pedestal of 0.4 m under the first axis, which both moves and turns that."""
+    hidden = {"stiffness": 1500.0, "damping": 4.0, "inertia": 1.2, "foot_x": 0.0, "foot_y": -0.4}
+    _, base, model = fitted("base_flexibility/sliding", Case("A", hidden, {}, 0.3))
+    assert np.std(model.fit.residual[:, 0]) < 0.3 * np.std(base.fit.residual[:, 0])
+    found = model.placed[0].values
+    side = np.cos(found["direction"])  # it tilts to and fro along x: forward is as good as backward
+    assert abs(side) > 0.98
+    assert side * found["turn"] == pytest.approx(-1.0 / 0.4, rel=0.15)
+    assert found["stiffness"] == pytest.approx(1500.0 / 0.4**2, rel=0.1)
+    assert found["mass"] == pytest.approx(1.2 / 0.4**2, rel=0.3)
+
+
 def beside_a_play() -> tuple[Prepared, Model, dict[str, float]]:
     """A recording with play at joint B, the re-tuned model, and the play."""
     case = CASES["backlash"]

@@ -117,7 +117,7 @@ class Balance:
 
     def stand(self, d: Drive, x: Any) -> Stand | None:
         """Return the stand that slides under the arm, if there is one."""
-        return self.path.stand(self._with_links(self._told.motion(d), x), x)
+        return self.path.stand(self._with_links(self._told.motion(d), x), x, level=True)
 
     def _resistance(self, motion: list[Signals], x: Any) -> Any:
         """Return the slopes (L, 2 L) of the torque from outside by the links' positions, then by their velocities."""
@@ -136,12 +136,12 @@ class Balance:
         The last two are of the flexible joints: what their torque accelerates, and what of it carries the motor.
         """
         path, body = self.path, self.path.body()
-        q, dq = [s.link_position for s in motion], [s.link_velocity for s in motion]
+        q, dq = path.angles(motion, x, level=True)
         external = path.external(motion, x)
         known = [0.0 if j in path.flexible else s.acceleration for j, s in enumerate(motion)]
         bias = inverse_dynamics(body, q, dq, known, prismatic=path.prismatic)
         load = [bias[j] + external[j] for j in range(self.n)]
-        stand = path.stand(motion, x)
+        stand = path.stand(motion, x, level=True)
         if stand is not None:
             load = stand.loads(load, known)
         flexible = list(path.flexible)
@@ -201,7 +201,7 @@ class Balance:
             out += [signals[j].link_velocity, acceleration[j]]
         links = [acceleration.get(j, s.acceleration) for j, s in enumerate(signals)]
         for k, place in enumerate(self.path.placed):
-            out += self.path.rates(k, self._told.command(d, place.joint), signals, links, x)
+            out += self.path.rates(k, self._told.command(d, place.joint), signals, links, x, level=True)
         return ca.vertcat(*out)
 
     def start(self, d: Drive) -> Any:
@@ -216,7 +216,7 @@ class Balance:
             k, effect = path.transmission(j)  # type: ignore[misc]
             out += [motion[j].position - effect.deflection(static[j], path.parameters(k)), motion[j].velocity]
         for k, place in enumerate(path.placed):
-            s = motion[place.joint].at(torque=self._told.command(d, place.joint))
+            s = motion[place.joint].at(torque=self._told.command(d, place.joint), load=static[place.joint])
             values = place.effect.initial(s, path.parameters(k))
             out += [values[name] for name in place.effect.states]
         return ca.vertcat(*out)

@@ -77,7 +77,7 @@ class Dynamics:
     @cached_property
     def _mass(self) -> Any:
         path, stand = self.path, self._stand
-        mass = mass_matrix(path.body(), [s.link_position for s in self.signals], prismatic=path.prismatic)
+        mass = mass_matrix(path.body(), path.angles(self.signals, path.x)[0], prismatic=path.prismatic)
         return mass if stand is None else stand.inertia(mass)
 
     @cached_property
@@ -88,7 +88,7 @@ class Dynamics:
     def _bias(self) -> list[Expression]:
         """Torques on the links without acceleration: gravity, Coriolis and external."""
         path, signals = self.path, self.signals
-        positions, velocities = [s.link_position for s in signals], [s.link_velocity for s in signals]
+        positions, velocities = path.angles(signals, path.x)
         still = [0.0] * self.n
         bias = inverse_dynamics(path.body(), positions, velocities, still, prismatic=path.prismatic)
         external = path.external(signals, path.x)

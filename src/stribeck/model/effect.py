@@ -206,7 +206,7 @@ class RigidBodyEffect(Effect):
 
 
 class StandEffect(Effect):
-    """A stand that slides under the first axis; its states are how far it is from rest, and how fast it moves."""
+    """A stand that moves the first axis along a line; its states are how far it is from rest, and how fast it moves."""
 
     states = ("position", "velocity")
     state_units = MappingProxyType({"position": "m", "velocity": "m/s"})
@@ -214,6 +214,10 @@ class StandEffect(Effect):
     @abstractmethod
     def way(self, p: Parameters) -> tuple[Expression, Expression]:
         """Return the unit vector along which it slides, in the base frame."""
+
+    def turn(self, p: Parameters) -> Expression:
+        """Return by how much it turns with the first axis as it moves, rad/m."""
+        return 0.0
 
     @abstractmethod
     def mass(self, p: Parameters) -> Expression:

@@ -20,7 +20,7 @@ from stribeck.model.effect import (
     StandEffect,
     TransmissionEffect,
 )
-from stribeck.model.rigid_body import base_force
+from stribeck.model.rigid_body import base_force, inverse_dynamics, mass_matrix
 from stribeck.model.stand import Stand
 from stribeck.model.symbols import Symbols
 from stribeck.model.tip import tip_of
@@ -114,30 +114,49 @@ class SignalPath(Symbols):
                     torques = [torque + rx * fy - ry * fx for torque, (rx, ry) in zip(torques, levers, strict=True)]
         return torques
 
-    def stand(self, motion: Sequence[Signals], x: Any) -> Stand | None:
-        """Return the stand under the links as they move; None on firm ground."""
+    def stand(self, motion: Sequence[Signals], x: Any, *, level: bool = False) -> Stand | None:
+        """Return the stand under the links as they move; None on firm ground. It may be taken as ``level``."""
         found = self.sliding
         if found is None:
             return None
         k, effect = found
-        p = self.parameters(k)
+        p, body = self.parameters(k), self.body()
+        q, dq = self.angles(motion, x, level=level)
+        force, across, mass = base_force(body, q, dq, effect.way(p))
+        still = [0.0] * self.n
+        turn, coupling, whole = effect.turn(p), ca.SX(ca.vertcat(*across)), mass + effect.mass(p)
+        inertia = mass_matrix(body, q)[:, 0]
+        force = force + turn * inverse_dynamics(body, q, dq, still)[0]
+        whole = whole + turn * (2.0 * coupling[0] + turn * inertia[0])
+        return Stand((effect.force(self.states(k, x), p) - force) / whole, coupling + turn * inertia, whole)
+
+    def angles(
+        self, motion: Sequence[Signals], x: Any, *, level: bool = False
+    ) -> tuple[list[Expression], list[Expression]]:
+        """Return the links' relative angles and velocities (n each), the first one's against firm ground.
+
+        A stand may be taken as ``level``: along a recording, the little by which it tilts then changes no weight.
+        """
         q, dq = [s.link_position for s in motion], [s.link_velocity for s in motion]
-        force, coupling, mass = base_force(self.body(), q, dq, effect.way(p))
-        whole = mass + effect.mass(p)
-        return Stand((effect.force(self.states(k, x), p) - force) / whole, ca.SX(ca.vertcat(*coupling)), whole)
+        if self.sliding is not None and not level:
+            k, effect = self.sliding
+            turn, states = effect.turn(self.parameters(k)), self.states(k, x)
+            q[0], dq[0] = q[0] + turn * states["position"], dq[0] + turn * states["velocity"]
+        return q, dq
 
     def rates(
-        self, k: int, command: Expression, motion: Sequence[Signals], links: Sequence[Expression], x: Any
-    ) -> list[Expression]:
+        self, k: int, command: Expression, motion: Sequence[Signals], links: Sequence[Expression], x: Any,
+        *, level: bool = False,
+    ) -> list[Expression]:  # fmt: skip
         """Return the time derivatives of the k-th placed effect's states, in order.
 
-        ``motion`` and ``links``, their accelerations (rad/s^2), are those of all joints.
+        ``motion`` and ``links``, their accelerations (rad/s^2), are those of all joints; ``level`` as of :meth:`stand`.
         """
         effect, states, values = self.placed[k].effect, self.states(k, x), self.parameters(k)
         if not effect.states:
             return []
         if isinstance(effect, StandEffect):
-            stand = self.stand(motion, x)
+            stand = self.stand(motion, x, level=level)
             assert stand is not None
             return [states["velocity"], stand.acceleration(links)]
         s = motion[self.placed[k].joint]

@@ -35,21 +35,24 @@ def slide(balance: Balance, sample_time: float, now: Drive, after: Drive, x: Any
     if not rows:
         return {}
     k, effect = path.sliding  # type: ignore[misc]
-    whole = balance.stand(now, x).mass  # type: ignore[union-attr]
     own = ca.SX.sym("own", 2)
-    force = effect.force({"position": own[0], "velocity": own[1]}, path.parameters(k)) / whole
+    force = effect.force({"position": own[0], "velocity": own[1]}, path.parameters(k))
     pull = ca.Function("pull", [own, path.p], [force, ca.jacobian(force, own)])
 
-    def asked(drive: Drive, states: Any) -> Expression:
-        return balance.derivatives(drive, states)[rows[1]] - pull(ca.vertcat(*[states[i] for i in rows]), path.p)[0]
+    def asked(drive: Drive, states: Any) -> tuple[Expression, Expression]:
+        whole = balance.stand(drive, states).mass  # type: ignore[union-attr]
+        pulled = pull(ca.vertcat(*[states[i] for i in rows]), path.p)[0] / whole
+        return balance.derivatives(drive, states)[rows[1]] - pulled, 1.0 / whole
 
-    first, last = asked(now, x), asked(after, ahead)
+    (first, mobility), (last, mobility_then) = asked(now, x), asked(after, ahead)
     position, velocity = (x[i] for i in rows)
     steps = max(1, round(sample_time / SUBSTEP))
     half = 0.5 * sample_time / steps
     for i in range(steps):
-        pulled, slope = pull(ca.vertcat(position, velocity), path.p)
-        given = pulled - slope[1] * velocity + first + (i + 0.5) / steps * (last - first)
+        part = (i + 0.5) / steps
+        mobile = mobility + part * (mobility_then - mobility)
+        pulled, slope = (mobile * value for value in pull(ca.vertcat(position, velocity), path.p))
+        given = pulled - slope[1] * velocity + first + part * (last - first)
         middle = (velocity + half * given) / (1.0 - half * half * slope[0] - half * slope[1])
         position, velocity = position + 2.0 * half * middle, 2.0 * middle - velocity
     return {path.state_names[rows[0]]: position, path.state_names[rows[1]]: velocity}

@@ -19,7 +19,7 @@ What the names leave open:
 - ``contact``: a stop of the joint, rad; where the ``direction`` of its normal is given, a wall in the plane, m;
 - ``torque_ripple``: relative, at the rotor's angle; ``cogging`` the same in N m;
 - ``gravity_tilt``: change of gravity in the arm's plane, m/s^2; ``base_flexibility``: rocking about the first axis,
-  rad; where the ``direction`` is given, sliding along it, m.
+  rad, or about a foot at (foot_x, foot_y) from it, m; where the ``direction`` is given, sliding along it, m.
 """
 
 from __future__ import annotations
@@ -149,7 +149,9 @@ KNOWN: dict[str, Rule] = {
     "payload": Rule({"mass": 0.0}, {"inertia": 0.0}, special.payload),
     "gravity_tilt": Rule({"x": 0.0, "y": 0.0}, {}, special.tilted),
     "base_flexibility": Rule(
-        {"stiffness": math.inf}, dict.fromkeys(("damping", "inertia", "mass", "direction"), math.nan), special.soft_base
+        {"stiffness": math.inf},
+        dict.fromkeys(("damping", "inertia", "mass", "direction", "foot_x", "foot_y"), math.nan),
+        special.soft_base,
     ),
     "cable_spring": Rule(
         {"stiffness": 0.0}, {"rest": 0.0, "cubic": 0.0},

@@ -142,7 +142,8 @@ def tilted(plant: Plant, k: int, p: Params) -> Plant:
 def soft_base(plant: Plant, k: int, p: Params) -> Plant:
     """Let the base turn about the first axis on a spring; by default as heavy as the arm, 3 % of critical.
 
-    With a ``direction`` it slides instead, as heavy as the arm by default.
+    It turns about another point where that is given, its foot, m from the first axis. With a ``direction`` it slides
+    instead, as heavy as the arm by default.
     """
     if math.isinf(p["stiffness"]):
         return plant
@@ -157,7 +158,8 @@ def soft_base(plant: Plant, k: int, p: Params) -> Plant:
     arm = _outboard_inertia(plant, 0)
     inertia = arm if math.isnan(p["inertia"]) else p["inertia"]
     damping = 0.06 * math.sqrt(p["stiffness"] * (inertia + arm)) if math.isnan(p["damping"]) else p["damping"]
-    return plant.with_world(base_stiffness=p["stiffness"], base_damping=damping, base_inertia=inertia)
+    foot = {name: 0.0 if math.isnan(p[name]) else p[name] for name in ("foot_x", "foot_y")}
+    return plant.with_world(base_stiffness=p["stiffness"], base_damping=damping, base_inertia=inertia, **foot)
 
 
 def _in_plane(plant: Plant, effect: str) -> None:

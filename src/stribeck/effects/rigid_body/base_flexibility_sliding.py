@@ -1,4 +1,4 @@
-"""A base that slides to and fro."""
+"""A base that slides to and fro, or tilts about a foot beside the first axis."""
 
 from __future__ import annotations
 
@@ -22,14 +22,18 @@ WAYS = (0.0, 0.25 * math.pi, 0.5 * math.pi, 0.75 * math.pi)
 class BaseFlexibilitySliding(StandEffect):
     """The stand gives way along a straight line, on a spring and damper, under the force of the arm's links.
 
-    It carries the first axis without turning it, so that all joints feel its acceleration as they feel gravity. It
-    starts where it rests under the arm's weight, or off that, by as much in each recording.
+    It carries the first axis along, so that all joints feel its acceleration as they feel gravity. What tilts about its
+    foot turns by as much as it moves, over the foot's distance: the arm's torque tilts it as well. It starts where it
+    rests under the arm's weight, or off that, by as much in each recording.
     """
 
     name = "base_flexibility"
     law = "sliding"
     channel = "rigid_body"
-    equation = r"(m_b + m) \ddot s + d \dot s + k s = -n \cdot f_0, \quad g \to g - n \ddot s, \quad s(0) = s_0"
+    equation = (
+        r"m_b \ddot s + d \dot s + k s = -n \cdot f - c\,\tau_1, "
+        r"\quad g \to g - n \ddot s, \quad q_1 \to q_1 + c\,s, \quad s(0) = s_0"
+    )
     symptom = "a slow, lightly damped resonance at all joints, each as its pose lets it feel the base's acceleration"
     shows = "frequency"
     source = "Lew & Moon (2001), manipulators on a compliant base"
@@ -41,6 +45,7 @@ class BaseFlexibilitySliding(StandEffect):
         Parameter("damping", "N s/m", "damping of the stand", 0.0, 1e-6, 1e7, log=True),
         Parameter("mass", "kg", "mass of what slides with the base, the arm apart", 1.0, 1e-6, 1e6, log=True),
         Parameter("direction", "rad", "along which it slides, from the base frame's x", 0.0, -10.0, 10.0),
+        Parameter("turn", "rad/m", "by how much it turns as it moves, as what tilts about its foot", 0.0, -20.0, 20.0),
         Parameter("start", "m", "how far from its rest each recording starts", 0.0, -1.0, 1.0),
     )
 
@@ -60,7 +65,8 @@ class BaseFlexibilitySliding(StandEffect):
         return (*self.starts(scale), *(_start(scale, hertz, way) for hertz in heard for way in WAYS))
 
     def initial(self, s: Signals, p: Parameters) -> dict[str, Expression]:
-        return {"position": ca.if_else(s.lead > 0.0, 0.0, p["start"]), "velocity": 0.0}  # not in the midst of one
+        leans = -p["turn"] * s.load / p["stiffness"]  # under the arm's weight, in the pose that it starts in
+        return {"position": leans + ca.if_else(s.lead > 0.0, 0.0, p["start"]), "velocity": 0.0}  # not in midst of one
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
         critical = 2.0 * math.sqrt(values["stiffness"] * (values["mass"] + _swung(scale)))
@@ -68,6 +74,9 @@ class BaseFlexibilitySliding(StandEffect):
 
     def way(self, p: Parameters) -> tuple[Expression, Expression]:
         return ca.cos(p["direction"]), ca.sin(p["direction"])
+
+    def turn(self, p: Parameters) -> Expression:
+        return p["turn"]
 
     def mass(self, p: Parameters) -> Expression:
         return p["mass"]
@@ -86,5 +95,5 @@ def _start(scale: Scale, hertz: float, way: float, damped: float = 0.05) -> dict
     omega, whole = 6.2832 * hertz, 2.0 * _swung(scale)
     return {
         "stiffness": whole * omega**2, "damping": 2.0 * damped * whole * omega, "mass": 0.5 * whole, "direction": way,
-        "start": SMALL,
+        "turn": 0.0, "start": SMALL,
     }  # fmt: skip

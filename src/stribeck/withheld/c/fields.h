@@ -37,7 +37,7 @@
     X(kp) X(kd) X(ki) X(control_filter) X(torque_limit)
 
 #define WORLD_FIELDS(X)                                                                                          \
-    X(prismatic) X(gravity_x) X(gravity_y) X(base_stiffness) X(base_damping) X(base_inertia)                     \
+    X(prismatic) X(gravity_x) X(gravity_y) X(base_stiffness) X(base_damping) X(base_inertia) X(foot_x) X(foot_y) \
     X(slide_stiffness) X(slide_damping) X(slide_mass) X(slide_direction)                                         \
     X(plane_direction) X(plane_distance) X(plane_stiffness) X(plane_damping) X(plane_exponent)
 

@@ -42,11 +42,13 @@ static void build(Plant *p, const World *world, const Joint *joint, int n) {
     p->joint = joint;
     p->n = n;
     p->base = world->base_stiffness > 0.0;
-    if (p->base) add_body(&p->tree, -1, (Vec){0, 0}, 0.0, (Vec){0, 0}, world->base_inertia, 0.0);
+    Vec foot = {world->foot_x, world->foot_y}; /* about which a base turns, seen from the first axis */
+    if (p->base) add_body(&p->tree, -1, foot, 0.0, (Vec){0, 0}, world->base_inertia, 0.0);
     for (int k = 0; k < n; k++) {
         const Joint *j = &joint[k];
         p->flexible[k] = j->stiffness > 0.0;
         Vec mount = {k > 0 ? joint[k - 1].length : 0.0, 0.0};
+        if (k == 0 && p->base) mount = (Vec){-foot.x, -foot.y};
         add_body(&p->tree, p->tree.count - 1, mount, j->mass, (Vec){j->com_x, j->com_y}, j->inertia,
                  p->flexible[k] ? 0.0 : j->rotor);
     }
@@ -62,14 +64,14 @@ static void build(Plant *p, const World *world, const Joint *joint, int n) {
 /* A straight wall in the arm's plane pushes the end of the last link back; its force works along each body's turning. */
 static void lean(const Plant *p, const double *x, const double *v, double *force) {
     const World *w = p->world;
-    Vec axis[MAX_BODIES], end = {0.0, 0.0}, speed = {0.0, 0.0}, normal = {cos(w->plane_direction), sin(w->plane_direction)};
+    Vec axis[MAX_BODIES], end = {p->base * w->foot_x, p->base * w->foot_y}, speed = {0.0, 0.0}, normal = {cos(w->plane_direction), sin(w->plane_direction)};
     double phi = 0.0, omega = 0.0;
     for (int i = 0; i < p->base + p->n; i++) {
-        double reach = i < p->base ? 0.0 : p->joint[i - p->base].length;
+        Vec reach = i < p->base ? (Vec){-w->foot_x, -w->foot_y} : (Vec){p->joint[i - p->base].length, 0.0};
         axis[i] = end;
         phi += x[i];
         omega += v[i];
-        Vec link = {reach * cos(phi), reach * sin(phi)};
+        Vec link = turn((Vec){cos(phi), sin(phi)}, reach);
         end = (Vec){end.x + link.x, end.y + link.y};
         speed = (Vec){speed.x - omega * link.y, speed.y + omega * link.x};
     }
