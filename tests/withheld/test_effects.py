@@ -373,6 +373,17 @@ def test_a_wall_in_the_plane_stops_the_tip_and_gives_its_energy_back(bench):
     assert 0.5 < lost[1] < 0.98
 
 
+def test_a_wall_stands_where_it_does_on_a_firm_base_and_on_one_that_hardly_tilts(bench):
+    arm, start = bench.two_link(rough=False), ((0.2, 1.0), (0.3, -0.5))
+    still = lambda t: np.zeros((len(t), 2))  # noqa: E731
+    wall = Injection("contact", "A", {"stiffness": 20000.0, "direction": 0.7, "position": 0.62, "exponent": 1.5})
+    stiff = {"stiffness": 1e7, "damping": 1e3, "inertia": 1.0, "foot_x": 0.1, "foot_y": -0.4}
+    ways = ((), (wall,), (wall, Injection("base_flexibility", "A", stiff)))
+    free, firm, tilting = (bench.open_loop(arm, still, 1.0, hidden, start)[1].link for hidden in ways)
+    assert np.abs(free - firm).max() > 0.1
+    assert tilting == pytest.approx(firm, abs=2e-3)
+
+
 def test_disturbance_has_its_size_and_colour():
     from stribeck.withheld.special import Disturbance
 

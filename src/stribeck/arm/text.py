@@ -6,6 +6,7 @@ import json
 import re
 from collections.abc import Iterator, Mapping
 
+from stribeck.arm.units import unit_at
 from stribeck.arm.values import Arm, EffectEntry, Friction, Joint
 
 SCHEMA = "stribeck.arm/1"
@@ -25,15 +26,9 @@ _REVOLUTE = {
     "C2": "N m s/rad",
     "alpha": "rad/s",
 }
-_PRISMATIC = _REVOLUTE | {
+_PRISMATIC = {key: unit_at(text, "prismatic") for key, text in _REVOLUTE.items()} | {
     "inertia": "kg",
     "rotor_inertia": "kg, reflected to the axis",
-    "torque_limit": "N",
-    "encoder_resolution": "m",
-    "C0": "N",
-    "C1": "N",
-    "C2": "N s/m",
-    "alpha": "m/s",
 }
 
 

@@ -135,7 +135,8 @@ class SignalPath(Symbols):
     ) -> tuple[list[Expression], list[Expression]]:
         """Return the links' relative angles and velocities (n each), the first one's against firm ground.
 
-        A stand may be taken as ``level``: along a recording, the little by which it tilts then changes no weight.
+        A stand may be taken as ``level``, as it is along a recording: that it tilts then changes no pose, and what a
+        step needs is known ahead. Of a tilt of some degrees, a seventh of the effect is left.
         """
         q, dq = [s.link_position for s in motion], [s.link_velocity for s in motion]
         if self.sliding is not None and not level:

@@ -45,14 +45,13 @@ def slide(balance: Balance, sample_time: float, now: Drive, after: Drive, x: Any
         return balance.derivatives(drive, states)[rows[1]] - pulled, 1.0 / whole
 
     (first, mobility), (last, mobility_then) = asked(now, x), asked(after, ahead)
+    mobile = 0.5 * (mobility + mobility_then)
     position, velocity = (x[i] for i in rows)
     steps = max(1, round(sample_time / SUBSTEP))
     half = 0.5 * sample_time / steps
     for i in range(steps):
-        part = (i + 0.5) / steps
-        mobile = mobility + part * (mobility_then - mobility)
         pulled, slope = (mobile * value for value in pull(ca.vertcat(position, velocity), path.p))
-        given = pulled - slope[1] * velocity + first + part * (last - first)
+        given = pulled - slope[1] * velocity + first + (i + 0.5) / steps * (last - first)
         middle = (velocity + half * given) / (1.0 - half * half * slope[0] - half * slope[1])
         position, velocity = position + 2.0 * half * middle, 2.0 * middle - velocity
     return {path.state_names[rows[0]]: position, path.state_names[rows[1]]: velocity}
