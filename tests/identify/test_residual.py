@@ -191,6 +191,10 @@ def test_records_that_share_a_clock_are_late_together() -> None:
     assert first == pytest.approx(second, abs=1e-12)
     assert by_all[..., -1] == pytest.approx(by_each[..., -2] + by_each[..., -1], abs=1e-9 * np.abs(by_all).max())
     assert together.shifts == (len(together.entries) - 1,)
+    later = SignalPath(arm, [Placed(every, 0, {"time": -0.02}), Placed(each, 0, {"time": 0.007}), apart.placed[1]])
+    twice = SignalPath(arm, [apart.placed[0], Placed(each, 1, {"time": -0.033})])
+    summed, single = (Residual(path, [run], ())(values_of(path.entries))[0] for path in (later, twice))
+    assert summed == pytest.approx(single, abs=1e-12)
     prompt = SignalPath(arm)
     assert np.abs(first - Residual(prompt, [run], ())(values_of(prompt.entries))[0]).max() > 0.1
 

@@ -52,6 +52,7 @@ class Residual:
         self.columns = tuple(free if columns is None else columns)
         self._machines: dict[float, Machine] = {}
         self._last: tuple[bytes, list[np.ndarray]] = (b"", [])
+        self._curves: dict[tuple[int, str, int], tuple[Conditioned, CubicSpline]] = {}
 
     def _machine(self, run: Conditioned) -> Machine:
         key = round(run.sample_time, 9)
@@ -72,7 +73,7 @@ class Residual:
         other = copy(self)
         for what in ("rows", "reuses", "_still"):
             other.__dict__.pop(what, None)
-        other.runs, other.known, other._last = tuple(runs), None, (b"", [])
+        other.runs, other.known, other._last, other._curves = tuple(runs), None, (b"", []), {}
         return other
 
     def __call__(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -150,18 +151,38 @@ class Residual:
         Without delays it is the run's own (``still``, where that is known): not to be written to.
         """
         still = _as_recorded(run) if still is None else still
-        placed, n = enumerate(self.path.placed), self.path.n
-        shifted = [(place, delays[k], j) for k, place in placed if place.effect.delays for j in place.joints(n)]
-        if not shifted:
+        ahead: dict[tuple[str, int], float] = {}  # s, by which signals of a joint are to be moved
+        for place, delay in zip(self.path.placed, delays, strict=True):
+            what = place.effect.delays
+            if what is None:
+                continue
+            for joint in place.joints(self.path.n):
+                ahead[what, joint] = ahead.get((what, joint), 0.0) + (-delay if what == "command" else delay)
+        if not ahead:
             return still
-        signals = {name: still[_rows(name, n)].copy() for name in DRIVE[1:]}
-        for place, delay, joint in shifted:
-            if place.effect.delays == "command":
-                _shift(signals, run.time, -delay, joint, ("command",))
-            else:
-                _shift(signals, run.time, delay, joint, ("position", "velocity", "acceleration"))
-                signals["sliding"][joint] = np.interp(run.time + delay, run.time, run.sliding[:, joint])
-        return np.concatenate([still[:1], *(signals[name] for name in DRIVE[1:])])
+        drive = still.copy()
+        for (what, joint), later in ahead.items():
+            asked = run.time + later
+            inside = np.clip(asked, run.time[0], run.time[-1])
+            for name in ("command",) if what == "command" else ("position", "velocity", "acceleration"):
+                curve = self._curve(run, name, joint, still)
+                drive[_rows(name, self.path.n)][joint] = curve(inside)
+                drive[_rows(f"{name}_rate", self.path.n)][joint] = np.where(inside == asked, curve(inside, 1), 0.0)
+            if what != "command":
+                drive[_rows("sliding", self.path.n)][joint] = np.interp(asked, run.time, run.sliding[:, joint])
+        return drive
+
+    def _curve(self, run: Conditioned, name: str, joint: int, still: np.ndarray) -> CubicSpline:
+        """Return a recorded signal of one joint as a spline: made once, for a fit moves it a hundred times.
+
+        Its own slopes are the signal's rates, and there is none beyond the record: derivatives by a delay are exact.
+        """
+        key = id(run), name, joint
+        known = self._curves.get(key)
+        if known is None or known[0] is not run:
+            known = run, CubicSpline(run.time, still[_rows(name, self.path.n)][joint])
+            self._curves[key] = known
+        return known[1]
 
     def _states(
         self, runs: Sequence[Conditioned], drives: Sequence[np.ndarray], p: np.ndarray, delays: np.ndarray
@@ -212,16 +233,3 @@ def _rows(name: str, n: int) -> slice:
     """Return the rows of a drive that hold one signal of all joints."""
     begin = 1 + (DRIVE.index(name) - 1) * n
     return slice(begin, begin + n)
-
-
-def _shift(signals: dict[str, np.ndarray], time: np.ndarray, ahead: float, joint: int, names: Sequence[str]) -> None:
-    """Replace one joint's signals by those of a later time (s), and give their rates there.
-
-    The rates are the splines' own slopes, and none beyond the record, so that derivatives by the shift are exact.
-    """
-    asked = time + ahead
-    later = np.clip(asked, time[0], time[-1])
-    for name in names:
-        curve = CubicSpline(time, signals[name][joint])
-        signals[name][joint] = curve(later)
-        signals[f"{name}_rate"][joint] = np.where(later == asked, curve(later, 1), 0.0)

@@ -6,6 +6,7 @@ The command and the motion run linearly between the samples.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -20,42 +21,80 @@ from stribeck.model.swing import swing
 from stribeck.model.values import Expression
 
 
-def advance(balance: Balance, sample_time: float, now: Drive, after: Drive, carried: Sensitivity) -> Sensitivity:
-    """Return the states (nx, 1) one sample later, and their sensitivities by some parameters.
+class Advance:
+    """One step of a cut path, from sample to sample.
 
     Parameters
     ----------
     balance : Balance
     sample_time : float
-        Between the two drives, s.
-    now, after : Drive
-    carried : Sensitivity
-        States now (the path's own symbols) and their sensitivities (nx, columns).
+        Between two samples, s.
     """
-    path, x = balance.path, carried.states
-    mean = (after.position - now.position) / sample_time
-    first, last = now.at(velocity=mean), after.at(velocity=mean)
-    links = 2 * len(path.flexible)
-    ahead = foreseen(balance, sample_time, now, x)
-    swung = swing(balance, sample_time, now, after, carried, ahead) if links else carried
-    out: list[Expression] = []
-    if len(path.state_names) > links:
-        # a bristle follows the distance moved, the mean velocity's; other laws the velocity of the instant
-        own = x[: len(path.state_names)]
-        slid, moved = (_relax(balance, sample_time, *pair, own) for pair in ((first, last), (now, after)))
-        there = ca.vertcat(swung.states[:links], ahead[links:])
-        known = _slid(balance, sample_time, first, last, x) | slide(balance, sample_time, now, after, x, there)
-        bristles = _bristles(path)
-        for i, name in enumerate(path.state_names[links:], links):
-            out.append(known.get(name, slid[i] if name in bristles else moved[i]))
-    rest = ca.vertcat(*out)
-    through = ca.mtimes(ca.jacobian(rest, x), carried.columns)
-    columns = through + ca.jacobian(rest, path.p)[:, list(carried.parameters)]
-    if not links:
-        return replace(carried, states=rest, columns=columns)
-    states = ca.vertcat(swung.states[:links], rest, swung.states[links:])
-    columns = ca.vertcat(swung.columns[:links, :], columns, swung.columns[links:, :])
-    return replace(carried, states=states, columns=columns)
+
+    def __init__(self, balance: Balance, sample_time: float) -> None:
+        self.balance, self.sample_time = balance, sample_time
+
+    def __call__(self, now: Drive, after: Drive, carried: Sensitivity) -> Sensitivity:
+        """Return the states (nx, 1) one sample later, and their sensitivities by some parameters.
+
+        Parameters
+        ----------
+        now, after : Drive
+        carried : Sensitivity
+            States now (the path's own symbols) and their sensitivities (nx, columns).
+        """
+        balance, sample_time, path, x = self.balance, self.sample_time, self.balance.path, carried.states
+        mean = (after.position - now.position) / sample_time
+        first, last = now.at(velocity=mean), after.at(velocity=mean)
+        links = 2 * len(path.flexible)
+        ahead = foreseen(balance, sample_time, now, x)
+        swung = swing(balance, sample_time, now, after, carried, ahead) if links else carried
+        out: list[Expression] = []
+        if len(path.state_names) > links:
+            # a bristle follows the distance moved, the mean velocity's; other laws the velocity of the instant
+            own = x[: len(path.state_names)]
+            given = own, path.p, balance.delay_at
+            slid, moved = (self._relax(a.stacked, b.stacked, *given) for a, b in ((first, last), (now, after)))
+            there = ca.vertcat(swung.states[:links], ahead[links:])
+            known = _slid(balance, sample_time, first, last, x) | slide(balance, sample_time, now, after, x, there)
+            bristles = _bristles(path)
+            for i, name in enumerate(path.state_names[links:], links):
+                out.append(known.get(name, slid[i] if name in bristles else moved[i]))
+        rest = ca.vertcat(*out)
+        through = ca.mtimes(ca.jacobian(rest, x), carried.columns)
+        columns = through + ca.jacobian(rest, path.p)[:, list(carried.parameters)]
+        if not links:
+            return replace(carried, states=rest, columns=columns)
+        states = ca.vertcat(swung.states[:links], rest, swung.states[links:])
+        columns = ca.vertcat(swung.columns[:links, :], columns, swung.columns[links:, :])
+        return replace(carried, states=states, columns=columns)
+
+    @cached_property
+    def _relax(self) -> ca.Function:
+        """(drive now, drive after, states, p, T0) -> each effect state an exponential step later.
+
+        Exact for a linear law under linear forcing; where states drive one another, each takes the change of the others
+        into account. As a function it is called many times faster than it is written down again.
+        """
+        balance, h = self.balance, self.sample_time
+        count = len(balance.path.state_names)
+        state = ca.SX.sym("state", count)
+        now, after = Drive.symbols(balance.n), Drive.symbols(balance.n, "1")
+        rate_now, rate_after = (balance.derivatives(d, state) for d in (now, after))
+        slopes = ca.jacobian(0.5 * (rate_now + rate_after), state)
+        z = h * ca.diag(slopes)
+        near = ca.fabs(z) < 1e-4
+        safe = ca.if_else(near, 1.0, z)
+        phi1 = ca.if_else(near, 1 + z / 2 + z**2 / 6, ca.expm1(safe) / safe)
+        phi2 = ca.if_else(near, 0.5 + z / 6, (phi1 - 1) / safe)
+        step = state + h * (phi1 * rate_now + phi2 * (rate_after - rate_now))
+        slopes[:, : 2 * len(balance.path.flexible)] = 0.0  # links move by a step of their own, and so does a stand
+        slopes[:, list(balance.path.stand_rows)] = 0.0
+        coupling = ca.sparsify(slopes - ca.diag(ca.diag(slopes)))
+        passed = ca.DM.eye(count) - h * ca.diag(phi2) @ coupling  # one another's change, over the same step
+        step = state + (ca.solve(passed, step - state) if coupling.nnz() else step - state)
+        inputs = [now.stacked, after.stacked, state, balance.path.p, balance.delay_at]
+        return ca.Function("relax", inputs, [ca.densify(step)])
 
 
 def _bristles(path: SignalPath) -> frozenset[str]:
@@ -78,27 +117,3 @@ def _slid(balance: Balance, sample_time: float, now: Drive, after: Drive, x: Any
         states = effect.bristle_moved(level, distance, path.states(k, x), path.parameters(k))
         out |= {f"{k}.{name}": value for name, value in (states or {}).items()}
     return out
-
-
-def _relax(balance: Balance, sample_time: float, now: Drive, after: Drive, x: Any) -> Any:
-    """Advance each effect state by an exponential step, exact for a linear law under linear forcing.
-
-    Where states drive one another, each takes the change of the others into account.
-    """
-    count = len(balance.path.state_names)
-    state = ca.SX.sym("state", count)
-    h = sample_time
-    rate_now, rate_after = balance.derivatives(now, state), balance.derivatives(after, state)
-    slopes = ca.jacobian(0.5 * (rate_now + rate_after), state)
-    z = h * ca.diag(slopes)
-    near = ca.fabs(z) < 1e-4
-    safe = ca.if_else(near, 1.0, z)
-    phi1 = ca.if_else(near, 1 + z / 2 + z**2 / 6, ca.expm1(safe) / safe)
-    phi2 = ca.if_else(near, 0.5 + z / 6, (phi1 - 1) / safe)
-    step = state + h * (phi1 * rate_now + phi2 * (rate_after - rate_now))
-    slopes[:, : 2 * len(balance.path.flexible)] = 0.0  # links move by a step of their own, and so does a stand
-    slopes[:, list(balance.path.stand_rows)] = 0.0
-    coupling = ca.sparsify(slopes - ca.diag(ca.diag(slopes)))
-    passed = ca.DM.eye(count) - h * ca.diag(phi2) @ coupling  # one another's change, over the same step
-    step = state + (ca.solve(passed, step - state) if coupling.nnz() else step - state)
-    return ca.substitute(step, state, x)

@@ -13,7 +13,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from stribeck.model.advance import advance
+from stribeck.model.advance import Advance
 from stribeck.model.balance import Balance
 from stribeck.model.drive import Drive
 from stribeck.model.observer import observed
@@ -48,10 +48,11 @@ class Cut:
         self.drive = Drive.symbols(path.n)
         self._sample = Balance(path)
         self.nx = self._sample.x.numel()
+        self._later = Advance(self._sample, sample_time)
 
     def _advance(self, after: Drive, parameters: tuple[int, ...], columns: Any) -> Sensitivity:
         carried = Sensitivity(self._sample.x, parameters, columns)
-        moved = advance(self._sample, self.sample_time, self.drive, after, carried)
+        moved = self._later(self.drive, after, carried)
         return observed(self._sample, self.sample_time, self.drive, carried, moved) if self.observe else moved
 
     @cached_property

@@ -44,6 +44,11 @@ class Symbols:
         self.entries = layout(arm, placed)
         self.p = ca.SX.sym("p", len(self.entries))
         self._index = {entry.key: i for i, entry in enumerate(self.entries)}
+        self._each = ca.vertsplit(self.p) if self.entries else []  # to take one out of ``p`` costs more each time
+        self._own = [
+            {entry.name: self._each[i] for i, entry in enumerate(self.entries) if entry.owner == k}
+            for k in range(len(self.placed))
+        ]
         self.flexible = self._flexible()
         self.state_names = self._state_names()
         self.x = ca.SX.sym("x", len(self.state_names))
@@ -72,11 +77,11 @@ class Symbols:
 
     def parameter(self, key: str) -> ca.SX:
         """Return the symbol of one parameter by its key."""
-        return self.p[self._index[key]]
+        return self._each[self._index[key]]
 
     def parameters(self, k: int) -> Parameters:
         """Return the symbols of the k-th placed effect by parameter name."""
-        return {entry.name: self.p[i] for i, entry in enumerate(self.entries) if entry.owner == k}
+        return dict(self._own[k])
 
     def states(self, k: int, x: Any) -> States:
         """Return the k-th placed effect's states by name, out of the state vector ``x``."""

@@ -81,7 +81,11 @@ def strongest_waves(
     x, carrier, r = x[rows], carrier[rows], trace.residual[rows]
     number = int(np.clip((rates[1] - rates[0]) * float(np.ptp(x)) / FINENESS, 2, MOST))
     grid = np.linspace(*rates, number)
-    parts = [_fit(grid[i : i + TOGETHER], x, carrier, r) for i in range(0, number, TOGETHER)]
+    turns = np.exp(1j * np.outer(np.arange(min(number, TOGETHER)) * (grid[1] - grid[0]), x))  # within a part: the same
+    parts = []
+    for i in range(0, number, TOGETHER):
+        some = grid[i : i + TOGETHER]
+        parts.append(_fit(turns[: len(some)] * np.exp(1j * grid[i] * x), carrier, r))
     saved, sine, cosine = np.concatenate(parts, axis=1)
     left, right = np.concatenate([[-1.0], saved[:-1]]), np.concatenate([saved[1:], [-1.0]])
     peaks = np.flatnonzero((saved >= left) & (saved >= right))
@@ -110,14 +114,14 @@ def ringing(trace: Trace, frequencies: tuple[float, float], count: int = 2) -> l
     return [float(hertz[i]) for i in peaks[np.argsort(-power[peaks])][:count]]
 
 
-def _fit(grid: np.ndarray, x: np.ndarray, carrier: np.ndarray, r: np.ndarray) -> np.ndarray:
-    """Return the squares saved and both amplitudes, (3, G), at each of G rates."""
-    phase = np.outer(grid, x)
-    s, c = carrier * np.sin(phase), carrier * np.cos(phase)
-    ss, cc, sc = np.sum(s * s, axis=1), np.sum(c * c, axis=1), np.sum(s * c, axis=1)
-    ridge = 1e-3 * (ss + cc) + 1e-300  # a wave longer than the span is a constant, not a difference of giants
+def _fit(wave: np.ndarray, carrier: np.ndarray, r: np.ndarray) -> np.ndarray:
+    """Return the squares saved and both amplitudes, (3, G), at each of G rates; ``wave`` (G, M) is exp(i rate x)."""
+    total, turned = float(carrier @ carrier), wave**2 @ carrier**2  # sums of s^2 + c^2, and of (c + i s)^2
+    ss, cc, sc = 0.5 * (total - turned.real), 0.5 * (total + turned.real), 0.5 * turned.imag
+    ridge = 1e-3 * total + 1e-300  # a wave longer than the span is a constant, not a difference of giants
     ss, cc = ss + ridge, cc + ridge
-    rs, rc = s @ r, c @ r
+    along = wave @ (carrier * r)
+    rs, rc = along.imag, along.real
     determinant = ss * cc - sc * sc
     sine, cosine = (cc * rs - sc * rc) / determinant, (ss * rc - sc * rs) / determinant
     return np.stack([sine * rs + cosine * rc, sine, cosine])

@@ -10,6 +10,7 @@ import pytest
 from stribeck.effects.registry import registry
 from stribeck.gap.fitted.model import retune, weights_of
 from stribeck.gap.records.prepare import Prepared, prepare
+from stribeck.gap.search import screen as screening
 from stribeck.gap.search.screen import screen
 from stribeck.run import Run
 
@@ -37,3 +38,21 @@ def test_a_late_record_is_found_between_the_starts_and_beyond(late: float, noise
     trial = screen(prepared, base, weights_of(base, prepared, floor), registry()["time_shift"], 0)
     assert trial.start["time"] == pytest.approx(late, abs=7e-3)
     assert trial.promise > 0.0
+
+
+def test_a_search_made_anew_starts_where_it_came_to(monkeypatch: pytest.MonkeyPatch) -> None:
+    """But for a law that looks at what is left: a wave that is known wrongly is found again."""
+    prepared, floor = shifted(-0.026, 2e-5), np.full(1, 0.02)
+    base = retune(prepared, floor, ())
+    weights, starts = weights_of(base, prepared, floor), []
+    descend = screening._descend
+    monkeypatch.setattr(screening, "_descend", lambda *given: starts.append(given[2]) or descend(*given))
+    first = screen(prepared, base, weights, registry()["time_shift"], 0)
+    before = len(starts)
+    again = screen(prepared, base, weights, registry()["time_shift"], 0, first.start, anew=True)
+    assert 0 < len(starts) - before < before / 2
+    assert again.promise >= 0.95 * first.promise
+    assert again.start["time"] == pytest.approx(first.start["time"], abs=2e-3)
+    cogging, wrong = registry()["cogging"], {"sine": 1e-3, "cosine": 0.0, "harmonic": 40.0}
+    seen, known = (screen(prepared, base, weights, cogging, 0, *given) for given in ((), (wrong, None, True)))
+    assert known.promise == pytest.approx(seen.promise, rel=0.05)

@@ -39,7 +39,10 @@ Known: TypeAlias = dict[tuple[str, str, int], dict[str, float]]  # values by law
 
 @dataclass(frozen=True)
 class Setting:
-    """What stays the same during a forward search; the first, ``stated`` effects of its base are the arm file's."""
+    """What stays the same during a forward search; the first, ``stated`` effects of its base are the arm file's.
+
+    One that is made ``anew`` starts from a model that differs by little from the one before.
+    """
 
     prepared: Prepared
     floor: np.ndarray
@@ -49,6 +52,7 @@ class Setting:
     barred: frozenset[tuple[str, int]]
     progress: Progress
     stated: int = 0
+    anew: bool = False
 
 
 def forward(
@@ -112,7 +116,9 @@ def _step(
     even = replace(weights, correlation=np.full_like(weights.correlation, weights.correlation.max()))
     states = _states(prepared, base)
     tried = pool(
-        delayed(screen)(prepared, base, even, effect, joint, known.get((effect.name, effect.law, joint)), states)
+        delayed(screen)(
+            prepared, base, even, effect, joint, known.get((effect.name, effect.law, joint)), states, setting.anew
+        )
         for effect, joint in among
     )
     known.update({trial.law_key: trial.start for trial in tried if np.isfinite(trial.promise)})

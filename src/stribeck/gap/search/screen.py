@@ -37,6 +37,7 @@ def screen(
     joint: int,
     known: dict[str, float] | None = None,
     states: Sequence[np.ndarray] | None = None,
+    anew: bool = False,
 ) -> Trial:
     """Return the best trial of one candidate, improved by a few projected steps, with the cost that it saves.
 
@@ -49,6 +50,9 @@ def screen(
         Values from an earlier step of the search: the only start of a law that takes long.
     states : sequence of array (N, nx), or None
         States of the base model along the fitted runs, where it has any.
+    anew : bool
+        Whether what is left is known to differ by little: then only what looks at it (waves, walls) has other starts
+        than the known values.
     """
     path = SignalPath(prepared.arm, (*base.placed, Placed(effect, joint)))
     own = [i for i, entry in enumerate(path.entries) if entry.owner == len(base.placed)]
@@ -67,8 +71,9 @@ def screen(
     best, sound = Trial(effect, joint, dict(effect.starts(scale)[0]), -np.inf), False
     trace = _trace(prepared, base, joint)
     starts = [known] if known else []
-    if not (known and effect.nonlinear):
-        starts += effect.starts_from(scale, trace)
+    others = () if known and effect.nonlinear else effect.starts_from(scale, trace)
+    if not (known and anew and others == effect.starts(scale)):
+        starts += others
     tried = [_descend(residual, projector, start_values(path, base.fit, start), own, unit, LOOK) for start in starts]
     # by where they are about to go: what has run away to nothing loses nothing either, and leads nowhere
     hopeful = [way for way in tried if way.ahead > -HOPELESS * projector.cost]

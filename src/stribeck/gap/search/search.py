@@ -98,7 +98,7 @@ def _from_the_ordinary(setting: Setting, base: Model) -> tuple[Setting, Model, t
             return setting, base, steps
         setting.progress("again, re-tuned with what every arm has")
         for again in retuned_with(setting.prepared, setting.floor, base, setting.stated, steps, setting.seed):
-            anew, start = replace(setting, prepared=referred(setting.prepared, again)), dict(known)
+            anew, start = replace(setting, prepared=referred(setting.prepared, again), anew=True), dict(known)
             further = forward(anew, again, start, same=_before_the_ordinary(steps, scales))
             if not _grown(anew, again, further):
                 break
