@@ -88,6 +88,19 @@ def test_residual_is_in_units_of_the_command() -> None:
     assert residual(pendulum(), instant(0.2, 0.4, 2.0, u), (place,))[0] == pytest.approx((0.5 * u + plain) / 0.5)
 
 
+def test_where_the_command_is_lost_residual_is_in_units_of_torque() -> None:
+    """Else a low limit, or a wide dead zone, and a large gain of what is left would make any residual small."""
+    drive, gain = instant(0.2, 0.4, 2.0, 9.0), 2.5
+    limit = Placed(registry()["torque_saturation"], 0, {"limit": 5.0})
+    plain = residual(pendulum(), drive, (limit,))[0]
+    low = Placed(registry()["torque_saturation"], 0, {"limit": 5.0 / gain})
+    after = Placed(registry()["torque_gain"], 0, {"gain": gain})
+    assert abs(plain) > 0.5
+    assert residual(pendulum(), drive, (low, after))[0] == pytest.approx(plain)
+    wide = Placed(registry()["torque_dead_zone"], 0, {"width": 9.0 - 5.0 / gain})
+    assert residual(pendulum(), drive, (wide, after))[0] == pytest.approx(plain)
+
+
 @pytest.mark.parametrize("recorded", [-2.0, 0.3, 9.0])
 def test_true_position_undoes_the_sensor(recorded: float) -> None:
     import casadi as ca

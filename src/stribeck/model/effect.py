@@ -123,12 +123,19 @@ class Effect(ABC):
 class ActuatorEffect(Effect):
     """A change between the command and the torque at the motor."""
 
+    clips: ClassVar[bool] = False
+    """True where part of the command is lost: residuals stay in units of torque then, for in those of the command a
+    large gain of what is left would make them all small."""
+
     def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         """Return the torque after this stage from the one before it, N m."""
         return torque
 
     def command_scale(self, position: Expression, p: Parameters) -> Expression:
-        """Return d(torque)/d(command) at a position: residuals are divided by it to stay in units of the command."""
+        """Return d(torque)/d(command) at a position: residuals are divided by it to stay in units of the command.
+
+        But where another effect of the joint ``clips``.
+        """
         return 1.0
 
 

@@ -65,9 +65,11 @@ class SignalPath(Symbols):
         return torque
 
     def command_scale(self, joint: int, position: Expression) -> Expression:
-        """Return d(torque)/d(command) of a joint's actuator at a position."""
-        scale: Expression = 1.0
-        for k, effect in self.at(joint, ActuatorEffect):
+        """Return d(torque)/d(command) of a joint's actuator at a position; 1 where part of the command is lost."""
+        effects, scale = self.at(joint, ActuatorEffect), 1.0
+        if any(effect.clips for _, effect in effects):
+            return scale
+        for k, effect in effects:
             scale = scale * effect.command_scale(position, self.parameters(k))
         return scale
 

@@ -156,3 +156,17 @@ def test_what_closes_nothing_in_the_delivered_model_is_not_named() -> None:
     assert named_of(causes) == ("delay",)
     assert sum(cause.probability for cause in causes) + left == pytest.approx(1.0)
     assert left == pytest.approx(0.1 + 0.15)
+
+
+def test_a_joint_is_named_as_an_effect_is() -> None:
+    """What the search took at another joint as well, and is unsure of there, is not told of that joint."""
+    placed = [Placed(effect_named("delay"), j, {"time": time}) for j, time in enumerate((0.02, 0.005))]
+    steps = taken_steps(placed, [8.0, 8.0], gap=FLOOR, floor=FLOOR)
+    (cause,), _ = causes_of(steps, ("A", "B"), SCALES)
+    assert cause.joints == ("A", "B")
+    steps[1].ranking.t, steps[1].ranking.overall = [0.0, 0.5], [0.0, 0.02]
+    (cause,), _ = causes_of(steps, ("A", "B"), SCALES)
+    assert (named_of([cause]), cause.joints) == (("delay",), ("A",))
+    steps[0].ranking.t, steps[0].ranking.overall = [0.0, 0.5], [0.0, 0.02]
+    (cause,), _ = causes_of(steps, ("A", "B"), SCALES)
+    assert (named_of([cause]), cause.joints) == ((), ("A", "B"))

@@ -23,6 +23,7 @@ class TorqueSaturation(ActuatorEffect):
     symptom = "a residual only at the largest commands, towards zero torque, that grows with the command beyond a level"
     shows = "command"
     source = "Slotine & Li (1991), ch. 5"
+    clips = True
     parameters = (Parameter("limit", "N m", "largest torque", math.inf, 1e-6, 1e9, log=True),)
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:

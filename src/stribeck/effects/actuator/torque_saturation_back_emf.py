@@ -26,6 +26,7 @@ class TorqueSaturationBackEmf(ActuatorEffect):
     symptom = "a residual only where a large command drives a fast joint"
     shows = "command"
     source = "Slotine & Li (1991), ch. 5; Hughes & Drury (2019), ch. 3 (torque against speed)"
+    clips = True
     parameters = (
         Parameter("limit", "N m", "largest torque at rest", math.inf, 1e-6, 1e9, log=True),
         Parameter("fade", "s/rad", "part of the limit lost per speed, 1 / no-load speed", 0.0, 0.0, 1e3),

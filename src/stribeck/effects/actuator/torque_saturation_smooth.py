@@ -25,6 +25,7 @@ class TorqueSaturationSmooth(ActuatorEffect):
     symptom = "a residual towards zero torque, that grows with the cube of the command"
     shows = "command"
     source = "Hughes & Drury (2019), ch. 1 (saturation of iron)"
+    clips = True
     parameters = (Parameter("limit", "N m", "largest torque", math.inf, 1e-6, 1e9, log=True),)
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:

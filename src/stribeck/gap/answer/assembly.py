@@ -77,11 +77,11 @@ class Assembly:
         arm, prepared = self.prepared.arm, self.prepared
         causes, left_over = causes_of(self.steps, arm.names, prepared.scales)
         in_torque = named_of(causes)
-        chain = self._chain(in_torque)
+        chain = self._chain(in_torque, causes)
         while idle := self._idle(in_torque, chain):
             causes, left_over = with_idle(causes, idle)
             in_torque = named_of(causes)
-            chain = self._chain(in_torque)
+            chain = self._chain(in_torque, causes)
         causes = [self._with_details(cause, chain if cause.effect in in_torque else self.models) for cause in causes]
         final = chain[-1]
         verdict, causes = self._verdict(final, in_torque, causes, left_over)
@@ -139,11 +139,15 @@ class Assembly:
         """Return the named effects that close nothing without those that are not: they stood beside them alone."""
         return [effect for effect in named if chain is not self.models and self._closed_by(effect, chain).value <= 0.0]
 
-    def _chain(self, named: Sequence[str]) -> list[Model]:
-        """Return the models from the re-tuned one to that with all named effects, one effect more each."""
-        first = len(self.base.placed)
+    def _chain(self, named: Sequence[str], causes: Sequence[Cause]) -> list[Model]:
+        """Return the models from the re-tuned one to that with all named effects, one effect more each.
+
+        Each at the joints that its cause tells of.
+        """
+        first, names = len(self.base.placed), self.prepared.arm.names
         added = self.models[-1].placed[first:]
-        kept = [place for place in added if place.effect.name in named]
+        told = {cause.effect: cause.joints for cause in causes if cause.effect in named}
+        kept = [place for place in added if names[place.joint] in told.get(place.effect.name, ())]
         if len(kept) == len(added):
             return self.models
         chain = [self.base]
@@ -195,7 +199,7 @@ class Assembly:
         parameters = parameters_of(cause, chain[-1], self.prepared, self.floor)
         closes = self._closed_by(cause.effect, chain)
         added = self.models[-1].placed[len(self.base.placed) :]
-        return replace(cause, parameters=parameters, closes=closes, law=laws_of(cause.effect, added, self.prepared.arm))
+        return replace(cause, parameters=parameters, closes=closes, law=laws_of(cause, added, self.prepared.arm))
 
     def _closed_by(self, effect: str, chain: Sequence[Model]) -> Estimate:
         """Return the part of the whole closable gap that an effect's own steps close, joints scaled by their floor."""

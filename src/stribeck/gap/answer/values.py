@@ -39,10 +39,10 @@ def parameters_of(cause: Cause, model: Model, prepared: Prepared, floor: np.ndar
     return {joint: widened(own, float(step[1] - step[0])) for joint, own in parameters.items()}
 
 
-def laws_of(effect: str, added: Sequence[Placed], arm: Arm) -> dict[str, str]:
+def laws_of(cause: Cause, added: Sequence[Placed], arm: Arm) -> dict[str, str]:
     """Return joint -> law of a named family that has several, as the placed effects have it."""
-    laws = [place for place in added if place.effect.name == effect and place.effect.law]
-    return {joint: place.effect.law for place in laws for joint in _joints_of(place, arm)}
+    laws = [place for place in added if place.effect.name == cause.effect and place.effect.law]
+    return {joint: place.effect.law for place in laws for joint in _joints_of(place, arm) if joint in cause.joints}
 
 
 def _joints_of(place: Placed, arm: Arm) -> list[str]:

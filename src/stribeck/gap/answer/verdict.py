@@ -54,6 +54,7 @@ def causes_of(steps: Sequence[Step], names: Sequence[str], scales: Sequence[Scal
     for effect, all_of_it in gathered.items():
         telling = [one for one in all_of_it if not one.ordinary] or all_of_it
         surest = max(one.presence for one in telling)
+        telling = [one for one in telling if one.presence > NAMED_OVER] or telling  # a joint is named as an effect is
         part = sum(one.share for one in all_of_it) / whole
         equivalent = tuple(dict.fromkeys(name for one in telling for name in one.equivalent))
         if effect in late:
