@@ -5,10 +5,12 @@ from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
+import casadi as ca
 import numpy as np
 import pytest
 from joblib import Parallel
 from scipy.integrate import solve_ivp
+from scipy.interpolate import interp1d
 
 from stribeck.arm import Arm
 from stribeck.effects.registry import effect_named, registry
@@ -16,12 +18,13 @@ from stribeck.gap.answer.verdict import NAMED_OVER, causes_of
 from stribeck.gap.diagnose import diagnose
 from stribeck.gap.fitted.model import Model, fit_model, retune, weights_of
 from stribeck.gap.records.prepare import Prepared, prepare
-from stribeck.gap.search.decoys import DAMPING, RINGS, decoys
+from stribeck.gap.search.decoys import DAMPING, MOVED, RINGS, decoys
 from stribeck.gap.search.look_alike import TELLING, _in_its_place, doubt, told_alike, with_look_alikes
 from stribeck.gap.search.rank import rank
 from stribeck.gap.search.step import LookAlike, Step
 from stribeck.model.layout import Placed
-from stribeck.model.values import Scale
+from stribeck.model.rigid_body import inverse_dynamics
+from stribeck.model.values import Body, Scale
 from stribeck.run import Run
 from stribeck.withheld.arms import misinformed
 from stribeck.withheld.excitation import programme
@@ -203,6 +206,51 @@ def test_a_tool_that_rings_is_a_mass_on_a_spring_across_the_last_link() -> None:
     )
     expected, torque = lever * beyond[:, None], decoy.terms[1](motion)
     assert torque[50:-50] == pytest.approx(expected[50:-50], abs=5e-3 * np.abs(expected).max())
+
+
+def test_a_tool_that_swings_is_a_third_link_on_a_soft_hinge() -> None:
+    """Against the chain of three joints, the last of which is a spring: to the first order in its small swing."""
+    motion, arm = smooth(), replace(TRUE, gravity=(0.0, 0.0))
+    for name in ("position", "velocity", "acceleration"):
+        setattr(motion, name, 0.05 * getattr(motion, name))
+    motion.sample_time = float(motion.time[1])
+    reach, hertz, damping = 0.3, 1.6, 0.04
+    length, omega = reach * arm.joints[-1].length, 2.0 * np.pi * hertz
+    body = Body(
+        mass=(1e-9, 1e-9, 1.0), com_x=(0.0, 0.0, length), com_y=(0.0,) * 3, inertia=(0.0,) * 3,
+        length=(*(joint.length for joint in arm.joints), length), gravity=arm.gravity,
+    )  # fmt: skip
+    q, v, a = (ca.SX.sym(name, 3) for name in "qva")
+    needed = ca.vertcat(*inverse_dynamics(body, *(ca.vertsplit(values) for values in (q, v, a))))
+    torques_of = ca.Function("needed", [q, v, a], [needed])
+    known = interp1d(motion.time, np.hstack([motion.position, motion.velocity, motion.acceleration]), axis=0)
+
+    def asked(t: Any, x: np.ndarray) -> np.ndarray:
+        """All joints' torques, the hinge's own acceleration apart."""
+        told = known(t).reshape(-1, 3, 2)
+        states = [np.vstack([told[:, k].T, np.broadcast_to(x[k], len(told))]) for k in range(2)]
+        return torques_of(*states, np.vstack([told[:, 2].T, np.zeros(len(told))])).full()
+
+    def rate(t: float, x: np.ndarray) -> list[float]:
+        pull = float(asked(t, x)[2, 0]) / length**2
+        return [x[1], -(omega**2) * x[0] - 2.0 * damping * omega * x[1] - pull]
+
+    start = -float(asked(0.0, np.zeros(2))[2, 0]) / (length * omega) ** 2
+    few = motion.time[::20]
+    swung = solve_ivp(rate, (0.0, 6.0), [start, 0.0], t_eval=few, max_step=5e-3, rtol=1e-8)
+    beyond = np.gradient(swung.y[1], few)
+    fixed = asked(few, np.zeros(2))
+    told = known(few).reshape(-1, 3, 2)
+    loose = [np.vstack([told[:, k].T, part]) for k, part in enumerate((swung.y[0], swung.y[1], beyond))]
+    expected = (torques_of(*loose).full() - fixed)[:2].T
+    moved = np.array([np.log(hertz / RINGS[0]), np.log(damping / DAMPING), reach]) / MOVED
+    first = next(decoy for decoy in decoys(arm) if decoy.nearby)
+    assert first.nearby is not None
+    decoy = first.nearby(moved)
+    assert f"{hertz:.2g} Hz" in decoy.says
+    torque = decoy.terms[0](motion)[::20]
+    assert np.abs(swung.y[0]).max() < 0.2
+    assert torque[50:-50] == pytest.approx(expected[50:-50], abs=0.02 * np.abs(expected).max())
 
 
 def test_rows_are_filtered_as_a_residual_is_and_rest_where_the_joint_does() -> None:

@@ -2,13 +2,14 @@
 
 Of laws that no library holds, some pass for one that it does: a share of another drive's command is a torque gain to a
 fit that knows no better. Each decoy is torque linear in a constant or a few: couplings of two joints that no effect of
-the library is, inertia that varies, a drive that speed weakens, a tool that rings.
+the library is, inertia that varies, a drive that speed weakens, a tool that rings or swings.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import combinations, permutations
 from typing import TypeAlias
 
@@ -25,6 +26,8 @@ Term: TypeAlias = Callable[[Conditioned], Floats]
 RINGS = np.geomspace(1.0, 16.0, 20)  # Hz, of a tool: a step is three times what its damping widens
 BESIDE = (0.95, 1.0, 1.05)  # of these: what lies between two is a mixture
 DAMPING = 0.05
+MOVED = (0.05, 0.9, 0.2)  # a step of a tool's frequency and damping (logarithms), and of its reach in last links
+DAMPED, REACHES, FASTEST = (0.003, 0.7), (0.0, 1.0), 25.0  # what a tool may come to; Hz
 
 
 @dataclass(frozen=True)
@@ -32,12 +35,14 @@ class Decoy:
     """A law outside the library: what it ``says`` in words, and its ``terms``, each a torque (N, n) along a run.
 
     One unknown constant belongs to each term, whose unit does not matter; that of a law that ``resists`` is positive.
-    The torques are such as a drive must give.
+    The torques are such as a drive must give. ``nearby`` makes the law with other values of three things that its
+    torque is not linear in, each moved by so many steps (3,); None where there are none.
     """
 
     says: str
     terms: tuple[Term, ...]
     resists: bool = False
+    nearby: Callable[[Floats], Decoy] | None = None
 
     def rows(self, runs: Sequence[Conditioned]) -> Floats:
         """Return the terms' torques (M, n, terms) at the analysis samples of runs, filtered as a residual is.
@@ -60,8 +65,8 @@ def decoys(arm: Arm) -> Iterator[Decoy]:
             yield Decoy(says, (_varying(j, turns, 0.0), _varying(j, turns, 0.5 * np.pi)))
         yield Decoy(f"torque that speed takes at {name} (a drive's voltage limit)", (_at(j, _taken_by_speed),), True)
     for hertz in RINGS if arm.n > 1 and all(turning) else ():  # at a single joint a stand that gives way is the same
-        says = f"a tool that rings across {names[-1]}'s link at {hertz:.2g} Hz"
-        yield Decoy(says, tuple(_rings(arm, beside * hertz) for beside in BESIDE))
+        terms = tuple(_rings(arm, beside * hertz) for beside in BESIDE)
+        yield Decoy(_tool(arm, hertz), terms, nearby=partial(_swings, arm, hertz))
     for i, j in permutations(range(arm.n), 2):
         one, other = names[i], names[j]
         yield Decoy(f"a share of {other}'s command at {one} (cross-talk of drives)", (_from(i, j, _command),))
@@ -78,31 +83,47 @@ def decoys(arm: Arm) -> Iterator[Decoy]:
             yield Decoy(f"friction {pair}, in their relative motion", (_rubbing(i, j, -1.0),), True)
 
 
-def _rings(arm: Arm, hertz: float) -> Term:
-    """Return the term of a mass that rings across the end of the last link, beyond that of one that is fixed there."""
+def _tool(arm: Arm, hertz: float) -> str:
+    return f"a tool that rings across {arm.names[-1]}'s link at {hertz:.2g} Hz"
+
+
+def _swings(arm: Arm, hertz: float, moved: Floats) -> Decoy:
+    """Return a tool on a soft hinge at the end of the last link, its mass some way beyond."""
+    steps = np.asarray(moved) * MOVED
+    hertz = min(hertz * float(np.exp(steps[0])), FASTEST)
+    damping = float(np.clip(DAMPING * np.exp(steps[1]), *DAMPED))
+    return Decoy(_tool(arm, hertz), (_rings(arm, hertz, damping, float(np.clip(steps[2], *REACHES))),))
+
+
+def _rings(arm: Arm, hertz: float, damping: float = DAMPING, reach: float = 0.0) -> Term:
+    """Return the term of a mass that rings across the end of the last link, beyond that of one that is fixed there.
+
+    It hangs on a hinge there, ``reach`` link lengths behind it.
+    """
 
     def term(run: Conditioned) -> Floats:
-        felt, lever = _across_the_end(arm, run)
-        return np.asarray(lever * (_swinging(felt, hertz, run.sample_time) - felt)[:, None])
+        felt, lever = _across_the_end(arm, run, reach)
+        return np.asarray(lever * (_swinging(felt, hertz, damping, run.sample_time) - felt)[:, None])
 
     return term
 
 
-def _across_the_end(arm: Arm, run: Conditioned) -> tuple[Floats, Floats]:
-    """Return what a mass at the end of the last link feels across it (N,), m/s^2, and its torque by 1 N (N, n)."""
+def _across_the_end(arm: Arm, run: Conditioned, reach: float) -> tuple[Floats, Floats]:
+    """Return what a mass beyond the last link feels across it (N,), m/s^2, and its torque by 1 N (N, n)."""
     angle, speed, rate = (np.cumsum(of, axis=1) for of in (run.position, run.velocity, run.acceleration))
     last = angle[:, -1]
     turned, lengths = angle - last[:, None], np.array([joint.length for joint in arm.joints])
+    lengths[-1] *= 1.0 + reach
     lever = np.cos(turned) * lengths  # of each link's turn
     felt = np.sum(lever * rate - np.sin(turned) * lengths * speed**2, axis=1)
     felt -= np.array(arm.gravity) @ np.array([-np.sin(last), np.cos(last)])
     return felt, np.cumsum(lever[:, ::-1], axis=1)[:, ::-1]
 
 
-def _swinging(felt: Floats, hertz: float, sample_time: float) -> Floats:
+def _swinging(felt: Floats, hertz: float, damping: float, sample_time: float) -> Floats:
     """Return the acceleration of a mass on a spring whose other end feels so much (N,); it starts at rest."""
     omega = 2.0 * np.pi * hertz
-    spring = [2.0 * DAMPING * omega, omega**2]
+    spring = [2.0 * damping * omega, omega**2]
     b, a = signal.bilinear(spring, [1.0, *spring], 1.0 / sample_time)
     return np.asarray(signal.lfilter(b, a, felt, zi=signal.lfilter_zi(b, a) * felt[0])[0])
 

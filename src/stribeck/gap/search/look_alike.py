@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from joblib import delayed
 from numpy.typing import NDArray
+from scipy.optimize import minimize
 
 from stribeck.gap.fitted.differentiable import differentiable
 from stribeck.gap.fitted.model import Model, finite, start_values, weights_of, with_noise
@@ -30,6 +31,7 @@ Floats = NDArray[np.float64]
 HOPEFUL = 0.5  # of the cost that an effect saves: a decoy that promises less is not fitted
 MOST = 3  # that are fitted in the place of one effect
 EVALUATIONS = 40
+MOVES = 90  # trials of other values of what a decoy is not linear in
 TELLING = 0.2  # chance from which a decoy is told of
 
 
@@ -82,7 +84,26 @@ def _hopeful(prepared: Prepared, without: Model, final: Model, weights: Weights)
     promises = [(_promise(projector, without, decoy, prepared), decoy) for decoy in decoys(prepared.arm)]
     least = HOPEFUL * (projector.cost - left)
     hopeful = [(promise, decoy) for promise, decoy in promises if promise > max(least, 0.0)]
-    return [decoy for _, decoy in sorted(hopeful, key=lambda pair: -pair[0])[:MOST]]
+    found: list[Decoy] = []
+    for _, decoy in sorted(hopeful, key=lambda pair: -pair[0]):
+        if decoy.nearby is None or not any(other.nearby for other in found):
+            found.append(decoy)
+    return [_moved(projector, without, decoy, prepared) for decoy in found[:MOST]]
+
+
+def _moved(projector: Projector, without: Model, decoy: Decoy, prepared: Prepared) -> Decoy:
+    """Return a decoy with those values that promise most of what its torque is not linear in."""
+    nearby = decoy.nearby
+    if nearby is None:
+        return decoy
+    corners = np.vstack([np.zeros(3), np.eye(3)])
+    found = minimize(
+        lambda moved: -_promise(projector, without, nearby(moved), prepared),
+        corners[0],
+        method="Nelder-Mead",
+        options={"initial_simplex": corners, "maxfev": MOVES, "xatol": 0.02, "fatol": 0.5},
+    )
+    return nearby(found.x)
 
 
 def _promise(projector: Projector, without: Model, decoy: Decoy, prepared: Prepared) -> float:
