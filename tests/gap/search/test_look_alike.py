@@ -18,7 +18,7 @@ from stribeck.gap.answer.verdict import NAMED_OVER, causes_of
 from stribeck.gap.diagnose import diagnose
 from stribeck.gap.fitted.model import Model, fit_model, retune, weights_of
 from stribeck.gap.records.prepare import Prepared, prepare
-from stribeck.gap.search.decoys import DAMPING, MOVED, RINGS, decoys
+from stribeck.gap.search.decoys import DAMPING, MOVED, RINGS, WARMS, decoys
 from stribeck.gap.search.look_alike import TELLING, _in_its_place, doubt, told_alike, with_look_alikes
 from stribeck.gap.search.rank import rank
 from stribeck.gap.search.step import LookAlike, Step
@@ -109,7 +109,10 @@ def test_every_pair_and_joint_has_its_decoys() -> None:
 
 def test_an_axis_has_no_turns() -> None:
     axis = replace(TRUE, joints=(replace(JOINT, kind="prismatic"),))
-    assert [decoy.says for decoy in decoys(axis)] == ["torque that speed takes at A (a drive's voltage limit)"]
+    assert [decoy.says for decoy in decoys(axis)] == [
+        "torque that speed takes at A (a drive's voltage limit)",
+        "torque that heat takes at A (a magnet that warms)",
+    ]
 
 
 def smooth() -> Any:
@@ -166,6 +169,20 @@ def test_the_others_are_their_formulas(says: str) -> None:
     expected = np.zeros_like(torque)
     expected[:, 0], expected[:, 1] = FORMULAS[says](motion)
     assert torque == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("slower", [0.0, 1.0])
+def test_heat_takes_torque_as_the_winding_warms(slower: float) -> None:
+    """Under a steady command its temperature comes to that of the loss with one time constant, cold at first."""
+    t = np.arange(0.0, 30.0, 0.002)
+    run: Any = SimpleNamespace(position=np.zeros((len(t), 1)), command=np.full((len(t), 1), -3.0), sample_time=0.002)
+    arm = replace(TRUE, joints=(JOINT,))
+    (decoy,) = (decoy for decoy in decoys(arm) if decoy.says.startswith("torque that heat takes"))
+    assert decoy.nearby is not None
+    torque = decoy.nearby(np.array([slower])).terms[0](run)[:, 0]
+    warm = 1.0 - np.exp(-t / (WARMS * np.exp(slower)))
+    assert torque == pytest.approx(-27.0 * warm, abs=0.02)
+    assert decoy.resists
 
 
 def test_a_spring_may_rest_anywhere() -> None:

@@ -2,13 +2,13 @@
 
 Of laws that no library holds, some pass for one that it does: a share of another drive's command is a torque gain to a
 fit that knows no better. Each decoy is torque linear in a constant or a few: couplings of two joints that no effect of
-the library is, inertia that varies, a drive that speed weakens, a tool that rings or swings.
+the library is, inertia that varies, a drive that speed or heat weakens, a tool that rings or swings.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations, permutations
 from typing import TypeAlias
@@ -27,6 +27,7 @@ RINGS = np.geomspace(1.0, 16.0, 20)  # Hz, of a tool: a step is three times what
 BESIDE = (0.95, 1.0, 1.05)  # of these: what lies between two is a mixture
 DAMPING = 0.05
 MOVED = (0.05, 0.9, 0.2)  # a step of a tool's frequency and damping (logarithms), and of its reach in last links
+WARMS, WARMED = 5.0, (0.5, 300.0)  # s
 DAMPED, REACHES, FASTEST = (0.003, 0.7), (0.0, 1.0), 25.0  # what a tool may come to; Hz
 
 
@@ -35,14 +36,17 @@ class Decoy:
     """A law outside the library: what it ``says`` in words, and its ``terms``, each a torque (N, n) along a run.
 
     One unknown constant belongs to each term, whose unit does not matter; that of a law that ``resists`` is positive.
-    The torques are such as a drive must give. ``nearby`` makes the law with other values of three things that its
-    torque is not linear in, each moved by so many steps (3,); None where there are none.
+    The torques are such as a drive must give. ``nearby`` makes the law with other values of what its torque is not
+    linear in, ``bent`` things, each moved by so many steps (bent,); None where there are none. Decoys of one ``form``
+    lead to one another so.
     """
 
     says: str
     terms: tuple[Term, ...]
     resists: bool = False
     nearby: Callable[[Floats], Decoy] | None = None
+    bent: int = 0
+    form: str = ""
 
     def rows(self, runs: Sequence[Conditioned]) -> Floats:
         """Return the terms' torques (M, n, terms) at the analysis samples of runs, filtered as a residual is.
@@ -64,9 +68,11 @@ def decoys(arm: Arm) -> Iterator[Decoy]:
             says = f"an inertia at {name} that varies {turns} time{'s' * (turns > 1)} a turn (a linkage, an unbalance)"
             yield Decoy(says, (_varying(j, turns, 0.0), _varying(j, turns, 0.5 * np.pi)))
         yield Decoy(f"torque that speed takes at {name} (a drive's voltage limit)", (_at(j, _taken_by_speed),), True)
+        warmth = partial(_warmth, j, name)
+        yield replace(warmth(np.zeros(1)), nearby=warmth, bent=1, form=f"heat {j}")
     for hertz in RINGS if arm.n > 1 and all(turning) else ():  # at a single joint a stand that gives way is the same
         terms = tuple(_rings(arm, beside * hertz) for beside in BESIDE)
-        yield Decoy(_tool(arm, hertz), terms, nearby=partial(_swings, arm, hertz))
+        yield Decoy(_tool(arm, hertz), terms, nearby=partial(_swings, arm, hertz), bent=len(MOVED), form="tool")
     for i, j in permutations(range(arm.n), 2):
         one, other = names[i], names[j]
         yield Decoy(f"a share of {other}'s command at {one} (cross-talk of drives)", (_from(i, j, _command),))
@@ -181,6 +187,18 @@ def _varying(j: int, turns: int, phase: float) -> Term:
 
 def _taken_by_speed(run: Conditioned, j: int) -> Floats:
     return np.asarray(run.command[:, j] * run.velocity[:, j] ** 2)
+
+
+def _warmth(j: int, name: str, moved: Floats) -> Decoy:
+    """Return torque that a winding's own heat takes: by the squared command of some seconds, cold at first."""
+    seconds = float(np.clip(WARMS * np.exp(moved[0]), *WARMED))
+
+    def torque(run: Conditioned, j: int) -> Floats:
+        share = 1.0 - np.exp(-run.sample_time / seconds)
+        heat = signal.lfilter([share], [1.0, share - 1.0], run.command[:, j] ** 2)
+        return np.asarray(run.command[:, j] * heat)
+
+    return Decoy(f"torque that heat takes at {name} (a magnet that warms)", (_at(j, torque),), True)
 
 
 def _constant(run: Conditioned, j: int) -> Floats:

@@ -86,7 +86,7 @@ def _hopeful(prepared: Prepared, without: Model, final: Model, weights: Weights)
     hopeful = [(promise, decoy) for promise, decoy in promises if promise > max(least, 0.0)]
     found: list[Decoy] = []
     for _, decoy in sorted(hopeful, key=lambda pair: -pair[0]):
-        if decoy.nearby is None or not any(other.nearby for other in found):
+        if not decoy.form or decoy.form not in {other.form for other in found}:
             found.append(decoy)
     return [_moved(projector, without, decoy, prepared) for decoy in found[:MOST]]
 
@@ -96,7 +96,7 @@ def _moved(projector: Projector, without: Model, decoy: Decoy, prepared: Prepare
     nearby = decoy.nearby
     if nearby is None:
         return decoy
-    corners = np.vstack([np.zeros(3), np.eye(3)])
+    corners = np.vstack([np.zeros(decoy.bent), np.eye(decoy.bent)])
     found = minimize(
         lambda moved: -_promise(projector, without, nearby(moved), prepared),
         corners[0],
