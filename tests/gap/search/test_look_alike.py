@@ -261,7 +261,7 @@ def test_a_tool_that_swings_is_a_third_link_on_a_soft_hinge() -> None:
     loose = [np.vstack([told[:, k].T, part]) for k, part in enumerate((swung.y[0], swung.y[1], beyond))]
     expected = (torques_of(*loose).full() - fixed)[:2].T
     moved = np.array([np.log(hertz / RINGS[0]), np.log(damping / DAMPING), reach]) / MOVED
-    first = next(decoy for decoy in decoys(arm) if decoy.nearby)
+    first = next(decoy for decoy in decoys(arm) if decoy.form == "tool")
     assert first.nearby is not None
     decoy = first.nearby(moved)
     assert f"{hertz:.2g} Hz" in decoy.says
