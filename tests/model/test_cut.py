@@ -88,8 +88,8 @@ def test_residual_is_in_units_of_the_command() -> None:
     assert residual(pendulum(), instant(0.2, 0.4, 2.0, u), (place,))[0] == pytest.approx((0.5 * u + plain) / 0.5)
 
 
-def test_where_the_command_is_lost_residual_is_in_units_of_torque() -> None:
-    """Else a low limit, or a wide dead zone, and a large gain of what is left would make any residual small."""
+def test_where_the_command_is_lost_no_gain_makes_a_residual_small() -> None:
+    """Else a low limit, or a wide dead zone, and a large gain of what is left would make any of them small."""
     drive, gain = instant(0.2, 0.4, 2.0, 9.0), 2.5
     limit = Placed(registry()["torque_saturation"], 0, {"limit": 5.0})
     plain = residual(pendulum(), drive, (limit,))[0]
@@ -99,6 +99,17 @@ def test_where_the_command_is_lost_residual_is_in_units_of_torque() -> None:
     assert residual(pendulum(), drive, (low, after))[0] == pytest.approx(plain)
     wide = Placed(registry()["torque_dead_zone"], 0, {"width": 9.0 - 5.0 / gain})
     assert residual(pendulum(), drive, (wide, after))[0] == pytest.approx(plain)
+
+
+@pytest.mark.parametrize("gain", [0.5, 0.9, 1.0, 1.2, 2.0])
+@pytest.mark.parametrize("idle", [("torque_saturation", {"limit": 1e6}), ("torque_dead_zone", {"width": 0.0})])
+def test_what_loses_nothing_closes_nothing_beside_a_gain(gain: float, idle: tuple[str, dict[str, float]]) -> None:
+    drive, weaker = instant(0.2, 0.4, 2.0, 9.0), Placed(registry()["torque_gain"], 0, {"gain": gain})
+    nothing = Placed(registry()[idle[0]], 0, idle[1])
+    alone = residual(pendulum(), drive, (weaker,))[0]
+    for both in ((weaker, nothing), (nothing, weaker)):
+        beside = residual(pendulum(), drive, both)[0]
+        assert beside == pytest.approx(alone * max(gain, 1.0))
 
 
 @pytest.mark.parametrize("recorded", [-2.0, 0.3, 9.0])

@@ -124,8 +124,8 @@ class ActuatorEffect(Effect):
     """A change between the command and the torque at the motor."""
 
     clips: ClassVar[bool] = False
-    """True where part of the command is lost: residuals stay in units of torque then, for in those of the command a
-    large gain of what is left would make them all small."""
+    """True where part of the command may be lost: a gain over 1 does not make residuals smaller then, or a large one of
+    the little that is left would make any of them small."""
 
     def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         """Return the torque after this stage from the one before it, N m."""
@@ -134,7 +134,7 @@ class ActuatorEffect(Effect):
     def command_scale(self, position: Expression, p: Parameters) -> Expression:
         """Return d(torque)/d(command) at a position: residuals are divided by it to stay in units of the command.
 
-        But where another effect of the joint ``clips``.
+        Where another effect of the joint ``clips``, by no more than 1.
         """
         return 1.0
 

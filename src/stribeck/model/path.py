@@ -65,13 +65,11 @@ class SignalPath(Symbols):
         return torque
 
     def command_scale(self, joint: int, position: Expression) -> Expression:
-        """Return d(torque)/d(command) of a joint's actuator at a position; 1 where part of the command is lost."""
-        effects, scale = self.at(joint, ActuatorEffect), 1.0
-        if any(effect.clips for _, effect in effects):
-            return scale
+        """Return d(torque)/d(command) of a joint's actuator at a position; at most 1 where some of it is lost."""
+        effects, scale = self.at(joint, ActuatorEffect), ca.SX(1.0)
         for k, effect in effects:
             scale = scale * effect.command_scale(position, self.parameters(k))
-        return scale
+        return ca.fmin(scale, 1.0) if any(effect.clips for _, effect in effects) else scale
 
     def level(self, joint: int, speed: Expression, direction: float, s: Signals, x: Any) -> Expression:
         """Return the sliding friction level G (N m) of a joint at a speed for one direction."""
