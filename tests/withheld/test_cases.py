@@ -56,6 +56,12 @@ def test_effect_is_worth_what_its_level_says(effect, level):
     assert 0.7 * low < truth["worth"][joint] < 1.3 * high
 
 
+def test_what_is_clear_is_not_taken_in_by_retuning():
+    """A quarter of the torque lies within the tolerance of the last link's mass: 0.4 noise floors would be left."""
+    hidden = make_case(22, "payload", "clear", 1).truth["effects"][0]
+    assert hidden["strength_left"] > 3.0
+
+
 def test_every_effect_has_a_scale_and_truth_is_json():
     assert set(SCALES) == set(RULES)
     case = make_case(5, ("position_dependent_friction", "payload"), "clear", 1)

@@ -108,10 +108,14 @@ def hide(
 
 def _sized(plot: Plot, arm: Arm, telling: Sequence[Motion], bench: Bench, nominal: Arm) -> tuple[Injection, ...]:
     """Return the effects at their level; each is sized alone, on motions in which its joint moves."""
+
+    def left(effect: Injection) -> float:
+        return strengths(arm, nominal, [effect], telling, bench, plot.seed)[0].left
+
     effects, gains = [], bench.gains(nominal)
     for number, (name, place) in enumerate(zip(plot.names, plot.places, strict=True)):
         rng = np.random.default_rng([plot.seed, number])
-        effects.append(Injection(name, place, severity(name, arm, place, telling, plot.level, rng, gains)))
+        effects.append(Injection(name, place, severity(name, arm, place, telling, plot.level, rng, gains, left)))
     return tuple(effects)
 
 

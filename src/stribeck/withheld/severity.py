@@ -5,6 +5,10 @@ motions (`measure.relative_gap`) is a drawn share of the torque that moves the j
 anywhere however strong they are (they live in a few milliradians, at rest, or in another channel); these have
 strengths as they are met in practice. Every strength stays within what can be built; where that is too little for
 the share asked for, the effect is weaker than its level says, and the case notes what it is worth.
+
+What is clear must be so to somebody who does not know the arm: a share of the torque that re-tuning takes in (a payload
+within the tolerance of the last link's mass) shows nothing. Such an effect is made stronger until enough is left of it,
+within the same bounds.
 """
 
 from __future__ import annotations
@@ -27,6 +31,8 @@ from stribeck.withheld.stage import stage_of
 # Share of the rms torque that moves the joint (inertia and friction)
 SHARES: Mapping[str, tuple[float, float]] = {"clear": (0.10, 0.25), "medium": (0.05, 0.10), "weak": (0.015, 0.05)}
 ROUNDS, CLOSE = 4, 0.15  # trials at most, and how near is near enough, relative
+CLEARLY = 3.0  # noise floors that re-tuning leaves of what is clear
+FASTEST = 3.0  # factor by which a trial is stronger than the one before
 
 
 def severity(
@@ -37,6 +43,7 @@ def severity(
     level: str,
     rng: np.random.Generator,
     gains: Gains | None = None,
+    left: Callable[[Injection], float] | None = None,
 ) -> dict[str, float]:
     """Return parameters at which `effect` in `joint` is ``clear``, ``medium`` or ``weak`` along `motions`.
 
@@ -52,6 +59,8 @@ def severity(
         Draws the share, and phases, harmonics and places.
     gains : Gains or None
         Controller of the laboratory.
+    left : callable or None
+        From an effect to what re-tuning leaves of it, over the noise floor; what is clear is not told by it where None.
 
     Raises
     ------
@@ -70,7 +79,10 @@ def severity(
     def worth(s: float) -> float:
         return float(relative_gap(arm, [Injection(effect, joint, build(s))], motions, gains)[k])
 
-    return _short(build(_search(worth, target, scale.range)))
+    s = _search(worth, target, scale.range)
+    if level == "clear" and left is not None:
+        s = _raised(lambda s: left(Injection(effect, joint, build(s))), s, scale.range[1])
+    return _short(build(s))
 
 
 def _short(params: Mapping[str, float]) -> dict[str, float]:
@@ -95,3 +107,18 @@ def _search(worth: Callable[[float], float], target: float, bounds: tuple[float,
         last = (s, now)
         s = min(high, max(low, s * (target / now) ** (1.0 / power)))
     return s
+
+
+def _raised(left: Callable[[float], float], s: float, high: float) -> float:
+    """Return the number, made larger until `left` is enough; the last one that can be held where it never is."""
+    held = s
+    for _ in range(ROUNDS):
+        try:
+            now = left(s)
+        except Diverged:
+            break
+        held = s
+        if now >= CLEARLY or s >= high:
+            break
+        s = min(high, s * min(FASTEST, 1.2 * CLEARLY / max(now, 1e-6)))
+    return held
