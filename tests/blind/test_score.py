@@ -198,6 +198,12 @@ def test_only_the_plants_own_of_two_laws_is_held_to_it(name, shared, further, pl
     assert [(item["inside"], item["same_law"]) for item in row["intervals"]] == [(False, is_further == said_further)]
 
 
+@pytest.mark.parametrize(("number", "own"), [(0.0, "proportional"), (1.0, "directional"), (2.0, "motor")])
+@pytest.mark.parametrize("said", ["proportional", "directional", "motor"])
+def test_of_several_further_laws_each_has_its_number(number, own, said):
+    assert same_law("load_dependent_friction", {"ratio": 0.3, "input": number}, said) == (said == own)
+
+
 def test_statements():
     rows = judged(truth(effect()), answer(cause("delay", 0.8), cause("payload", 0.3, probability=0.1)))["statements"]
     assert rows == [[0.8, True, "delay"], [0.3, False, "payload"], [pytest.approx(0.1), False, "unknown"]]

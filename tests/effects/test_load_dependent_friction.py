@@ -8,8 +8,10 @@ import pytest
 from stribeck.effects.registry import effect_named
 
 
-def level(law: str, ratio: float, plain: float, direction: float, load: float) -> float:
-    signals: Any = type("Signals", (), {"load": load})
+def level(
+    law: str, ratio: float, plain: float, direction: float, load: float, viscous: float = 0.0, torque: float = 0.0
+) -> float:
+    signals: Any = type("Signals", (), {"load": load, "viscous": viscous, "torque": torque})
     effect: Any = effect_named("load_dependent_friction", law)
     return float(effect.level(plain, direction, signals, {}, {"ratio": ratio}))
 
@@ -17,10 +19,16 @@ def level(law: str, ratio: float, plain: float, direction: float, load: float) -
 @pytest.mark.parametrize("ratio", [0.0, 0.05, 0.4, 0.9])
 @pytest.mark.parametrize("direction", [1.0, -1.0])
 def test_directional_friction_is_a_share_of_all_that_enters(ratio: float, direction: float) -> None:
+    viscous = 0.7 * direction
     for load in np.linspace(-12.0, 12.0, 25):
-        found = level("directional", ratio, 1.5, direction, load)
-        assert found == pytest.approx(1.5 + ratio * abs(direction * load + found), rel=1e-12)
+        found = level("directional", ratio, 1.5, direction, load, viscous)
+        assert found == pytest.approx(1.5 + ratio * abs(direction * (load + viscous) + found), rel=1e-12)
         assert found >= 1.5
+
+
+@pytest.mark.parametrize("torque", [-8.0, 8.0])
+def test_the_motor_s_torque_counts_whatever_becomes_of_it(torque: float) -> None:
+    assert level("motor", 0.2, 1.5, 1.0, 3.0, torque=torque) == pytest.approx(1.5 + 0.2 * 8.0)
 
 
 def test_a_driving_motor_meets_more_than_a_driven_one() -> None:

@@ -73,7 +73,8 @@ CASES = {
         "A", {"change": 0.5, "work": 20.0}, {"change": (0.5, 0.1), "distance": (2.5, 0.5), "kept": (1.0, 0.15)}, 0.3, 2
     ),
     "load_dependent_friction/proportional": Case("A", {"ratio": 0.2}, {"ratio": (0.2, 0.015)}, 0.3),
-    "load_dependent_friction/directional": Case("A", {"ratio": 0.3, "input": 1.0}, {"ratio": (0.3, 0.015)}, 0.3),
+    "load_dependent_friction/directional": Case("A", {"ratio": 0.3, "input": 1.0}, {"ratio": (0.3, 0.006)}, 0.1),
+    "load_dependent_friction/motor": Case("A", {"ratio": 0.3, "input": 2.0}, {"ratio": (0.3, 0.006)}, 0.1),
     # N m in the plant, relative to the sliding level (here C0) in the library
     "position_dependent_friction": Case(
         "A", {"amplitude": 2.0, "harmonic": 3.0, "phase": 0.7}, wave(2.0 / 4.6, 0.7, 3.0), 0.3

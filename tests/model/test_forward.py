@@ -125,7 +125,7 @@ def test_jacobian() -> None:
 
 
 @pytest.mark.parametrize("ratio", [0.1, 0.5, 0.9])
-@pytest.mark.parametrize("law", ["proportional", "directional"])
+@pytest.mark.parametrize("law", ["proportional", "directional", "motor"])
 def test_algebraic_loop_of_load_dependent_friction(law: str, ratio: float) -> None:
     """Friction that depends on the load, which depends on the acceleration, or itself as well: solved, not lagged."""
     place = Placed(effect_named("load_dependent_friction", law), 0, {"ratio": ratio})
@@ -142,7 +142,9 @@ def test_algebraic_loop_of_load_dependent_friction(law: str, ratio: float) -> No
         passed = way * load
         if law == "directional":
             sides = [j.friction if v > 0.0 else j.backward for j, v in zip(arm().joints, y[2:], strict=True)]
-            passed += [f.C0 + f.C1 * np.exp(-abs(v) / f.alpha) for f, v in zip(sides, y[2:], strict=True)] + extra
+            level = [f.C0 + f.C1 * np.exp(-abs(v) / f.alpha) for f, v in zip(sides, y[2:], strict=True)]
+            passed += level + extra + [f.C2 * abs(v) for f, v in zip(sides, y[2:], strict=True)]
+        passed = u if law == "motor" else passed
         assert extra == pytest.approx(ratio * np.abs(passed), rel=1e-9, abs=1e-9)
 
 

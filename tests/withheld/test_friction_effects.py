@@ -119,6 +119,19 @@ def test_what_enters_a_gear_is_its_own_friction_too(bench, speed):
     assert np.abs(friction) == pytest.approx(level(bench.A, trace.link_rate[5:, 0]) + 0.3 * entering, rel=4e-3)
 
 
+def test_friction_may_go_with_the_motor_s_torque(bench):
+    _, trace = spin(
+        bench,
+        "load_dependent_friction",
+        {"ratio": 0.3, "input": 2.0},
+        lambda t: 30.0 * np.sin(6 * t),
+        speed=2.0,
+        joint={"inertia": 20.0, "rotor_inertia": 5.0},
+    )
+    more = trace.friction[5:, 0] - level(bench.A, trace.link_rate[5:, 0])
+    assert more == pytest.approx(0.3 * np.abs(trace.torque[5:, 0]), abs=0.02)
+
+
 def test_friction_jumps_stay_within_their_size(bench):
     from stribeck.withheld.special import Disturbance
 

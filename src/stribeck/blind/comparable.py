@@ -76,21 +76,23 @@ CONVERT: Mapping[str, Callable[[Values], Converted]] = {
 # The plant has another law under the same name (Iwan's elements, another contact, another lag): the parameters mean
 # nearly the same, but an interval around the one need not hold the other
 RELATED = frozenset({"presliding", "backlash", "frictional_lag", "negative_damping", "contact"})
-# The further law of a family, and the plant's parameter that makes it that one
+# The plant's parameter that makes it a further law of a family, and that law; of several, it is the law's number
 FURTHER = {
-    "load_dependent_friction": ("directional", "input"),
-    "torque_saturation": ("back_emf", "fade"),
-    "cable_spring": ("hardening", "cubic"),
-    "torque_dead_zone": ("threshold", "jump"),
-    "base_flexibility": ("sliding", "direction"),
+    "load_dependent_friction": ("input", ("directional", "motor")),
+    "torque_saturation": ("fade", ("back_emf",)),
+    "cable_spring": ("cubic", ("hardening",)),
+    "torque_dead_zone": ("jump", ("threshold",)),
+    "base_flexibility": ("direction", ("sliding",)),
 }
 
 
 def same_law(effect: str, parameters: Values, law: str | None) -> bool:
     """Return whether the plant's law of an effect is the library's one: an interval is then to hold the parameter."""
     if effect in FURTHER:
-        further, parameter = FURTHER[effect]
-        return (law == further) == _has(parameters, parameter)
+        parameter, further = FURTHER[effect]
+        if not _has(parameters, parameter):
+            return law not in further
+        return law == further[int(parameters[parameter]) - 1 if len(further) > 1 else 0]
     return effect not in RELATED
 
 

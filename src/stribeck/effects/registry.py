@@ -43,6 +43,7 @@ from stribeck.effects.friction.history import History
 from stribeck.effects.friction.history_running_in import HistoryRunningIn
 from stribeck.effects.friction.load_dependent_friction import LoadDependentFriction
 from stribeck.effects.friction.load_dependent_friction_directional import LoadDependentFrictionDirectional
+from stribeck.effects.friction.load_dependent_friction_motor import LoadDependentFrictionMotor
 from stribeck.effects.friction.negative_damping import NegativeDamping
 from stribeck.effects.friction.position_dependent_friction import PositionDependentFriction
 from stribeck.effects.friction.presliding import Presliding
@@ -79,6 +80,7 @@ _OWN: tuple[type[Effect], ...] = (
     HistoryRunningIn,
     LoadDependentFriction,
     LoadDependentFrictionDirectional,
+    LoadDependentFrictionMotor,
     PositionDependentFriction,
     QuadraticDamping,
     ActuatorLag,

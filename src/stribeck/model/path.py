@@ -74,6 +74,7 @@ class SignalPath(Symbols):
     def level(self, joint: int, speed: Expression, direction: float, s: Signals, x: Any) -> Expression:
         """Return the sliding friction level G (N m) of a joint at a speed for one direction."""
         constants = self._constants(joint, direction, s, x)
+        s = s.at(viscous=self.viscous(joint, s, x))
         for k, effect in self.at(joint, FrictionEffect):
             speed = effect.speed(speed, s, self.states(k, x), self.parameters(k))
         level = tustin_level(speed, constants)

@@ -5,7 +5,8 @@ What the names leave open:
 - friction acts on the motor side of a flexible joint or of backlash, where the encoder sits as well;
 - ``presliding``: stiffness of the unloaded contact; it gives way along F (1 - exp(-stiffness x / F)), in closed loops;
 - ``load_dependent_friction``: ratio of friction to the torque that the rotor passes on to the link (the command less
-  friction and less the rotor's own inertia), or, where ``input`` is 1, to what enters (friction not taken off);
+  friction and less the rotor's own inertia); where ``input`` is 1, to what enters (friction not taken off), where it
+  is 2, to all that the motor gives;
 - ``asymmetric_friction``: forward minus backward constants, the mean stays;
 - ``history``: relative change of the level when as much friction power as `power` has flowed for long; or, where
   `work` is given, when the contact is new: what is left of it falls to 1/e with that much work of friction, J, and

@@ -83,8 +83,8 @@ def _dwell(st: Stage) -> Params:
 
 
 def _load(st: Stage) -> Params:
-    entering = st.one_of(0.0, 1.0)
-    return lambda s: {"ratio": s, "input": entering}
+    of = st.one_of(0.0, 1.0, 2.0)  # what leaves the gear, what enters it, what the motor gives
+    return lambda s: {"ratio": s, "input": of}
 
 
 def _history(st: Stage) -> Params:

@@ -12,16 +12,16 @@ from stribeck.model.values import Expression, Parameter, Parameters, Scale, Sign
 
 @final
 class LoadDependentFrictionDirectional(FrictionEffect):
-    """A share of the torque that enters the transmission, its sliding level included; the other law takes what leaves.
+    """A share of the torque that enters the transmission, its friction included; the other law takes what leaves.
 
-    With the load s in the direction of motion, G = G_0 + mu |s + G|, which has one solution for mu < 1. The viscous
-    part counts as lost before it.
+    With the load s and the viscous part B in the direction of motion, G = G_0 + mu |s + G + B|, which has one solution
+    for mu < 1.
     """
 
     name = "load_dependent_friction"
     law = "directional"
     channel = "friction"
-    equation = r"G = G_0 + \mu |\tau_\mathrm{load} + G\, \mathrm{sign}\, v|"
+    equation = r"G = G_0 + \mu |\tau_\mathrm{load} + B + G\, \mathrm{sign}\, v|"
     symptom = "a residual against the motion in proportion to the transmitted torque, more where the motor drives"
     shows = "load"
     source = "Hamon, Gautier & Garrec (2010); Duclusaud, Passault, Padois & Ly (2025)"
@@ -32,5 +32,5 @@ class LoadDependentFrictionDirectional(FrictionEffect):
         return ({"ratio": 0.08},)
 
     def level(self, level: Expression, direction: float, s: Signals, x: States, p: Parameters) -> Expression:
-        entering = direction * s.load + level
+        entering = direction * (s.load + s.viscous) + level
         return level + p["ratio"] * ca.fabs(entering) / (1.0 - p["ratio"] * ca.sign(entering))

@@ -13,6 +13,7 @@ typedef struct {
     Level forward, backward;
     double slip[ELEMENTS]; /* deflection of the elements, rad */
     double dwell, rest, warmth, load;
+    double drive;          /* torque of the rotor in the last step */
     double torque;         /* friction torque of the last step, opposing the motion */
 } Friction;
 
@@ -40,7 +41,10 @@ static Level level_now(const Joint *j, const Friction *f, int forward, double an
     Level l = {warm * C0, warm * C1 + j->dwell_rise * f->dwell, alpha, warm * C2,
                j->stribeck_torque, j->stribeck_velocity, j->quadratic};
     if (j->wave_amplitude != 0.0) l.constant += j->wave_amplitude * sin(j->wave_harmonic * angle + j->wave_phase);
-    if (j->load_ratio != 0.0) l.constant += j->load_ratio * fabs(f->load + j->load_input * f->torque);
+    if (j->load_ratio != 0.0) { /* of what leaves the gear, of what enters it (1), or of what the motor gives (2) */
+        double passed = j->load_input > 1.5 ? f->drive : f->load + j->load_input * f->torque;
+        l.constant += j->load_ratio * fabs(passed);
+    }
     if (j->sticky_torque != 0.0 && fabs(angle - j->sticky_centre) < j->sticky_width && fabs(f->load) > j->sticky_load)
         l.constant += j->sticky_torque;
     if (j->friction_lag > 0.0) { /* Hess & Soom: the level follows the speed of a moment ago */

@@ -255,6 +255,7 @@ static int step(Plant *p, double t, double h, const double *command, const doubl
         double w = p->flexible[k] ? p->omega[k] : v[base + k];
         if (p->flexible[k]) p->theta[k] += 0.5 * h * w;
         else f->load = p->rotor_torque[k] - f->torque - p->joint[k].rotor * (w - p->v[base + k]) / h;
+        f->drive = p->rotor_torque[k];
         remember(&p->joint[k], f, h, w);
         if (!(fabs(w) < 1e4)) return DIVERGED;
     }
