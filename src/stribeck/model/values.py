@@ -149,9 +149,10 @@ class Signals:
 
     ``position``, ``velocity``, ``acceleration`` are true ones on the motor side; ``link_position`` and
     ``link_velocity`` those of the link; ``torque`` is the actuator's, ``load`` the torque handed to the link,
-    ``viscous`` the friction that has no sign function, for laws of the sliding level. As for the past: ``recordings`` were made before, of ``recorded`` s together, in which the joint had gone ``travelled``.
-    This one had lasted for ``lead`` s before what is here of it, and the joint gone ``led``. A simulation has no past.
-    Of a recorded motion the part ``sliding`` is surely no noise.
+    ``viscous`` the friction that has no sign function, for laws of the sliding level. As for the past:
+    ``recordings`` were made before, of ``recorded`` s together, in which the joint had gone ``travelled``. This one had
+    lasted for ``lead`` s before what is here of it, and the joint gone ``led``. A simulation has no past. Of a recorded
+    motion the part ``sliding`` is surely no noise.
     """
 
     time: Expression

@@ -12,7 +12,7 @@ from stribeck.model.values import Expression, Parameter, Parameters, Scale, Sign
 
 @final
 class LoadDependentFrictionMotor(FrictionEffect):
-    """A sliding level with a share of the motor's own torque: of all that it gives, its rotor's acceleration included."""
+    """A sliding level with a share of all the torque that the motor gives, its rotor's acceleration included."""
 
     name = "load_dependent_friction"
     law = "motor"
