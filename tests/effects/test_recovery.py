@@ -55,7 +55,10 @@ SECOND = {"second_sine": (0.878, 0.1), "second_cosine": (0.479, 0.1)}
 CASES = {
     # the plant gives forward minus backward, the library half of it
     "asymmetric_friction": Case("A", {"C0": 2.0, "C2": 0.4}, {"coulomb": (1.0, 0.06), "viscous": (0.2, 0.03)}, 0.3),
-    "negative_damping": Case("B", {"amount": 1.2, "velocity": 0.1}, {"amount": (1.4, 0.4)}, 0.6),
+    "negative_damping/exponential": Case("B", {"amount": 1.2, "velocity": 0.1}, {"amount": (1.4, 0.4)}, 0.6),
+    "negative_damping/gaussian": Case(
+        "B", {"amount": 1.2, "velocity": 0.1, "squared": 1.0}, {"amount": (1.2, 0.1), "velocity": (0.1, 0.02)}, 0.3
+    ),
     # after a reversal one bristle is twice as stiff as at rest, elements are not
     "presliding/lugre": Case("A", {"stiffness": 300.0, "damping": 4.0}, {"stiffness": (200.0, 100.0)}, 0.25),
     "presliding/maxwell_slip": Case("A", {"stiffness": 300.0, "damping": 4.0}, {"stiffness": (300.0, 60.0)}, 0.15),

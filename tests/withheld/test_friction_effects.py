@@ -33,6 +33,11 @@ def test_negative_damping_and_quadratic_damping_add_their_law(bench):
     _, trace = spin(bench, "negative_damping", {"amount": 1.2, "velocity": 0.3}, speed=0.5, duration=1.0)
     v = trace.link_rate[1:, 0]
     assert trace.friction[1:, 0] == pytest.approx(level(bench.A, v) + 1.2 * np.exp(-v / 0.3), rel=1e-9)
+    _, trace = spin(
+        bench, "negative_damping", {"amount": 1.2, "velocity": 0.3, "squared": 1.0}, speed=0.5, duration=1.0
+    )
+    v = trace.link_rate[1:, 0]
+    assert trace.friction[1:, 0] == pytest.approx(level(bench.A, v) + 1.2 * np.exp(-((v / 0.3) ** 2)), rel=1e-9)
     _, trace = spin(bench, "quadratic_damping", {"coefficient": 0.7}, speed=-2.0)
     v = trace.link_rate[1:, 0]
     assert trace.friction[1:, 0] == pytest.approx(-level(bench.A, v) - 0.7 * v**2, rel=1e-9)

@@ -45,6 +45,7 @@ from stribeck.effects.friction.load_dependent_friction import LoadDependentFrict
 from stribeck.effects.friction.load_dependent_friction_directional import LoadDependentFrictionDirectional
 from stribeck.effects.friction.load_dependent_friction_motor import LoadDependentFrictionMotor
 from stribeck.effects.friction.negative_damping import NegativeDamping
+from stribeck.effects.friction.negative_damping_gaussian import NegativeDampingGaussian
 from stribeck.effects.friction.position_dependent_friction import PositionDependentFriction
 from stribeck.effects.friction.presliding import Presliding
 from stribeck.effects.friction.presliding_maxwell_slip import PreslidingMaxwellSlip
@@ -69,6 +70,7 @@ from stribeck.model.layout import Placed
 _OWN: tuple[type[Effect], ...] = (
     AsymmetricFriction,
     NegativeDamping,
+    NegativeDampingGaussian,
     Presliding,
     PreslidingMaxwellSlip,
     FrictionalLag,

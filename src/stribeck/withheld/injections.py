@@ -7,6 +7,7 @@ What the names leave open:
 - ``load_dependent_friction``: ratio of friction to the torque that the rotor passes on to the link (the command less
   friction and less the rotor's own inertia); where ``input`` is 1, to what enters (friction not taken off), where it
   is 2, to all that the motor gives;
+- ``negative_damping``: falls as exp(-v / velocity), or, where ``squared`` is 1, as exp(-(v / velocity)^2);
 - ``asymmetric_friction``: forward minus backward constants, the mean stays;
 - ``history``: relative change of the level when as much friction power as `power` has flowed for long; or, where
   `work` is given, when the contact is new: what is left of it falls to 1/e with that much work of friction, J, and
@@ -102,7 +103,8 @@ def _overtone(prefix: str) -> dict[str, str]:
 KNOWN: dict[str, Rule] = {
     "asymmetric_friction": Rule({"C0": 0.0}, {"C1": 0.0, "C2": 0.0}, special.asymmetric),
     "negative_damping": Rule(
-        {"amount": 0.0}, {"velocity": 0.1}, {"amount": "stribeck_torque", "velocity": "stribeck_velocity"}
+        {"amount": 0.0}, {"velocity": 0.1, "squared": 0.0},
+        {"amount": "stribeck_torque", "velocity": "stribeck_velocity", "squared": "stribeck_squared"},
     ),
     "presliding": Rule({"stiffness": math.inf}, {"damping": 0.0}, special.presliding),
     "frictional_lag": Rule({"time": 0.0}, {}, {"time": "friction_lag"}),

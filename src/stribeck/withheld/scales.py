@@ -62,8 +62,8 @@ def _asymmetric(st: Stage) -> Params:
 
 
 def _negative(st: Stage) -> Params:
-    velocity = st.between(0.05, 0.2)
-    return lambda s: {"amount": s * st.joint.friction.C0, "velocity": velocity}
+    velocity, squared = st.between(0.05, 0.2), st.one_of(0.0, 1.0)
+    return lambda s: {"amount": s * st.joint.friction.C0, "velocity": velocity, "squared": squared}
 
 
 def _presliding(st: Stage) -> Params:

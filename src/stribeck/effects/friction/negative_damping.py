@@ -19,11 +19,12 @@ class NegativeDamping(FrictionEffect):
     """
 
     name = "negative_damping"
+    law = "exponential"
     channel = "friction"
     equation = r"G = C_0 + A \exp(-|v| / v_s)"
     symptom = "a residual against the motion at low speed only, and stick-slip or hunting that the model lacks"
     shows = "velocity"
-    source = "Tustin (1947); paper, eq. (1); Bo & Pavelescu (1982)"
+    source = "Tustin (1947); paper, eq. (1)"
     kin = ("speed",)
     parameters = (
         Parameter("amount", "N m", "break-away above Coulomb friction", 0.0, 0.0),

@@ -8,7 +8,7 @@
 #include "fields.h"
 
 #define ELEMENTS 5
-typedef struct { double constant, drop, scale, viscous, extra, extra_scale, quadratic; } Level;
+typedef struct { double constant, drop, scale, viscous, extra, extra_scale, squared, quadratic; } Level;
 typedef struct {
     Level forward, backward;
     double slip[ELEMENTS]; /* deflection of the elements, rad */
@@ -20,9 +20,10 @@ typedef struct {
 /* Friction without the viscous part, and with it, at speed u >= 0; the slope too. */
 static double dry(const Level *l, double u, double *slope) {
     double e1 = l->drop != 0.0 ? l->drop * exp(-u / l->scale) : 0.0;
-    double e2 = l->extra != 0.0 ? l->extra * exp(-u / l->extra_scale) : 0.0;
+    double way = u / l->extra_scale; /* the extra fall is exponential, or a bell (squared 1) */
+    double e2 = l->extra != 0.0 ? l->extra * exp(l->squared != 0.0 ? -way * way : -way) : 0.0;
     double value = l->constant + e1 + e2;
-    *slope = (e1 != 0.0 ? -e1 / l->scale : 0.0) + (e2 != 0.0 ? -e2 / l->extra_scale : 0.0);
+    *slope = (e1 != 0.0 ? -e1 / l->scale : 0.0) + (e2 != 0.0 ? -e2 / l->extra_scale * (l->squared != 0.0 ? 2.0 * way : 1.0) : 0.0);
     if (value > 0.0) return value;
     *slope = 0.0;
     return 0.0;
@@ -39,7 +40,7 @@ static Level level_now(const Joint *j, const Friction *f, int forward, double an
     double memory = j->wear_work > 0.0 ? exp(-f->warmth) : f->warmth; /* what is left of newness, or warmth */
     double warm = factor * fmax(0.05, 1.0 + j->warm_change * memory);
     Level l = {warm * C0, warm * C1 + j->dwell_rise * f->dwell, alpha, warm * C2,
-               j->stribeck_torque, j->stribeck_velocity, j->quadratic};
+               j->stribeck_torque, j->stribeck_velocity, j->stribeck_squared, j->quadratic};
     if (j->wave_amplitude != 0.0) l.constant += j->wave_amplitude * sin(j->wave_harmonic * angle + j->wave_phase);
     if (j->load_ratio != 0.0) { /* of what leaves the gear, of what enters it (1), or of what the motor gives (2) */
         double passed = j->load_input > 1.5 ? f->drive : f->load + j->load_input * f->torque;

@@ -1,0 +1,47 @@
+"""A bell of friction around rest, which a nominal model of Coulomb and viscous friction lacks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, final
+
+import casadi as ca
+
+from stribeck.model.effect import FrictionEffect
+from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
+
+
+@final
+class NegativeDampingGaussian(FrictionEffect):
+    """A falling part in the shape of a bell, flat at rest and gone at twice its velocity, added to a nominal model.
+
+    Of Coulomb and viscous friction: where the nominal model has a falling part already, its own constants are re-tuned.
+    """
+
+    name = "negative_damping"
+    law = "gaussian"
+    channel = "friction"
+    equation = r"G = C_0 + A \exp(-(v / v_s)^2)"
+    symptom = "a residual against the motion at low speed only, and stick-slip or hunting that the model lacks"
+    shows = "velocity"
+    source = "Bo & Pavelescu (1982), with the exponent 2; Armstrong-Helouvry (1991)"
+    kin = ("speed",)
+    parameters = (
+        Parameter("amount", "N m", "break-away above Coulomb friction", 0.0, 0.0),
+        Parameter("velocity", "rad/s", "velocity over which it falls", 0.1, 1e-3, 1e3, log=True),
+    )
+
+    def applies(self, arm: Any, joint: int) -> bool:
+        nominal = arm.joints[joint]
+        return bool(nominal.friction.C1 == 0.0 and nominal.backward.C1 == 0.0)
+
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        size = 0.3 * max(scale.friction, 0.02 * scale.torque)
+        return tuple({"amount": size, "velocity": part * scale.speed} for part in (0.1, 0.4))
+
+    def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
+        # a peak of any height fits a joint at rest where it is narrow enough
+        return values["amount"] < 2.0 * max(scale.friction, scale.torque)
+
+    def level(self, level: Expression, direction: float, s: Signals, x: States, p: Parameters) -> Expression:
+        return level + p["amount"] * ca.exp(-((s.velocity / p["velocity"]) ** 2))
