@@ -119,6 +119,7 @@ def test_starts_are_plausible(effect: Effect, scale: Scale) -> None:
             "history/running_in",
             {"change": 3.0, "distance": 90.0, "kept": 1.0},
         ),  # over all recordings, friction of another level
+        ("history/in_time", {"change": 0.3, "time": 300.0, "kept": 1.0}),  # the same in time
     ],
 )
 def test_corners_are_not(name: str, values: dict[str, float]) -> None:

@@ -71,6 +71,9 @@ CASES = {
     "dwell_time/frozen": Case("A", {"rise": 4.0, "time": 0.3, "distance": 0.0}, {"rise": (4.0, 0.8)}, 0.7),
     # warmed by power in the plant, by speed in the library
     "history/warm_up": Case("A", {"change": -0.5, "time": 8.0, "power": 3.0}, {}, 0.3),
+    "history/in_time": Case(
+        "A", {"change": -0.5, "time": 8.0, "power": 0.0}, {"time": (8.0, 0.4), "kept": (0.0, 0.1)}, 0.1, 2
+    ),
     # worn by work in the plant, by distance in the library
     "history/running_in": Case(
         "A", {"change": 0.5, "work": 20.0}, {"change": (0.5, 0.1), "distance": (2.5, 0.5), "kept": (1.0, 0.15)}, 0.3, 2

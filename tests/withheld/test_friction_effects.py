@@ -89,6 +89,13 @@ def test_warm_up_changes_the_level_and_stays_warm_between_runs(bench):
     assert np.abs(second.tau[500:1000, 0]).mean() < 0.97 * np.abs(first.tau[500:1000, 0]).mean()
 
 
+def test_warm_up_may_go_by_time_alone(bench):
+    timed = {"change": -0.4, "time": 3.0, "power": 0.0}
+    t, trace = spin(bench, "history", timed, speed=1.0, duration=6.0, joint={"inertia": 200.0})
+    factor = trace.friction[1:, 0] / level(bench.A, trace.link_rate[1:, 0])
+    assert factor == pytest.approx(1.0 - 0.4 * (1.0 - np.exp(-t[1:] / 3.0)), abs=1e-3)
+
+
 def test_position_and_load_enter_the_level(bench):
     _, trace = spin(bench, "position_dependent_friction", {"amplitude": 1.5, "harmonic": 3.0, "phase": 0.5})
     middle = trace.motor[1:, 0] - trace.motor_rate[1:, 0] * 2e-5

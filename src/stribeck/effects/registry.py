@@ -40,6 +40,7 @@ from stribeck.effects.friction.dwell_time_frozen import DwellTimeFrozen
 from stribeck.effects.friction.frictional_lag import FrictionalLag
 from stribeck.effects.friction.frictional_lag_delay import FrictionalLagDelay
 from stribeck.effects.friction.history import History
+from stribeck.effects.friction.history_in_time import HistoryInTime
 from stribeck.effects.friction.history_running_in import HistoryRunningIn
 from stribeck.effects.friction.load_dependent_friction import LoadDependentFriction
 from stribeck.effects.friction.load_dependent_friction_directional import LoadDependentFrictionDirectional
@@ -80,6 +81,7 @@ _OWN: tuple[type[Effect], ...] = (
     DwellTimeFrozen,
     History,
     HistoryRunningIn,
+    HistoryInTime,
     LoadDependentFriction,
     LoadDependentFrictionDirectional,
     LoadDependentFrictionMotor,

@@ -92,7 +92,8 @@ def _history(st: Stage) -> Params:
     if wears:
         lost = st.one_of(0.0, 1.0)
         return lambda s: {"change": s, "work": time * st.power * (1.0 - 0.7 * lost), "lost": lost}
-    return lambda s: {"change": sign * s, "time": time, "power": st.power}
+    power = st.one_of(0.0, 1.0) * st.power  # without: by time alone
+    return lambda s: {"change": sign * s, "time": time, "power": power}
 
 
 def _lag(st: Stage) -> Params:

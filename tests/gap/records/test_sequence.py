@@ -77,6 +77,19 @@ def test_a_part_of_the_warmth_is_kept_for_the_next_run() -> None:
         assert then[0] == pytest.approx(0.6 * before[-1], rel=0.05)
 
 
+@pytest.mark.parametrize("kept", [1.0, 0.3, 0.0])
+def test_what_settles_in_time_goes_on_where_the_last_run_left_it(kept: float) -> None:
+    effect = effect_named("history", "in_time")
+    path = SignalPath(NOMINAL, [Placed(effect, 0, {"change": 0.5, "time": 3.0, "kept": kept})])
+    prepared = prepare(NOMINAL, [sines(4.0, name=f"run_{k}") for k in range(4)])
+    p, runs = values_of(path.entries), sorted((*prepared.fit, *prepared.held), key=lambda run: run.name)
+    newness = [Residual(path, [run], ()).states(run, p)[:, -1] for run in runs]
+    assert newness[0][0] == 1.0
+    assert newness[0][-1] == pytest.approx(np.exp(-4.0 / 3.0), rel=0.02)
+    for before, then in pairwise(newness):
+        assert then[0] == pytest.approx(1.0 - kept * (1.0 - before[-1]), rel=0.02)
+
+
 def test_a_part_of_a_run_goes_on_as_warm_as_the_part_before_it_was() -> None:
     effect = effect_named("history", "warm_up")
     path = SignalPath(NOMINAL, [Placed(effect, 0, {"change": 0.1, "time": 3.0, "start": 0.4, "kept": 0.0})])
@@ -113,6 +126,7 @@ def test_stretches_know_what_lies_between_them() -> None:
     ("law", "values", "state"),
     [
         ("running_in", {"change": 0.5, "distance": 10.0, "kept": 0.6}, "newness"),
+        ("in_time", {"change": 0.5, "time": 8.0, "kept": 0.6}, "newness"),
         ("warm_up", {"change": 0.1, "time": 3.0, "start": 0.0, "kept": 0.5}, "warmth"),
     ],
 )

@@ -198,7 +198,10 @@ static void remember(const Joint *j, Friction *f, double h, double w) {
         f->dwell = (f->dwell + grow) / (1.0 + grow + h * fabs(w) / j->dwell_distance);
     }
     if (j->wear_work > 0.0) f->warmth += h * f->torque * w / j->wear_work;
-    else if (j->warm_change != 0.0) f->warmth += h / j->warm_time * (f->torque * w / j->warm_power - f->warmth);
+    else if (j->warm_change != 0.0) { /* by friction's power, or, without one, by time alone */
+        double heat = j->warm_power > 0.0 ? f->torque * w / j->warm_power : 1.0;
+        f->warmth += h / j->warm_time * (heat - f->warmth);
+    }
 }
 
 /* Torques on joint k in the middle of the step: on its link (added to `force`), or on its rotor. */
