@@ -9,9 +9,9 @@ What the names leave open:
   is 2, to all that the motor gives;
 - ``negative_damping``: falls as exp(-v / velocity), or, where ``squared`` is 1, as exp(-(v / velocity)^2);
 - ``asymmetric_friction``: forward minus backward constants, the mean stays;
-- ``history``: relative change of the level when as much friction power as `power` has flowed for long, or, where
-  that is 0, when long time has passed; or, where `work` is given, when the contact is new: what is left of it falls to 1/e with that much work of friction, J, and
-  the part `lost` of what is gone is back at the next recording;
+- ``history``: relative change of the level when as much friction power as `power` has flowed for long, or, where that
+  is 0, when long time has passed; or, where `work` is given, when the contact is new: what is left of it falls to 1/e
+  with that much work of friction, J, and the part `lost` of what is gone is back at the next recording;
 - ``actuator_lag``: a pole, and where ``again`` is given another one behind it; where ``damping`` is, two that swing
   and are late by ``time`` at low frequency;
 - ``torque_saturation``: the ``sharp``-er, the later u (1 + (u / limit)^sharp)^(-1 / sharp) bends; 0 is a corner;

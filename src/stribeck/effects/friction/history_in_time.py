@@ -26,7 +26,10 @@ class HistoryInTime(FrictionEffect):
     name = "history"
     law = "in_time"
     channel = "friction"
-    equation = r"\tau_f \to \tau_f (1 + a w), \quad \dot w = -w / T, \quad w(0) = 1 \text{ or } 1 - \rho\,(1 - w(\text{before}))"
+    equation = (
+        r"\tau_f \to \tau_f (1 + a w), \quad \dot w = -w / T, \quad "
+        r"w(0) = 1 \text{ or } 1 - \rho\,(1 - w(\text{before}))"
+    )
     symptom = "a residual against the motion that dies out with time, and in part starts anew with the next recording"
     shows = "time"
     source = "Bittencourt & Gunnarsson (2012); Bittencourt & Axelsson (2014)"
