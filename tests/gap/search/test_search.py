@@ -120,6 +120,15 @@ def test_a_law_is_tried_again_once_another_effect_is_there() -> None:
         assert relawed(prepared, FLOOR, pool, model, 1, known) is model  # not of the nominal model's own
 
 
+def test_a_law_is_not_tried_where_a_later_effect_has_its_place() -> None:
+    """A base that slides leaves room for a soft shaft at the first joint; one that rocks is itself the compliance."""
+    sliding, rocking = (effect_named("base_flexibility", law) for law in ("sliding", "rocking"))
+    model: Any = SimpleNamespace(placed=(Placed(sliding, 0), Placed(effect_named("joint_flexibility"), 0)))
+    known = {("base_flexibility", "rocking", 0): rocking.starts(SCALE)[0]}
+    prepared: Any = None
+    assert relawed(prepared, FLOOR, None, model, 0, known) is model
+
+
 def test_another_law_must_do_better_on_held_out_runs_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
     lags = {law: effect_named("actuator_lag", law) for law in ("one_pole", "two_poles")}
 

@@ -37,14 +37,14 @@ def candidates(arm: Arm, placed: Sequence[Placed], leave_out: Sequence[str] = ()
     out = []
     for effect in (effect for effect in laws().values() if not effect.direct):
         for joint in effect.sites(arm.n):
-            fits = effect.applies(arm, joint) and not _clashes(effect, joint, placed)
+            fits = effect.applies(arm, joint) and not clashes(effect, joint, placed)
             here = Placed(effect, joint).joints(arm.n)
             if effect.name not in leave_out and fits and not any((effect.name, j) in taken for j in here):
                 out.append((effect, joint))
     return out
 
 
-def _clashes(effect: Effect, joint: int, placed: Sequence[Placed]) -> bool:
+def clashes(effect: Effect, joint: int, placed: Sequence[Placed]) -> bool:
     """Return whether another effect already has the place: one compliance and one bristle a joint, one stand an arm."""
     if isinstance(effect, StandEffect):
         return any(isinstance(place.effect, StandEffect) for place in placed)

@@ -11,7 +11,7 @@ from joblib import delayed
 from stribeck.effects.registry import laws
 from stribeck.gap.fitted.model import Model, finite, fit_model, weights_of
 from stribeck.gap.records.prepare import Prepared
-from stribeck.gap.search.candidates import Trial
+from stribeck.gap.search.candidates import Trial, clashes
 from stribeck.gap.search.gates import LEAST_GAIN, strained
 from stribeck.model.layout import Placed
 
@@ -119,10 +119,12 @@ def relawed(
     """
     others = []
     for i, place in enumerate(model.placed[own:-1], own):
+        before, after = model.placed[:i], model.placed[i + 1 :]
         for effect in laws().values():
             start = known.get((effect.name, effect.law, place.joint))
-            if effect.name == place.effect.name and effect.law != place.effect.law and start is not None:
-                others.append((*model.placed[:i], Placed(effect, place.joint, start), *model.placed[i + 1 :]))
+            other = effect.name == place.effect.name and effect.law != place.effect.law
+            if other and start is not None and not clashes(effect, place.joint, (*before, *after)):
+                others.append((*before, Placed(effect, place.joint, start), *after))
     if not others:
         return model
     weights = weights_of(model, prepared, floor)
