@@ -64,8 +64,8 @@ def diagnose(
         if run.n != arm.n:
             raise InputError(f"{run.name}: not a recording of this arm", f"{run.n} joints", f"the arm has {arm.n}")
     progress("conditioning the recordings")
-    seen = observe(arm, (*runs, *held_out), leave_out)
     prepared = prepare(arm, runs, held_out)
+    seen = observe(arm, (*runs, *held_out), prepared.scales, leave_out)
     found = searched(prepared, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
     progress("simulating the held-out runs")
     return Assembly(

@@ -36,7 +36,7 @@ def test_what_re_tuning_took_in_is_told_in_them(arm: Arm, unit: str) -> None:
 @pytest.mark.parametrize(("arm", "unit"), [(NOMINAL, "rad"), (STRAIGHT, "m")])
 def test_what_the_records_show_is_given_in_them(arm: Arm, unit: str) -> None:
     runs = recorded(("encoder_quantisation", {"resolution": 0.002}))
-    (cause,) = observe(arm, runs).causes
+    (cause,) = observe(arm, runs, prepare(arm, runs).scales).causes
     assert cause.parameters["A"]["resolution"].unit == unit
 
 

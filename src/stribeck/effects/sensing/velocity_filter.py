@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TypeAlias, final
 
 import numpy as np
@@ -27,6 +27,7 @@ RATHER = 1.5  # times what a delay leaves, a lag may leave: a late record, of ei
 QUOTIENT = 0.5  # samples: so late is the difference of two positions, the mean of the velocity between them
 FINE = 1e-3  # s: longest step between which slopes are taken to be straight
 AT_ONCE = 3e-3  # s: any drive smooths its velocity by as much
+USUAL = 8e-3  # s: and many, with coarse encoders, by as much at all joints
 
 
 @final
@@ -48,6 +49,9 @@ class VelocityFilter(SensingEffect):
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         return ({"time": 0.01},)
+
+    def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
+        return values["time"] < USUAL
 
     def observed(self, record: Record) -> Observed | None:
         if not record.velocity:

@@ -117,6 +117,7 @@ class Assembly:
             models={name: prepared.as_stated(one) for name, one in arms.items()},
             notes=(
                 *prepared.notes,
+                *self.seen.notes,
                 *told_ordinary(self.base, placed_effects(arm), arm),
                 *told_off_the_line(arm, causes, named),
             ),

@@ -9,41 +9,50 @@ import numpy as np
 
 from stribeck.arm import Arm, unit_at
 from stribeck.effects.registry import placed_effects, registry
+from stribeck.gap.records.usual import no_more_than_any
 from stribeck.gap.result import Cause, Estimate
 from stribeck.model.layout import Placed
-from stribeck.model.values import Record
+from stribeck.model.values import Record, Scale
 from stribeck.run import Run
 
 
 @dataclass(frozen=True)
 class Observation:
-    """Effects seen in the records: ``placed`` with their values, and ``causes``, one an effect."""
+    """Effects seen in the records: ``placed`` with their values, and ``causes``, one an effect; ``notes`` on others."""
 
     placed: tuple[Placed, ...]
     causes: tuple[Cause, ...]
+    notes: tuple[str, ...] = ()
 
 
-def observe(arm: Arm, runs: Sequence[Run], leave_out: Sequence[str] = ()) -> Observation:
-    """Return the effects that the records of an arm show directly, those that its file has left out."""
+def observe(arm: Arm, runs: Sequence[Run], scales: Sequence[Scale], leave_out: Sequence[str] = ()) -> Observation:
+    """Return the effects that the records of an arm show directly, those that its file has left out.
+
+    What every arm has some of is told in a note, where all joints have it: at one of several it is no habit of drives.
+    """
     known = {place.key for place in placed_effects(arm)}
     placed: list[Placed] = []
     causes: list[Cause] = []
+    notes: list[str] = []
     for effect in (effect for effect in registry().values() if effect.direct and effect.name not in leave_out):
-        parameters: dict[str, dict[str, Estimate]] = {}
-        presence = 0.0
         units = {parameter.name: unit_at(parameter.unit, arm.joints[0].kind) for parameter in effect.parameters}
-        for j in effect.sites(arm.n):
-            seen = effect.observed(_record(arm, runs, j))
-            if seen is None or (effect.name, j) in known:
-                continue
-            placed.append(Placed(effect, j, {name: value for name, (value, _, _) in seen.values.items()}))
-            parameters[arm.names[j]] = {name: Estimate(*v, units[name]) for name, v in seen.values.items()}
-            presence = max(presence, seen.probability)
-        if parameters:
+        seen = {j: found for j in effect.sites(arm.n) if (found := effect.observed(_record(arm, runs, j))) is not None}
+        here = [Placed(effect, j, {name: value for name, (value, _, _) in seen[j].values.items()}) for j in seen]
+        if len(here) == arm.n and all(effect.ordinary(place.values, scales[place.joint]) for place in here):
+            notes += [f"{arm.names[place.joint]}: {no_more_than_any(place, arm)}" for place in here]
+            continue
+        here = [place for place in here if place.key not in known]
+        if here:
+            placed += here
+            parameters = {
+                arm.names[place.joint]: {n: Estimate(*v, units[n]) for n, v in seen[place.joint].values.items()}
+                for place in here
+            }
+            presence = max(seen[place.joint].probability for place in here)
             nothing = Estimate(0.0, 0.0, 0.0)
             cause = Cause(effect.name, presence, tuple(parameters), (effect.name,), parameters, nothing, presence)
             causes.append(cause)
-    return Observation(tuple(placed), tuple(causes))
+    return Observation(tuple(placed), tuple(causes), tuple(notes))
 
 
 def _record(arm: Arm, runs: Sequence[Run], j: int) -> Record:

@@ -12,9 +12,10 @@ from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
 
-from stribeck.arm import Arm, unit_at
+from stribeck.arm import Arm
 from stribeck.gap.fitted.model import Model, finite, fit_model, retune, weights_of
 from stribeck.gap.records.prepare import Prepared
+from stribeck.gap.records.usual import no_more_than_any
 from stribeck.gap.search.gates import needed
 from stribeck.gap.search.rank import rank
 from stribeck.gap.search.step import Step, last_model
@@ -78,18 +79,7 @@ def told_ordinary(base: Model, stated: Collection[Placed], arm: Arm) -> list[str
     """Return a note on what re-tuning took in beside the effects that the arm file has ``stated``."""
     own = {place.key for place in stated}
     return [
-        f"{arm.names[place.joint]}: {_said(place, arm)}; re-tuning took it in"
+        f"{arm.names[place.joint]}: {no_more_than_any(place, arm)}; re-tuning took it in"
         for place in base.placed
         if place.key not in own
     ]
-
-
-def _said(place: Placed, arm: Arm) -> str:
-    if place.effect.delays:
-        return f"{1e3 * place.values['time']:.2g} ms late, as any drive may be"
-    kind = arm.joints[place.joint].kind
-    values = ", ".join(
-        f"{p.description} {place.values[p.name]:.3g} {'' if p.unit == '1' else unit_at(p.unit, kind)}".strip()
-        for p in place.effect.parameters
-    )
-    return f"{place.effect.label} ({values}), no more than any joint has"

@@ -1,0 +1,49 @@
+"""A velocity that all drives of an arm smooth alike, and shortly, is their habit; of one among others it is a cause."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from stribeck.gap.records.observed import Observation, observe
+from stribeck.gap.records.prepare import prepare
+from stribeck.run import Run
+
+from ..conftest import NOMINAL, recorded
+
+TWO = replace(NOMINAL, joints=(NOMINAL.joints[0], replace(NOMINAL.joints[0], name="B")))
+
+
+def filtered(time: float) -> tuple[Run, ...]:
+    return recorded(("velocity_filter", {"time": time}), channels=("dq",))
+
+
+def beside(first: tuple[Run, ...], second: tuple[Run, ...]) -> tuple[Run, ...]:
+    """Recordings of two joints that do the same."""
+    return tuple(
+        replace(a, **{name: np.hstack([getattr(a, name), getattr(b, name)]) for name in ("q", "dq", "tau")})
+        for a, b in zip(first, second, strict=True)
+    )
+
+
+def seen(*joints: tuple[Run, ...]) -> Observation:
+    arm, runs = (NOMINAL, joints[0]) if len(joints) == 1 else (TWO, beside(*joints))
+    return observe(arm, runs, prepare(arm, runs).scales)
+
+
+def test_a_short_filter_of_all_joints_is_told_and_not_named() -> None:
+    for found in (seen(filtered(0.006)), seen(filtered(0.006), filtered(0.006))):
+        assert not found.causes
+        assert not found.placed
+        assert all("no more than any joint has" in note for note in found.notes)
+        assert found.notes
+
+
+def test_a_long_one_is_a_cause() -> None:
+    (cause,) = seen(filtered(0.02)).causes
+    assert cause.effect == "velocity_filter"
+
+
+def test_so_is_a_short_one_of_one_joint_among_others() -> None:
+    found = seen(filtered(0.006), filtered(0.0))
+    assert [cause.joints for cause in found.causes] == [("A",)]
+    assert not found.notes
