@@ -82,8 +82,15 @@ CASES = {
     "load_dependent_friction/directional": Case("A", {"ratio": 0.3, "input": 1.0}, {"ratio": (0.3, 0.006)}, 0.1),
     "load_dependent_friction/motor": Case("A", {"ratio": 0.3, "input": 2.0}, {"ratio": (0.3, 0.006)}, 0.1),
     # N m in the plant, relative to the sliding level (here C0) in the library
-    "position_dependent_friction": Case(
+    "position_dependent_friction/one_wave": Case(
         "A", {"amplitude": 2.0, "harmonic": 3.0, "phase": 0.7}, wave(2.0 / 4.6, 0.7, 3.0), 0.3
+    ),
+    "position_dependent_friction/harmonics": Case(
+        "A",
+        {"amplitude": 2.0, "harmonic": 3.0, "phase": 0.7} | OVERTONE,
+        wave(2.0 / 4.6, 0.7, 3.0) | {"second_sine": (0.878 / 4.6, 0.03), "second_cosine": (0.479 / 4.6, 0.03)},
+        0.1,
+        3,
     ),
     "quadratic_damping": Case("B", {"coefficient": 0.4}, {"coefficient": (0.4, 0.02)}, 0.3),
     "actuator_lag/one_pole": Case("B", {"time": 0.02}, {"time_constant": (0.02, 0.001)}, 0.3),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stribeck.arm import Arm, Friction, Joint
-from stribeck.effects.registry import registry
+from stribeck.effects.registry import effect_named, registry
 from stribeck.model.cut import Cut
 from stribeck.model.drive import DRIVE
 from stribeck.model.layout import Placed, values_of
@@ -86,6 +86,15 @@ def test_residual_is_in_units_of_the_command() -> None:
     u = 7.0
     plain = residual(pendulum(), instant(0.2, 0.4, 2.0, 0.0))[0]
     assert residual(pendulum(), instant(0.2, 0.4, 2.0, u), (place,))[0] == pytest.approx((0.5 * u + plain) / 0.5)
+
+
+@pytest.mark.parametrize("velocity", [0.4, -0.4])
+@pytest.mark.parametrize("ratio", [0.0, 0.3, 0.6])
+def test_friction_that_goes_with_the_command_makes_none_of_its_noise_small(velocity: float, ratio: float) -> None:
+    """Driving, it takes a share of all that the command has more: noise would seem to be explained by it."""
+    place = Placed(effect_named("load_dependent_friction", "motor"), 0, {"ratio": ratio})
+    quiet, noisy = (residual(pendulum(), instant(0.2, velocity, 2.0, u), (place,))[0] for u in (9.0, 9.25))
+    assert noisy - quiet == pytest.approx(0.25)
 
 
 def test_where_the_command_is_lost_no_gain_makes_a_residual_small() -> None:

@@ -101,6 +101,11 @@ def test_position_and_load_enter_the_level(bench):
     middle = trace.motor[1:, 0] - trace.motor_rate[1:, 0] * 2e-5
     wave = 1.5 * np.sin(3.0 * middle + 0.5)
     assert trace.friction[1:, 0] == pytest.approx(level(bench.A, trace.link_rate[1:, 0]) + wave, abs=1e-5)
+    twice = {"overtone": 0.4, "overtone_phase": 0.2}
+    _, trace = spin(bench, "position_dependent_friction", {"amplitude": 1.5, "harmonic": 3.0, "phase": 0.5, **twice})
+    middle = trace.motor[1:, 0] - trace.motor_rate[1:, 0] * 2e-5
+    wave = 1.5 * np.sin(3.0 * middle + 0.5) + 0.4 * np.sin(6.0 * middle + 0.2)
+    assert trace.friction[1:, 0] == pytest.approx(level(bench.A, trace.link_rate[1:, 0]) + wave, abs=1e-5)
     _, trace = spin(
         bench,
         "load_dependent_friction",

@@ -48,6 +48,7 @@ from stribeck.effects.friction.load_dependent_friction_motor import LoadDependen
 from stribeck.effects.friction.negative_damping import NegativeDamping
 from stribeck.effects.friction.negative_damping_gaussian import NegativeDampingGaussian
 from stribeck.effects.friction.position_dependent_friction import PositionDependentFriction
+from stribeck.effects.friction.position_dependent_friction_harmonics import PositionDependentFrictionHarmonics
 from stribeck.effects.friction.presliding import Presliding
 from stribeck.effects.friction.presliding_maxwell_slip import PreslidingMaxwellSlip
 from stribeck.effects.friction.quadratic_damping import QuadraticDamping
@@ -86,6 +87,7 @@ _OWN: tuple[type[Effect], ...] = (
     LoadDependentFrictionDirectional,
     LoadDependentFrictionMotor,
     PositionDependentFriction,
+    PositionDependentFrictionHarmonics,
     QuadraticDamping,
     ActuatorLag,
     ActuatorLagTwoPoles,

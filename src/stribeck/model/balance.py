@@ -188,7 +188,7 @@ class Balance:
             viscous = path.viscous(j, s, x)
             friction = self._friction(j, s, d, x, needed - viscous) + viscous
             scale = path.command_scale(j, s.position)
-            rows.append((needed - friction) / scale)
+            rows.append((needed - friction) / (scale * path.torque_left(j, s, x)))
             stages.append((s.torque / scale, rotor / scale, s.load / scale, friction / scale))
         names = ("actuator", "rotor", "load", "friction")
         return ca.vertcat(*rows), {name: ca.vertcat(*[s[i] for s in stages]) for i, name in enumerate(names)}

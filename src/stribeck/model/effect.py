@@ -167,6 +167,8 @@ class FrictionEffect(Effect):
     """A change of joint friction, tau_f = sign(v) G + B with G the sliding level and B the rest."""
 
     uses_load: ClassVar[bool] = False
+    uses_torque: ClassVar[bool] = False
+    """True where the level goes with the motor's torque, by less than all of it."""
     bristle: ClassVar[bool] = False
     """True where a state carries the friction instead of its sign: there is no stuck mode then."""
 

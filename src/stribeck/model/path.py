@@ -71,6 +71,17 @@ class SignalPath(Symbols):
             scale = scale * effect.command_scale(position, self.parameters(k))
         return ca.fmin(scale, 1.0) if any(effect.clips for _, effect in effects) else scale
 
+    def torque_left(self, joint: int, s: Signals, x: Any) -> Expression:
+        """Return what friction that goes with the torque of the motor leaves of more of it: 1 where none does.
+
+        Residuals are divided by it, as by :meth:`command_scale`: noise in the command would grow less with the share.
+        """
+        if not any(effect.uses_torque for _, effect in self.at(joint, FrictionEffect)):
+            return 1.0
+        torque = ca.SX.sym("torque")
+        slope = ca.jacobian(self.present_level(joint, s.at(torque=torque), x), torque)
+        return 1.0 - ca.sign(s.velocity) * ca.substitute(slope, torque, s.torque)
+
     def level(self, joint: int, speed: Expression, direction: float, s: Signals, x: Any) -> Expression:
         """Return the sliding friction level G (N m) of a joint at a speed for one direction."""
         constants = self._constants(joint, direction, s, x)

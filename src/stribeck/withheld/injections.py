@@ -116,7 +116,9 @@ KNOWN: dict[str, Rule] = {
         {"change": 0.0}, {"time": 20.0, "power": 5.0, "work": 0.0, "lost": 0.0},
         {"change": "warm_change", "time": "warm_time", "power": "warm_power", "work": "wear_work", "lost": "wear_lost"},
     ),
-    "position_dependent_friction": Rule({"amplitude": 0.0}, {"harmonic": 1.0, "phase": 0.0}, _periodic("wave")),
+    "position_dependent_friction": Rule(
+        {"amplitude": 0.0}, {"harmonic": 1.0, "phase": 0.0, **_NO_OVERTONE}, _periodic("wave") | _overtone("wave")
+    ),
     "load_dependent_friction": Rule({"ratio": 0.0}, {"input": 0.0}, {"ratio": "load_ratio", "input": "load_input"}),
     "quadratic_damping": Rule({"coefficient": 0.0}, {}, {"coefficient": "quadratic"}),
     "actuator_lag": Rule(

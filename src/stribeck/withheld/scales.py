@@ -207,7 +207,7 @@ SCALES: dict[str, Scale] = {
     ),
     "dwell_time": Scale(_dwell, levels={"clear": (0.5, 1.0), "medium": (0.25, 0.5), "weak": (0.1, 0.25)}),
     "history": Scale(_history, (0.03, 0.7)),
-    "position_dependent_friction": Scale(_periodic(lambda st: st.joint.friction.C0, 1.0, 2.0, 3.0), (0.03, 0.85)),
+    "position_dependent_friction": Scale(_overtones(lambda st: st.joint.friction.C0, 1.0, 2.0, 3.0), (0.03, 0.7)),
     "load_dependent_friction": Scale(_load, (0.005, 0.5)),
     "quadratic_damping": Scale(_simple("coefficient", lambda st: st.torque / st.speed**2), (0.05, 6.0)),
     "actuator_lag": Scale(_lag, (5e-4, 0.04)),

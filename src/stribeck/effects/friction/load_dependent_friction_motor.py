@@ -21,6 +21,7 @@ class LoadDependentFrictionMotor(FrictionEffect):
     symptom = "a residual against the motion, in proportion to the motor's torque"
     shows = "load"
     source = "Hamon, Gautier & Garrec (2010); Duclusaud, Passault, Padois & Ly (2025)"
+    uses_torque = True
     parameters = (Parameter("ratio", "1", "friction torque per motor torque", 0.0, 0.0, 0.9),)
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:

@@ -19,6 +19,7 @@ class PositionDependentFriction(FrictionEffect):
     """A sliding level modulated by one harmonic of the position."""
 
     name = "position_dependent_friction"
+    law = "one_wave"
     channel = "friction"
     equation = r"G = G_0 (1 + a \sin N q + b \cos N q)"
     symptom = "a residual against the direction of motion that repeats with position"

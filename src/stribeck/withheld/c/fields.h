@@ -14,7 +14,8 @@
     X(stribeck_torque) X(stribeck_velocity) X(stribeck_squared)                                                  \
     X(bristle_stiffness) X(bristle_damping) X(friction_lag)                                                      \
     X(dwell_rise) X(dwell_time) X(dwell_distance) X(warm_change) X(warm_time) X(warm_power) X(wear_work) X(wear_lost) \
-    X(wave_amplitude) X(wave_harmonic) X(wave_phase) X(load_ratio) X(load_input) X(quadratic)                    \
+    X(wave_amplitude) X(wave_harmonic) X(wave_phase) X(wave_overtone) X(wave_overtone_phase)                     \
+    X(load_ratio) X(load_input) X(quadratic)                                                                     \
     /* drive */                                                                                                  \
     X(lag) X(lag_again) X(lag_damping) X(delay) X(gain) X(offset)                                                \
     X(saturation) X(saturation_fade) X(saturation_bend) X(dead_zone) X(dead_zone_jump)                           \

@@ -42,6 +42,8 @@ static Level level_now(const Joint *j, const Friction *f, int forward, double an
     Level l = {warm * C0, warm * C1 + j->dwell_rise * f->dwell, alpha, warm * C2,
                j->stribeck_torque, j->stribeck_velocity, j->stribeck_squared, j->quadratic};
     if (j->wave_amplitude != 0.0) l.constant += j->wave_amplitude * sin(j->wave_harmonic * angle + j->wave_phase);
+    if (j->wave_overtone != 0.0)
+        l.constant += j->wave_overtone * sin(2.0 * j->wave_harmonic * angle + j->wave_overtone_phase);
     if (j->load_ratio != 0.0) { /* of what leaves the gear, of what enters it (1), or of what the motor gives (2) */
         double passed = j->load_input > 1.5 ? f->drive : f->load + j->load_input * f->torque;
         l.constant += j->load_ratio * fabs(passed);

@@ -1,0 +1,64 @@
+"""Friction that varies with the joint's position, by more than a pure wave."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import final
+
+import casadi as ca
+import numpy as np
+
+from stribeck.model.effect import FrictionEffect
+from stribeck.model.values import UNEVEN, Expression, Parameter, Parameters, Scale, Signals, States
+from stribeck.model.waves import Trace, strongest_waves
+
+WAVES = ("", "second_", "third_")
+
+
+@final
+class PositionDependentFrictionHarmonics(FrictionEffect):
+    """A sliding level modulated by three harmonics of the position: a spot that is worn, or a wheel that is bent."""
+
+    name = "position_dependent_friction"
+    law = "harmonics"
+    channel = "friction"
+    equation = r"G = G_0 \left(1 + \sum_{i=1}^{3} a_i \sin i N q + b_i \cos i N q\right)"
+    symptom = "a residual against the direction of motion that is a curve over position"
+    shows = "position"
+    source = "Armstrong-Helouvry (1991); Popovic & Goldenberg (1998)"
+    kin = ("wave",)
+    parameters = (
+        *(
+            Parameter(
+                f"{which}{wave}", "1", f"relative amplitude of the {which.replace('_', ' ')}{wave}", 0.0, -2.0, 2.0
+            )
+            for which in WAVES
+            for wave in ("sine", "cosine")
+        ),
+        Parameter("harmonic", "1/rad", "cycles per turn of the slowest", 1.0, 1.0, 1e6, firm=True),
+    )
+
+    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
+        return tuple(_from(n) for n in (1.0, 2.0, 3.0, 4.0))
+
+    def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
+        if not scale.prismatic:
+            return self.starts(scale)
+        waves = strongest_waves(trace.position, np.sign(trace.velocity), trace, scale.rates(60.0))
+        return tuple(_from(wave.rate / multiple) for wave in waves[:2] for multiple in (1.0, 2.0))
+
+    def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
+        return math.hypot(*(value for name, value in values.items() if name != "harmonic")) < UNEVEN
+
+    def level(self, level: Expression, direction: float, s: Signals, x: States, p: Parameters) -> Expression:
+        factor = 1.0
+        for i, which in enumerate(WAVES, 1):
+            phase = i * p["harmonic"] * s.position
+            factor += p[f"{which}sine"] * ca.sin(phase) + p[f"{which}cosine"] * ca.cos(phase)
+        return ca.fmax(level * factor, 0.0)
+
+
+def _from(harmonic: float) -> dict[str, float]:
+    """Return a start: the derivatives by the amplitudes find the phases."""
+    return {**{f"{which}{wave}": 0.05 for which in WAVES for wave in ("sine", "cosine")}, "harmonic": harmonic}
