@@ -1,5 +1,7 @@
 """True stiction: break-away exactly at C0 + C1, and no creep below it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -78,3 +80,13 @@ def test_break_away_with_effects() -> None:
         for share, expected in ((1 - 1e-9, 0.0), (1 + 1e-6, sign)):
             command = still + np.array([load + sign * level * share, 0.0])
             assert mode_at_start(engine, q, command)[0] == expected
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_friction_that_goes_with_the_motor_s_torque_breaks_away_later(sign: float) -> None:
+    """At rest without load C0 + C1 + 0.3 u = u: a command of (C0 + C1) / 0.7."""
+    slower = replace(entry("load_dependent_friction", "A", ratio=0.3), law="motor")
+    engine = Engine(path_of(two_links(slower)))
+    for share, expected in ((1.0 - 1e-6, 0.0), (1.0 + 1e-6, sign)):
+        command = np.array([sign * 6.25 / 0.7 * share, 0.0])
+        assert mode_at_start(engine, np.array([0.3, 0.2, 0.0, 0.0]), command)[0] == expected
