@@ -190,6 +190,34 @@ def test_what_was_taken_first_may_be_outdone_later(hidden: str, first: str, inst
     assert outdone_by(prepared, steps[:1], pool, 0) is None
 
 
+def test_no_rival_is_tried_where_a_later_effect_has_its_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A base that rocks is no rival beside a soft shaft at the same joint, though one that slides would be."""
+    offset, shaft = Placed(effect_named("torque_offset"), 0), Placed(effect_named("joint_flexibility"), 0)
+    rocking, sliding = (Placed(effect_named("base_flexibility", law), 0) for law in ("rocking", "sliding"))
+
+    def model(*placed: Placed) -> Any:
+        return SimpleNamespace(placed=placed, fit=None)
+
+    def tried(rival: Placed) -> list[tuple[Placed, ...]]:
+        ranking: Any = SimpleNamespace(best=1, order=(2,), overall=np.array([0.0, 0.9, 0.8]))
+        first = Step(model(), (model(offset), model(rival)), ranking, (1,), (), FLOOR)
+        alone: Any = SimpleNamespace(best=1, order=(), overall=np.array([0.0, 0.9]))
+        second = Step(model(offset), (model(offset, shaft),), alone, (1,), (), FLOOR)
+        seen: list[tuple[Placed, ...]] = []
+
+        def pool(fits: Any) -> list[Any]:
+            seen.extend(given[1] for _, given, _ in fits)
+            return [SimpleNamespace(held=np.array([np.nan])) for _ in fits]
+
+        assert outdone_by(prepared, (first, second), pool, 0) is None
+        return seen
+
+    prepared: Any = SimpleNamespace(arm=NOMINAL)
+    monkeypatch.setattr("stribeck.gap.search.beside.weights_of", lambda *given: None)
+    assert tried(rocking) == []
+    assert [placed[-1].effect.law for placed in tried(sliding)] == ["sliding"]
+
+
 @pytest.mark.parametrize(("stiffness", "inertia"), [(150.0, 0.4), (300.0, 0.5), (400.0, 1.0)])
 def test_a_resonance_between_the_starts_is_found(stiffness: float, inertia: float) -> None:
     """Starts that run away to a rigid base lose nothing, and must not crowd out the one that leads down."""

@@ -88,10 +88,13 @@ def outdone(
     places, fits = [], []
     for i, step in enumerate(taken, own):
         rest = (*final.placed[:i], *final.placed[i + 1 :])
-        possible = {(effect.name, joint) for effect, joint in candidates(prepared.arm, rest, leave_out)}
-        possible -= {final.placed[i].key}
+        possible = [
+            (effect.name, effect.law, joint)
+            for effect, joint in candidates(prepared.arm, rest, leave_out)
+            if (effect.name, joint) != final.placed[i].key
+        ]
         rivals = [step.rivals[k - 1].placed[-1] for k in step.ranking.order if step.ranking.overall[k] > LEAST_GAIN]
-        for rival in [r for r in rivals if r.key in possible][:SWAPS]:
+        for rival in [r for r in rivals if (r.effect.name, r.effect.law, r.joint) in possible][:SWAPS]:
             places.append(final.placed[i])
             placed = (*rest, Placed(rival.effect, rival.joint))
             fits.append(delayed(fit_model)(prepared, placed, weights, final.fit, rival.values, evaluations=WEIGHING))
