@@ -113,6 +113,8 @@ def test_starts_are_plausible(effect: Effect, scale: Scale) -> None:
         ("backlash", {"gap": 1e-5, "stiffness": 200.0, "damping": 0.1}),  # a fiftieth of the wind-up under 0.1 N m
         ("joint_flexibility", {"stiffness": 40.0, "damping": 0.3}),  # half as much again as would let it ring
         ("negative_damping", {"amount": 47.0, "velocity": 0.002}),  # the same at rest
+        ("dwell_time", {"rise": 0.7, "time": 1.3, "distance": 3e-4}),  # a fall as 1 / v, by a rise beyond all torque
+        ("dwell_time/frozen", {"rise": 0.7, "time": 1.3}),
         ("cogging", {"sine": 0.02, "cosine": 0.0, "harmonic": 15.0}),  # two thirds of a period: any curve over position
         ("torque_ripple", {"sine": 0.1, "cosine": 0.0, "harmonic": 15.0}),
         (

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import final
 
 from stribeck.model.effect import FrictionEffect
 from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
+
+MOST_RISE = 2.0  # of friction, or of the torque where that is more
 
 
 @final
@@ -34,6 +37,10 @@ class DwellTimeAgeing(FrictionEffect):
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         size = 0.5 * max(scale.friction, 0.02 * scale.torque)
         return tuple({"rise": size, "time": 0.7, "distance": max(part * scale.travel, 2e-3)} for part in (0.01, 0.05))
+
+    def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
+        # a high one that any slide renews at once is friction that falls as 1 / v
+        return values["rise"] < MOST_RISE * max(scale.friction, scale.torque)
 
     def constants(self, constants: Parameters, s: Signals, x: States, p: Parameters) -> Parameters:
         return {**constants, "C0": constants["C0"] + p["rise"] * x["age"]}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import final
 
@@ -10,6 +11,8 @@ from stribeck.model.values import Expression, Parameter, Parameters, Scale, Sign
 
 STILL = 1e-3  # rad/s (m/s on an axis in m), up to which a joint rests
 SETTLES = 0.01  # s, within which a rest is known for one, and forgotten
+
+MOST_RISE = 2.0  # of friction, or of the torque where that is more
 
 
 @final
@@ -38,6 +41,10 @@ class DwellTimeFrozen(FrictionEffect):
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         return ({"rise": 0.5 * max(scale.friction, 0.02 * scale.torque), "time": 0.5},)
+
+    def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
+        # a high one that any slide renews at once is friction that falls as 1 / v
+        return values["rise"] < MOST_RISE * max(scale.friction, scale.torque)
 
     def constants(self, constants: Parameters, s: Signals, x: States, p: Parameters) -> Parameters:
         return {**constants, "C1": constants["C1"] + p["rise"] * x["grown"]}
