@@ -186,6 +186,7 @@ def test_a_law_of_another_kind_does_not_count_against_intervals():
     ("load_dependent_friction", "ratio", "input", "proportional", "directional"),
     ("torque_saturation", "limit", "fade", "constant", "back_emf"),
     ("cable_spring", "stiffness", "cubic", "linear", "hardening"),
+    ("position_dependent_friction", "harmonic", "overtone", "one_wave", "harmonics"),
     ("torque_dead_zone", "width", "jump", "shifted", "threshold"),
 ])  # fmt: skip
 @pytest.mark.parametrize("is_further", [False, True])

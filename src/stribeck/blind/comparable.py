@@ -79,6 +79,7 @@ RELATED = frozenset({"presliding", "backlash", "frictional_lag", "negative_dampi
 # The plant's parameter that makes it a further law of a family, and that law; of several, it is the law's number
 FURTHER = {
     "load_dependent_friction": ("input", ("directional", "motor")),
+    "position_dependent_friction": ("overtone", ("harmonics",)),
     "torque_saturation": ("fade", ("back_emf",)),
     "cable_spring": ("cubic", ("hardening",)),
     "torque_dead_zone": ("jump", ("threshold",)),
