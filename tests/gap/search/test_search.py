@@ -17,6 +17,7 @@ from stribeck.gap.search import forward as forward_module
 from stribeck.gap.search import screen as screening
 from stribeck.gap.search import search as search_module
 from stribeck.gap.search.beside import idle as idle_of
+from stribeck.gap.search.beside import misleading
 from stribeck.gap.search.beside import outdone as outdone_by
 from stribeck.gap.search.beside import weighed, without_each
 from stribeck.gap.search.candidates import Trial, candidates
@@ -216,6 +217,31 @@ def test_no_rival_is_tried_where_a_later_effect_has_its_place(monkeypatch: pytes
     monkeypatch.setattr("stribeck.gap.search.beside.weights_of", lambda *given: None)
     assert tried(rocking) == []
     assert [placed[-1].effect.law for placed in tried(sliding)] == ["sliding"]
+
+
+@pytest.mark.parametrize(
+    ("near", "left", "passing", "found"),
+    [
+        (0.9, 9.0, (1, 2), ("actuator_lag", 0)),
+        (0.5, 9.0, (1, 2), None),  # the delay is far behind
+        (0.9, 1.5, (1, 2), None),  # hardly more than noise is left
+        (0.9, 9.0, (1,), None),  # the delay may not be taken
+    ],
+)
+def test_an_effect_that_leaves_much_may_stand_for_another(
+    near: float, left: float, passing: tuple[int, ...], found: tuple[str, int] | None
+) -> None:
+    lag, late = (SimpleNamespace(placed=(Placed(effect_named(name), 0),)) for name in ("actuator_lag", "delay"))
+    models: Any = (lag, late)
+    ranking: Any = SimpleNamespace(
+        best=1, overall=np.array([0.0, 0.95, near]), power=np.array([[90.0], [left], [20.0]])
+    )
+    base: Any = SimpleNamespace(placed=())
+    took = Step(base, models, ranking, passing, (), FLOOR)
+    ended = Step(base, models, ranking, (), (), FLOOR)
+    assert misleading((took, ended)) == found
+    assert misleading((took, took, ended)) is None
+    assert misleading((took,)) is None  # nothing was tried beside it
 
 
 @pytest.mark.parametrize(("stiffness", "inertia"), [(150.0, 0.4), (300.0, 0.5), (400.0, 1.0)])

@@ -22,6 +22,8 @@ from stribeck.model.layout import Placed
 
 SWAPS = 2  # rivals that are tried in an effect's place, once all are found
 SURELY = 0.95  # probability by which they must be the better ones
+MUCH_LEFT = 2.5  # of the noise floor's power, beside an effect that alone was taken: another one may be the true one
+NEARLY = 0.6  # of what it gains, in logarithms, that the other one gains
 WEIGHING = 40  # evaluations of the last model without one of its effects
 
 
@@ -104,3 +106,23 @@ def outdone(
     ranking = rank(prepared, [final, *(model for _, model in found)], floor, seed)
     place = found[int(np.argmax(ranking.probability[1:]))][0]
     return place.key if ranking.probability[0] < 1.0 - SURELY else None
+
+
+def misleading(steps: Sequence[Step]) -> tuple[str, int] | None:
+    """Return the one effect that was taken where it leaves much, nothing helps it, and another came near it; or None.
+
+    A lag that follows a delay in part leaves what hides the payload beside it.
+    """
+    taken = [step for step in steps if step.taken]
+    if len(taken) != 1 or steps[-1].taken or taken[0].best is None:
+        return None
+    ranking, worth = taken[0].ranking, taken[0].worth
+    left = ranking.power[ranking.best] if worth is None else worth.power[1]
+    gains = -np.log(np.maximum(1.0 - ranking.overall, 1e-12))
+    names = {
+        taken[0].rivals[k - 1].placed[-1].effect.name
+        for k in taken[0].passing
+        if gains[k] > NEARLY * gains[ranking.best]
+    }
+    place = taken[0].best.placed[-1]
+    return place.key if left.max() > MUCH_LEFT and names - {place.effect.name} else None

@@ -11,7 +11,7 @@ from joblib import Parallel
 from stribeck.effects.registry import placed_effects
 from stribeck.gap.fitted.model import Model, referred, retune
 from stribeck.gap.records.prepare import Prepared
-from stribeck.gap.search.beside import SURELY, idle, outdone, weighed, without_each
+from stribeck.gap.search.beside import SURELY, idle, misleading, outdone, weighed, without_each
 from stribeck.gap.search.forward import Known, Progress, Setting, forward, hardly
 from stribeck.gap.search.gates import LEAST_GAIN
 from stribeck.gap.search.look_alike import with_look_alikes
@@ -38,7 +38,7 @@ def search(
 
     Forward first, from a model that is re-tuned with what every arm has, where that is found. Then each effect is tried
     without: what it is worth beside the others. One that was taken for the sake of a later one (masking) is not needed
-    any more, and the search is made again without it.
+    any more, and the search is made again without it; so it is where the only one leaves much that nothing closes.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def search(
         prepared = setting.prepared
         steps, without = _believed(setting, found)
         unneeded = idle(steps)
-        needless = unneeded or outdone(prepared, steps, pool, seed, leave_out)
+        needless = unneeded or outdone(prepared, steps, pool, seed, leave_out) or misleading(steps)
         if needless is not None:
             progress(f"again without {needless[0]}")
             barring, _, other = _from_the_ordinary(replace(setting, barred=frozenset({needless})), base)
