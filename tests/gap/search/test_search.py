@@ -17,9 +17,8 @@ from stribeck.gap.search import forward as forward_module
 from stribeck.gap.search import screen as screening
 from stribeck.gap.search import search as search_module
 from stribeck.gap.search.beside import idle as idle_of
-from stribeck.gap.search.beside import misleading
+from stribeck.gap.search.beside import misleading, weighed, without_each
 from stribeck.gap.search.beside import outdone as outdone_by
-from stribeck.gap.search.beside import weighed, without_each
 from stribeck.gap.search.candidates import Trial, candidates
 from stribeck.gap.search.families import best_laws, best_of_each, close_laws, laws_instead, relawed
 from stribeck.gap.search.forward import Setting, _fit_trial, _states, _survivors
