@@ -39,7 +39,7 @@ def answered(case: Poor) -> dict[str, Any]:
     prepared = prepare(case.nominal, case.runs)
     found = searched(prepared, jobs=1)
     prepared, floor = found.prepared, found.steps[-1].floor
-    seen = observe(case.nominal, case.runs)
+    seen = observe(case.nominal, case.runs, prepared.scales)
     first = Assembly(prepared, seen, found.given, found.noise, floor, found.steps, 0).diagnosis()
     row: dict[str, Any] = {**case.words(), "joints": case.nominal.n, "before": said(case, first)}
     row["seconds"] = {"diagnosis": time.process_time() - began}

@@ -96,7 +96,10 @@ def _own(arm: Arm, runs: Sequence[Run], prepared: Prepared, steps: Sequence[Step
     """Return what ``stribeck diagnose`` names: effects that the records show by themselves first, as it lists them."""
     floor = steps[-1].floor
     causes, left_over = causes_of(steps, arm.names, prepared.scales)
-    named = [*observe(arm, runs, leave_out).causes, *(c for c in causes if (c.presence or 0.0) > NAMED_OVER)]
+    named = [
+        *observe(arm, runs, prepared.scales, leave_out=leave_out).causes,
+        *(c for c in causes if (c.presence or 0.0) > NAMED_OVER),
+    ]
     last = steps[-1].best if steps[-1].taken and steps[-1].best is not None else steps[-1].base
     bounds = nominal_intervals(last, prepared, floor)
     keys = [entry.key for entry in last.fit.entries]

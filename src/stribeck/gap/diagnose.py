@@ -65,7 +65,7 @@ def diagnose(
             raise InputError(f"{run.name}: not a recording of this arm", f"{run.n} joints", f"the arm has {arm.n}")
     progress("conditioning the recordings")
     prepared = prepare(arm, runs, held_out)
-    seen = observe(arm, (*runs, *held_out), prepared.scales, leave_out)
+    seen = observe(arm, (*runs, *held_out), prepared.scales, leave_out=leave_out)
     found = searched(prepared, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
     progress("simulating the held-out runs")
     return Assembly(

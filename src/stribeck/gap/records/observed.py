@@ -25,7 +25,7 @@ class Observation:
     notes: tuple[str, ...] = ()
 
 
-def observe(arm: Arm, runs: Sequence[Run], scales: Sequence[Scale], leave_out: Sequence[str] = ()) -> Observation:
+def observe(arm: Arm, runs: Sequence[Run], scales: Sequence[Scale], *, leave_out: Sequence[str] = ()) -> Observation:
     """Return the effects that the records of an arm show directly, those that its file has left out.
 
     What every arm has some of is told in a note, where all joints have it: at one of several it is no habit of drives.
