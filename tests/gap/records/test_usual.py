@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from stribeck.arm import EffectEntry
 from stribeck.gap.records.observed import Observation, observe
 from stribeck.gap.records.prepare import prepare
 from stribeck.run import Run
@@ -47,3 +48,9 @@ def test_so_is_a_short_one_of_one_joint_among_others() -> None:
     found = seen(filtered(0.006), filtered(0.0))
     assert [cause.joints for cause in found.causes] == [("A",)]
     assert not found.notes
+
+
+def test_what_the_arm_file_states_is_neither_told_nor_named() -> None:
+    stated = EffectEntry("velocity_filter", ("A",), {"A": {"time": 0.006}})
+    arm, runs = replace(NOMINAL, effects=(stated,)), filtered(0.006)
+    assert observe(arm, runs, prepare(NOMINAL, runs).scales) == Observation((), ())

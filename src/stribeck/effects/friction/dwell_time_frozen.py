@@ -43,7 +43,7 @@ class DwellTimeFrozen(FrictionEffect):
         return ({"rise": 0.5 * max(scale.friction, 0.02 * scale.torque), "time": 0.5},)
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
-        # a high one that any slide renews at once is friction that falls as 1 / v
+        # a higher one fits what noise and filters do around rest, as long as rests are short enough
         return values["rise"] < MOST_RISE * max(scale.friction, scale.torque)
 
     def constants(self, constants: Parameters, s: Signals, x: States, p: Parameters) -> Parameters:

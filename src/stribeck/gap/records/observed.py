@@ -38,11 +38,11 @@ def observe(arm: Arm, runs: Sequence[Run], scales: Sequence[Scale], *, leave_out
         units = {parameter.name: unit_at(parameter.unit, arm.joints[0].kind) for parameter in effect.parameters}
         seen = {j: found for j in effect.sites(arm.n) if (found := effect.observed(_record(arm, runs, j))) is not None}
         here = [Placed(effect, j, {name: value for name, (value, _, _) in seen[j].values.items()}) for j in seen]
-        if len(here) == arm.n and all(effect.ordinary(place.values, scales[place.joint]) for place in here):
-            notes += [f"{arm.names[place.joint]}: {no_more_than_any(place, arm)}" for place in here]
-            continue
+        habit = len(here) == arm.n and all(effect.ordinary(place.values, scales[place.joint]) for place in here)
         here = [place for place in here if place.key not in known]
-        if here:
+        if habit:
+            notes += [f"{arm.names[place.joint]}: {no_more_than_any(place, arm)}" for place in here]
+        elif here:
             placed += here
             parameters = {
                 arm.names[place.joint]: {n: Estimate(*v, units[n]) for n, v in seen[place.joint].values.items()}
