@@ -117,6 +117,18 @@ def test_runs_follow_one_another() -> None:
     assert np.concatenate(parts) == pytest.approx(Residual(model, both, ())(p)[0], abs=1e-12)
 
 
+def test_clocks_that_differ_by_their_rounding_are_one() -> None:
+    """Runs of nearly one rate advance side by side, and each comes to what it comes to alone."""
+    ticks = (2e-3, 2e-3 * (1.0 + 2e-5))
+    alone = [condition(pendulum(), recorded(rate=1.0 / step, duration=3.0, noise=1e-5), 20.0) for step in ticks]
+    model = path(("presliding", BRISTLE))
+    p = values_of(model.entries)
+    parts = [Residual(model, [run], ())(p)[0] for run in alone]
+    together = Residual(model, alone, ())
+    assert np.concatenate(parts) == pytest.approx(together(p)[0], abs=1e-4 * np.std(alone[0].command))
+    assert len(together._machines) == 1
+
+
 def test_stages_filter_to_the_residual() -> None:
     run = runs()[0]
     residual = Residual(path(("presliding", BRISTLE)), [run], ())

@@ -16,6 +16,7 @@ from stribeck.model.drive import DRIVE, PAST, RATES
 from stribeck.model.path import SignalPath
 
 SAMPLES = 40_000  # evaluated at a time: bounds the memory of the Jacobian
+SAME_STEP = 1e-4  # of it, by which the steps of two runs may differ and still be one: so much do their clocks, too
 
 
 class Residual:
@@ -55,10 +56,10 @@ class Residual:
         self._curves: dict[tuple[int, str, int], tuple[Conditioned, CubicSpline]] = {}
 
     def _machine(self, run: Conditioned) -> Machine:
-        key = round(run.sample_time, 9)
-        if key not in self._machines:
-            self._machines[key] = Machine(self._cut(run.sample_time))
-        return self._machines[key]
+        for step, machine in self._machines.items():
+            if abs(run.sample_time - step) < SAME_STEP * step:
+                return machine
+        return self._machines.setdefault(run.sample_time, Machine(self._cut(run.sample_time)))
 
     def _cut(self, sample_time: float) -> Cut:
         return Cut(self.path, sample_time, self.columns, observe=self.observe)
