@@ -362,3 +362,12 @@ def test_a_start_is_near_any_bristle_and_any_play(part: float) -> None:
         assert min(abs(math.log(k * part * LARGE.travel / LARGE.friction)) for k in given) < math.log(3.0)
     gaps = [values["gap"] for values in effect_named("backlash").starts(LARGE)]
     assert min(abs(math.log(gap / (part * LARGE.travel))) for gap in gaps) < math.log(2.0)
+
+
+@pytest.mark.parametrize("name", ["joint_flexibility", "backlash"])
+def test_a_rotor_does_not_stiffen_the_starts(name: str) -> None:
+    """What rings behind a gearbox is the link; the reflected rotor may be ten times as heavy."""
+    direct = replace(LARGE, inertia=0.5)
+    geared = replace(direct, inertia=5.5, rotor=5.0)
+    first, second = ([start["stiffness"] for start in registry()[name].starts(scale)] for scale in (direct, geared))
+    assert second == pytest.approx(first)

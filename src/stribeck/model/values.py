@@ -27,6 +27,9 @@ STRAY = 0.015
 UNEVEN = 0.02
 """Part of its friction by which any joint's varies along its way."""
 
+LIGHTEST = 0.01
+"""Least part of a joint's inertia that is taken to lie beyond its transmission."""
+
 MOST_PERIODS = 60.0
 """Periods over the travel that are looked for on an axis in m: a screw or a magnet track may have as many."""
 
@@ -76,8 +79,8 @@ class Scale:
         Range of position, and its median, rad.
     distance : float
         That the joint goes to and fro in all recordings together, rad.
-    inertia : float
-        Inertia that the joint moves, others held, kg m^2.
+    inertia, rotor : float
+        Inertia that the joint moves, others held, and its rotor's part of that, kg m^2.
     sample_time : float
         s.
     prismatic : bool
@@ -94,6 +97,7 @@ class Scale:
     middle: float = 0.0
     prismatic: bool = False
     distance: float = math.inf
+    rotor: float = 0.0
 
     def rates(self, most: float) -> tuple[float, float]:
         """Return the range of cycles per radian of phase, 1/rad, in which a periodic law may start.
@@ -101,6 +105,11 @@ class Scale:
         From one to ``most`` a turn; on an axis in m from half a period over the travel to MOST_PERIODS of them.
         """
         return (math.pi / self.travel, 2.0 * math.pi * MOST_PERIODS / self.travel) if self.prismatic else (1.0, most)
+
+    @property
+    def link(self) -> float:
+        """Inertia that is moved through the transmission, kg m^2: all but the rotor's, which may be most of it."""
+        return max(self.inertia - self.rotor, LIGHTEST * self.inertia)
 
     @property
     def stray(self) -> float:

@@ -42,7 +42,7 @@ class Backlash(TransmissionEffect):
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         # the contact of a play is as stiff as its motor and link are unlike: some 30 Hz
         rate = 6.2832 * 30.0
-        stiffness, damping = scale.inertia * rate**2, scale.inertia * rate
+        stiffness, damping = scale.link * rate**2, scale.link * rate
         gaps = [part * scale.travel for part in np.geomspace(*GAPS)]
         trials = tuple({"gap": gap, "stiffness": stiffness, "damping": damping} for gap in gaps)
         return tuple(trial for trial in trials if self.plausible(trial, scale)) or trials[-1:]

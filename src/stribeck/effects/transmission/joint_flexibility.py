@@ -38,7 +38,7 @@ class JointFlexibility(TransmissionEffect):
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
         # more is a link that hardly follows its motor at all, and so not the noise of its encoder either
-        return values["damping"] < DAMPED * 2.0 * math.sqrt(values["stiffness"] * scale.inertia)
+        return values["damping"] < DAMPED * 2.0 * math.sqrt(values["stiffness"] * scale.link)
 
     def transmitted(self, deflection: Expression, rate: Expression, p: Parameters) -> Expression:
         return p["stiffness"] * deflection + p["damping"] * rate
@@ -50,4 +50,4 @@ class JointFlexibility(TransmissionEffect):
 def _start(scale: Scale, hertz: float) -> dict[str, float]:
     """Return the values of a shaft on which the link rings so fast."""
     omega = 6.2832 * hertz
-    return {"stiffness": scale.inertia * omega**2, "damping": 0.2 * scale.inertia * omega}
+    return {"stiffness": scale.link * omega**2, "damping": 0.2 * scale.link * omega}

@@ -147,6 +147,7 @@ def typical(arm: Arm, runs: Sequence[Conditioned], inertia: np.ndarray, gone: np
             prismatic=arm.joints[j].kind == "prismatic",
             middle=float(np.median(np.concatenate([run.position[:, j] for run in runs]))),
             distance=float(gone[j]) + 1e-6,
+            rotor=arm.joints[j].rotor_inertia,
         )
         for j in range(arm.n)
     )
