@@ -21,7 +21,7 @@ from stribeck.gap.search.beside import misleading, weighed, without_each
 from stribeck.gap.search.beside import outdone as outdone_by
 from stribeck.gap.search.candidates import Trial, candidates
 from stribeck.gap.search.families import best_laws, best_of_each, close_laws, laws_instead, relawed
-from stribeck.gap.search.forward import Setting, _fit_trial, _states, _survivors
+from stribeck.gap.search.forward import Done, Setting, _fit_trial, _states, _survivors
 from stribeck.gap.search.judged import Judged, as_hopeful
 from stribeck.gap.search.ordinary import _needed_of
 from stribeck.gap.search.projector import Projector
@@ -376,7 +376,7 @@ def test_the_laws_tried_instead_are_fitted(
     monkeypatch.setattr(forward_module, "laws_instead", lambda *_: [other])
     with Parallel(n_jobs=1) as pool:
         setting = Setting(prepared, FLOOR, 0, pool, (), frozenset(), lambda text: None)
-        step = forward_module._step(setting, base, (), {}, None)
+        step = forward_module._step(setting, base, (), {}, None, Done())
     assert {model.placed[-1].effect.name for model in step.rivals} == {"delay", "cable_spring"}
 
 
@@ -606,7 +606,7 @@ def test_a_start_that_led_nowhere_is_not_the_next_one(
     known: dict[tuple[str, str, int], dict[str, float]] = {}
     with Parallel(n_jobs=1) as pool:
         setting = Setting(prepared, FLOOR, 0, pool, (), frozenset(), lambda text: None)
-        step = forward_module._step(setting, base, (), known, None)
+        step = forward_module._step(setting, base, (), known, None, Done())
     assert known == {}
     assert not step.taken
     assert len(step.screened_out) == len({(e.name, j) for e, j in candidates(prepared.arm, ())})
@@ -676,7 +676,8 @@ def test_a_search_made_anew_has_the_same_rivals_as_long_as_it_comes_to_the_same(
     nothing = replace(earlier[1], passing=())
     asked: list[object] = []
 
-    def step(setting: object, base: object, others: object, known: object, floor: object, same: object = None) -> Step:
+    def step(*given: object) -> Step:
+        same = given[6] if len(given) > 6 else None
         asked.append(same)
         return {id(earlier[0]): earlier[0], id(earlier[1]): nothing}.get(id(same)) or taken("payload", 0.95, 20.0)
 
@@ -741,14 +742,19 @@ def test_the_rivals_of_an_earlier_step_alone_are_screened(
 
     def screen_one(prepared: object, base: object, weights: object, effect: Effect, *_: object) -> Trial:
         screened.append(effect.name)
-        return Trial(effect, 0, {"time": 0.02}, 9.0)
+        return Trial(effect, 0, {"time": 0.02}, 9.0 if effect.name == "delay" else -np.inf)
 
     monkeypatch.setattr(forward_module, "screen", screen_one)
     with Parallel(n_jobs=1) as pool:
         setting = Setting(prepared, FLOOR, 0, pool, (), frozenset(), lambda text: None)
-        step = forward_module._step(setting, base, (), {}, None, taken("delay", 0.9, 12.0))
-    assert screened == ["delay"]
-    assert len(step.screened_out) == len({(e.name, j) for e, j in candidates(prepared.arm, ())}) - 1
+        done = Done()
+        step = forward_module._step(setting, base, (), {}, None, done, taken("delay", 0.9, 12.0))
+        assert screened == ["delay"]
+        assert len(step.screened_out) == len({(e.name, j) for e, j in candidates(prepared.arm, ())}) - 1
+        first = dict(done.models)
+        forward_module._step(setting, base, (), {}, None, done)
+    assert len(screened) == len(candidates(prepared.arm, ())), "what was screened is not screened again"
+    assert all(done.models[key] is model for key, model in first.items()), "nor is what was fitted fitted again"
 
 
 def test_what_stands_beside_for_nothing_is_no_part_of_a_base(late: tuple[Prepared, Model, Weights]) -> None:

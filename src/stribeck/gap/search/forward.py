@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -68,7 +68,7 @@ def forward(
     base = last_model(before) if before else base
     while len(steps) < MOST_EFFECTS:
         again = same[len(steps)] if len(steps) < len(same) else None
-        given = base.placed[own:], known, steps[-1].floor if steps else None
+        given = base.placed[own:], known, steps[-1].floor if steps else None, Done()
         step = _step(setting, base, *given, again)
         if again is not None and _key(step) != _key(again):
             same = ()
@@ -83,6 +83,14 @@ def forward(
             base = relawed(setting.prepared, setting.floor, setting.pool, base, own, known)
             steps[-1] = replace(step, rivals=tuple(base if model is step.best else model for model in step.rivals))
     return tuple(steps)
+
+
+@dataclass
+class Done:
+    """What was tried from one base: trials by law and joint, and the models that were fitted from them."""
+
+    trials: dict[tuple[str, str, int], Trial] = field(default_factory=dict)
+    models: dict[tuple[str, str, int], Model | None] = field(default_factory=dict)
 
 
 def _key(step: Step) -> tuple[str, int] | None:
@@ -102,6 +110,7 @@ def _step(
     taken: Sequence[Placed],
     known: Known,
     before: np.ndarray | None,
+    done: Done,
     same: Step | None = None,
 ) -> Step:
     prepared, floor, pool = setting.prepared, setting.floor, setting.pool
@@ -111,30 +120,40 @@ def _step(
     possible = [(effect, joint) for effect, joint in possible if (effect.name, joint) not in setting.barred]
     then = None if same is None else {model.placed[-1].key for model in same.rivals}
     among = [(effect, joint) for effect, joint in possible if then is None or (effect.name, joint) in then]
-    setting.progress(f"screening {len(among)} candidates")
+    new = [(effect, joint) for effect, joint in among if (effect.name, effect.law, joint) not in done.trials]
+    setting.progress(f"screening {len(new)} candidates")
     # a joint with a slow gap has few independent rows; counted joint by joint, another's noise would outbid it
     even = replace(weights, correlation=np.full_like(weights.correlation, weights.correlation.max()))
     states = _states(prepared, base)
-    tried = pool(
+    screened = pool(
         delayed(screen)(
             prepared, base, even, effect, joint, known.get((effect.name, effect.law, joint)), states, setting.anew
         )
-        for effect, joint in among
+        for effect, joint in new
     )
-    known.update({trial.law_key: trial.start for trial in tried if np.isfinite(trial.promise)})
+    known.update({trial.law_key: trial.start for trial in screened if np.isfinite(trial.promise)})
+    done.trials.update({(e.name, e.law, joint): trial for (e, joint), trial in zip(new, screened, strict=True)})
+    tried = [done.trials[effect.name, effect.law, joint] for effect, joint in among]
+
+    def fit_all(trials: Sequence[Trial]) -> list[Model | None]:
+        anew = [trial for trial in trials if trial.law_key not in done.models]
+        models = pool(delayed(_fit_trial)(prepared, base, weights, trial, floor) for trial in anew)
+        done.models.update(zip((trial.law_key for trial in anew), models, strict=True))
+        return [done.models[trial.law_key] for trial in trials]
+
     best_trials = _survivors(best_laws(tried), strained=bool(base.fit.at_limit))
     cost = 0.5 * np.sum((base.fit.residual * even.scale) ** 2, axis=0)
     best_trials += close_laws(tried, best_trials, cost)
     setting.progress(f"fitting {len({trial.key for trial in best_trials})} candidates")
-    fitted = pool(delayed(_fit_trial)(prepared, base, weights, trial, floor) for trial in best_trials)
+    fitted = fit_all(best_trials)
     instead = laws_instead(
         tried, {t.law_key: model for t, model in zip(best_trials, fitted, strict=True)}, cost, prepared
     )
-    fitted += pool(delayed(_fit_trial)(prepared, base, weights, trial, floor) for trial in instead)
+    fitted += fit_all(instead)
     judged = judge(prepared, floor, setting.seed, base, fitted, taken, before)
     same_hopes = as_hopeful(best_laws(tried), {trial.key for trial in best_trials}, judged)
     if same_hopes:
-        fitted += pool(delayed(_fit_trial)(prepared, base, weights, trial, floor) for trial in same_hopes)
+        fitted += fit_all(same_hopes)
         judged = judge(prepared, floor, setting.seed, base, fitted, taken, before)
     rivals, ranking, passing, floor = judged
     kept = {model.placed[-1].key for model in rivals}
