@@ -18,9 +18,9 @@ from stribeck.gap.records.observed import observe
 from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.records.spread import Noise
 from stribeck.gap.result import Diagnosis
-from stribeck.gap.search.forward import Progress
 from stribeck.gap.search.lateness import on_time
 from stribeck.gap.search.search import search
+from stribeck.gap.search.setting import Progress
 from stribeck.gap.search.step import Step
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import values_of

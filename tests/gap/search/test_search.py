@@ -16,18 +16,21 @@ from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.search import forward as forward_module
 from stribeck.gap.search import screen as screening
 from stribeck.gap.search import search as search_module
+from stribeck.gap.search import tryout as tryout_module
 from stribeck.gap.search.beside import idle as idle_of
 from stribeck.gap.search.beside import misleading, weighed, without_each
 from stribeck.gap.search.beside import outdone as outdone_by
 from stribeck.gap.search.candidates import Trial, candidates
 from stribeck.gap.search.families import best_laws, best_of_each, close_laws, laws_instead, relawed
-from stribeck.gap.search.forward import Done, Setting, _fit_trial, _states, _survivors
+from stribeck.gap.search.forward import _survivors
 from stribeck.gap.search.judged import Judged, as_hopeful
 from stribeck.gap.search.ordinary import _needed_of
 from stribeck.gap.search.projector import Projector
 from stribeck.gap.search.rank import rank
 from stribeck.gap.search.screen import _loudest, screen
+from stribeck.gap.search.setting import Setting
 from stribeck.gap.search.step import Step
+from stribeck.gap.search.tryout import Tryout, _fit_trial, _states
 from stribeck.identify.problem import Weights
 from stribeck.identify.residual import Residual
 from stribeck.model import cut as cut_module
@@ -371,12 +374,12 @@ def test_the_laws_tried_instead_are_fitted(
     spring = effect_named("cable_spring")
     other = Trial(spring, 0, spring.starts(prepared.scales[0])[0], 1.0)
     late_drive = Trial(effect_named("delay"), 0, {"time": 0.01}, 2.0)
-    monkeypatch.setattr(forward_module, "screen", lambda *_: late_drive)
+    monkeypatch.setattr(tryout_module, "screen", lambda *_: late_drive)
     monkeypatch.setattr(forward_module, "_survivors", lambda tried, strained: [late_drive])
     monkeypatch.setattr(forward_module, "laws_instead", lambda *_: [other])
     with Parallel(n_jobs=1) as pool:
         setting = Setting(prepared, FLOOR, 0, pool, (), frozenset(), lambda text: None)
-        step = forward_module._step(setting, base, (), {}, None, Done())
+        step = forward_module._step(setting, Tryout(setting, base, {}), (), None)
     assert {model.placed[-1].effect.name for model in step.rivals} == {"delay", "cable_spring"}
 
 
@@ -546,6 +549,7 @@ def taken(name: str, overall: float, t: float) -> Step:
 def test_the_search_ends_at_what_is_hardly_there(
     overall: float, t: float, steps: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(forward_module, "Tryout", lambda *_: None)
     monkeypatch.setattr(forward_module, "_step", lambda *given: taken("frictional_lag", overall, t))
     setting = SimpleNamespace(prepared=SimpleNamespace(scales=(SCALE,)), floor=FLOOR, pool=None)
     assert len(forward_module.forward(setting, SimpleNamespace(placed=()), {})) == steps  # type: ignore[arg-type]
@@ -556,6 +560,7 @@ def test_it_ends_at_what_every_arm_has_and_goes_on_from_there_when_told(monkeypa
     assert late.best is not None
     prompt = SimpleNamespace(placed=(replace(late.best.placed[0], values={"time": 0.001}),))
     step = replace(late, rivals=(prompt,))  # type: ignore[arg-type]
+    monkeypatch.setattr(forward_module, "Tryout", lambda *_: None)
     monkeypatch.setattr(forward_module, "_step", lambda *given: step)
     monkeypatch.setattr(forward_module, "relawed", lambda *given: prompt)
     setting: Any = SimpleNamespace(prepared=SimpleNamespace(scales=(SCALE,)), floor=FLOOR, pool=None)
@@ -602,11 +607,11 @@ def test_a_start_that_led_nowhere_is_not_the_next_one(
     def hopeless(prepared: Prepared, base: Model, weights: Weights, effect: Effect, joint: int, *rest: object) -> Trial:
         return Trial(effect, joint, {}, -np.inf)
 
-    monkeypatch.setattr(forward_module, "screen", hopeless)
+    monkeypatch.setattr(tryout_module, "screen", hopeless)
     known: dict[tuple[str, str, int], dict[str, float]] = {}
     with Parallel(n_jobs=1) as pool:
         setting = Setting(prepared, FLOOR, 0, pool, (), frozenset(), lambda text: None)
-        step = forward_module._step(setting, base, (), known, None, Done())
+        step = forward_module._step(setting, Tryout(setting, base, known), (), None)
     assert known == {}
     assert not step.taken
     assert len(step.screened_out) == len({(e.name, j) for e, j in candidates(prepared.arm, ())})
@@ -677,10 +682,11 @@ def test_a_search_made_anew_has_the_same_rivals_as_long_as_it_comes_to_the_same(
     asked: list[object] = []
 
     def step(*given: object) -> Step:
-        same = given[6] if len(given) > 6 else None
+        same = given[4] if len(given) > 4 else None
         asked.append(same)
         return {id(earlier[0]): earlier[0], id(earlier[1]): nothing}.get(id(same)) or taken("payload", 0.95, 20.0)
 
+    monkeypatch.setattr(forward_module, "Tryout", lambda *_: None)
     monkeypatch.setattr(forward_module, "_step", step)
     monkeypatch.setattr(forward_module, "relawed", lambda setting, floor, pool, model, *_: model)
     monkeypatch.setattr(forward_module, "ordinary", lambda *_: ())
@@ -744,17 +750,17 @@ def test_the_rivals_of_an_earlier_step_alone_are_screened(
         screened.append(effect.name)
         return Trial(effect, 0, {"time": 0.02}, 9.0 if effect.name == "delay" else -np.inf)
 
-    monkeypatch.setattr(forward_module, "screen", screen_one)
+    monkeypatch.setattr(tryout_module, "screen", screen_one)
     with Parallel(n_jobs=1) as pool:
         setting = Setting(prepared, FLOOR, 0, pool, (), frozenset(), lambda text: None)
-        done = Done()
-        step = forward_module._step(setting, base, (), {}, None, done, taken("delay", 0.9, 12.0))
+        tryout = Tryout(setting, base, {})
+        step = forward_module._step(setting, tryout, (), None, taken("delay", 0.9, 12.0))
         assert screened == ["delay"]
         assert len(step.screened_out) == len({(e.name, j) for e, j in candidates(prepared.arm, ())}) - 1
-        first = dict(done.models)
-        forward_module._step(setting, base, (), {}, None, done)
+        first = dict(tryout._models)
+        forward_module._step(setting, tryout, (), None)
     assert len(screened) == len(candidates(prepared.arm, ())), "what was screened is not screened again"
-    assert all(done.models[key] is model for key, model in first.items()), "nor is what was fitted fitted again"
+    assert all(tryout._models[key] is model for key, model in first.items()), "nor is what was fitted fitted again"
 
 
 def test_what_stands_beside_for_nothing_is_no_part_of_a_base(late: tuple[Prepared, Model, Weights]) -> None:

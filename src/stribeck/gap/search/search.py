@@ -12,11 +12,12 @@ from stribeck.effects.registry import placed_effects
 from stribeck.gap.fitted.model import Model, referred, retune
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.search.beside import SURELY, idle, misleading, outdone, weighed, without_each
-from stribeck.gap.search.forward import Known, Progress, Setting, forward, hardly
+from stribeck.gap.search.forward import forward, hardly
 from stribeck.gap.search.gates import LEAST_GAIN
 from stribeck.gap.search.look_alike import with_look_alikes
 from stribeck.gap.search.ordinary import is_ordinary, ordinary, retuned_with
 from stribeck.gap.search.rank import rank
+from stribeck.gap.search.setting import Known, Progress, Setting
 from stribeck.gap.search.step import Step, last_model
 from stribeck.model.layout import Placed
 from stribeck.model.values import Scale

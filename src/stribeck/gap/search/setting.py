@@ -1,0 +1,32 @@
+"""What stays the same during a search."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from stribeck.gap.records.prepare import Prepared
+
+Progress = Callable[[str], None]
+Known: TypeAlias = dict[tuple[str, str, int], dict[str, float]]  # values by law and joint
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What stays the same during a forward search; the first, ``stated`` effects of its base are the arm file's.
+
+    One that is made ``anew`` starts from a model that differs by little from the one before.
+    """
+
+    prepared: Prepared
+    floor: np.ndarray
+    seed: int
+    pool: Any
+    leave_out: tuple[str, ...]
+    barred: frozenset[tuple[str, int]]
+    progress: Progress
+    stated: int = 0
+    anew: bool = False

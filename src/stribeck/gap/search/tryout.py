@@ -1,0 +1,105 @@
+"""The candidates beside one base model, screened and fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+
+import numpy as np
+from joblib import delayed
+
+from stribeck.gap.fitted.model import Model, finite, fit_model, weights_of
+from stribeck.gap.records.prepare import Prepared
+from stribeck.gap.search.candidates import Trial, candidates
+from stribeck.gap.search.screen import screen
+from stribeck.gap.search.setting import Known, Setting
+from stribeck.identify.problem import Weights
+from stribeck.identify.residual import Residual
+from stribeck.model.layout import Placed
+from stribeck.model.path import SignalPath
+
+RELIEVED = 0.85  # of a joint's residual: an effect that leaves less is fitted once more, with weights of its own
+AGAIN = 4  # times at most
+
+
+class Tryout:
+    """What can be added to a base model: each law is screened once, and fitted once, however often it is asked for.
+
+    Parameters
+    ----------
+    setting : Setting
+    base : Model
+        Is fitted anew, with weights of its own.
+    known : dict
+        Values that laws came to in screening before; those of this one are added.
+
+    Attributes
+    ----------
+    base : Model
+    possible : list of (Effect, int)
+        Laws and joints that could be added.
+    cost : array (n,)
+        What each joint's residual costs without them, counted as in screening.
+    """
+
+    def __init__(self, setting: Setting, base: Model, known: Known) -> None:
+        self._setting, self._known = setting, known
+        self._weights = weights_of(base, setting.prepared, setting.floor)
+        self.base = fit_model(setting.prepared, base.placed, self._weights, base.fit)
+        every = candidates(setting.prepared.arm, self.base.placed, setting.leave_out)
+        self.possible = [(effect, joint) for effect, joint in every if (effect.name, joint) not in setting.barred]
+        # a joint with a slow gap has few independent rows; counted joint by joint, another's noise would outbid it
+        correlation = self._weights.correlation
+        self._even = replace(self._weights, correlation=np.full_like(correlation, correlation.max()))
+        self.cost = 0.5 * np.sum((self.base.fit.residual * self._even.scale) ** 2, axis=0)
+        self._trials: dict[tuple[str, str, int], Trial] = {}
+        self._models: dict[tuple[str, str, int], Model | None] = {}
+
+    def screened(self, among: Collection[tuple[str, int]] | None = None) -> list[Trial]:
+        """Return a trial of every possible law, or of those of some effects and joints."""
+        prepared, base, known = self._setting.prepared, self.base, self._known
+        wanted = {(e.name, e.law, j): (e, j) for e, j in self.possible if among is None or (e.name, j) in among}
+        new = [key for key in wanted if key not in self._trials]
+        self._setting.progress(f"screening {len(new)} candidates")
+        states = _states(prepared, base)
+        trials = self._setting.pool(
+            delayed(screen)(prepared, base, self._even, *wanted[key], known.get(key), states, self._setting.anew)
+            for key in new
+        )
+        self._trials |= dict(zip(new, trials, strict=True))
+        known.update({trial.law_key: trial.start for trial in trials if np.isfinite(trial.promise)})
+        return [self._trials[key] for key in wanted]
+
+    def fitted(self, trials: Sequence[Trial]) -> list[Model | None]:
+        """Return a fitted model of each trial; None where the fit runs away."""
+        prepared, floor = self._setting.prepared, self._setting.floor
+        new = [trial for trial in trials if trial.law_key not in self._models]
+        models = self._setting.pool(
+            delayed(_fit_trial)(prepared, self.base, self._weights, trial, floor) for trial in new
+        )
+        self._models |= {trial.law_key: model for trial, model in zip(new, models, strict=True)}
+        return [self._models[trial.law_key] for trial in trials]
+
+
+def _states(prepared: Prepared, base: Model) -> tuple[np.ndarray, ...] | None:
+    """Return the states (N, nx) of a model along the fitted runs; None where it has none."""
+    residual = Residual(SignalPath(prepared.arm, base.placed), prepared.fit, ())
+    return tuple(residual.states(run, base.fit.p) for run in prepared.fit) if residual.path.x.numel() else None
+
+
+def _fit_trial(prepared: Prepared, base: Model, weights: Weights, trial: Trial, floor: np.ndarray) -> Model | None:
+    placed = (*base.placed, Placed(trial.effect, trial.joint))
+    far = trial.effect.rescales and bool(base.fit.at_limit)
+    model = fit_model(prepared, placed, weights, base.fit, trial.start, evaluations=60 if far else 20)
+    if not finite(model):
+        return None
+    # a gap that is gone had made the whole joint count for little: what is left deserves its own weights, in turn
+    for _ in range(AGAIN):
+        own = weights_of(model, prepared, floor)
+        if np.all(np.mean(own.sd**2, axis=0) > RELIEVED**2 * np.mean(weights.sd**2, axis=0)):
+            break
+        again = fit_model(prepared, model.placed, own, model.fit, evaluations=15)
+        if not finite(again):
+            break
+        model, weights = again, own
+    return model
