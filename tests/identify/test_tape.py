@@ -6,7 +6,7 @@ import pytest
 
 from stribeck.errors import StribeckError
 from stribeck.identify import recursion
-from stribeck.identify.operations import OPERATIONS, numbered
+from stribeck.identify.operations import OPERATIONS, STORE, numbered
 from stribeck.identify.recursion import FEW, Recursion
 from stribeck.identify.tape import LANES, Tape
 
@@ -82,10 +82,24 @@ def test_what_no_state_changes_does_not_wait_for_one() -> None:
     x, now, after, p = ca.SX.sym("x"), ca.SX.sym("now"), ca.SX.sym("after"), ca.SX.sym("p")
     function = ca.Function("f", [x, now, after, p], [p * x + ca.erf(ca.sin(now) + after)])
     shared, own = (len(Recursion(function, fixed)._each.code) for fixed in ((3,), ()))
-    assert shared == own == 6  # a sum and a product of what is loaded, and a result
+    assert shared == own == 5  # a product with a sum of what is loaded, and a result
     function = ca.Function("f", [x, now, after, p], [x + p * ca.erf(ca.sin(now) + after)])
     assert len(Recursion(function, (3,))._each.code) == 4
-    assert len(Recursion(function, ())._each.code) == 6
+    assert len(Recursion(function, ())._each.code) == 5
+
+
+def test_a_product_in_one_sum_is_part_of_it() -> None:
+    """To the last digit; one that is asked for twice stays."""
+    x, y, z = ca.SX.sym("x"), ca.SX.sym("y"), ca.SX.sym("z")
+    values = list(np.random.default_rng(3).normal(size=(3, 1, LANES + 5)))
+    for expression, operations in (
+        (x * y + z, 1), (z + x * y, 1), (x * y - z, 1), (z - x * y, 1), (x * y + x * z, 2), (x * y + z * z, 2),
+        (ca.vertcat(x * y, x * y + z), 2), (x * y + ca.sin(x * y), 3),
+    ):  # fmt: skip
+        function = ca.Function("f", [x, y, z], [expression])
+        tape = Tape(function, fixed=())
+        assert np.count_nonzero(tape._each.code[:, 0] > STORE) == operations, expression
+        np.testing.assert_array_equal(tape.map(values), np.array(function.map(LANES + 5)(*values)))
 
 
 def test_what_is_the_same_twice_is_computed_once() -> None:

@@ -20,6 +20,11 @@ _KIND = {getattr(ca, f"OP_{name}"): 3 + place for place, name in enumerate(OPERA
 _KIND[ca.OP_CONSTPOW] = _KIND[ca.OP_POW]
 PAIRED = "ADD SUB MUL DIV POW ATAN2 HYPOT FMOD COPYSIGN LT LE EQ NE AND OR FMIN FMAX IF_ELSE_ZERO".split()  # noqa: SIM905
 _PAIRS = frozenset(_KIND[getattr(ca, f"OP_{name}")] for name in PAIRED)
+ADD, SUB, MUL = (_KIND[getattr(ca, f"OP_{name}")] for name in ("ADD", "SUB", "MUL"))
+FUSED = {
+    (kind, side): 3 + len(OPERATIONS) + k for kind, side, k in ((ADD, 0, 0), (ADD, 1, 0), (SUB, 0, 1), (SUB, 1, 2))
+}
+"""Kinds of a sum or difference by which of its two is a product: x y + z, x y + z, x y - z, z - x y."""
 _EITHER_WAY = frozenset(_KIND[getattr(ca, f"OP_{name}")] for name in ("ADD", "MUL"))
 
 

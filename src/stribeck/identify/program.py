@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import ctypes
+from collections import Counter
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.identify.operations import CONST, LOAD, STORE, Operation
+from stribeck.identify.operations import CONST, FUSED, LOAD, MUL, STORE, Operation
 
 Floats = NDArray[np.float64]
 
@@ -17,6 +19,14 @@ class Argument(ctypes.Structure):
     """Where the machine finds an input: its address, and the steps from row to row and from sample to sample."""
 
     _fields_ = (("base", ctypes.c_void_p), ("row", ctypes.c_longlong), ("column", ctypes.c_longlong))
+
+
+class Line(NamedTuple):
+    """An operation, its result and its operands, all by number; of LOAD and CONST, where they read."""
+
+    kind: int
+    target: int
+    operands: tuple[int, ...]
 
 
 class Program:
@@ -34,8 +44,8 @@ class Program:
 
     Attributes
     ----------
-    code : array (K, 4) of int32
-        Kind, place of the result, places of the operands.
+    code : array (K, 5) of int32
+        Kind, place of the result, places of up to three operands.
     slots, outputs : int
         Places that the code needs, and results that it stores.
     constants : array
@@ -48,30 +58,30 @@ class Program:
         results: Sequence[int],
         known: Mapping[int, tuple[int, int]],
     ) -> None:
-        lines: list[tuple[int, int, int, int]] = []  # kind, result, operands, all by number
+        lines: list[Line] = []
         loaded: set[int] = set()
         constants: list[float] = []
 
         def load(number: int) -> None:
             if number in known and number not in loaded:
                 loaded.add(number)
-                lines.append((LOAD, number, *known[number]))
+                lines.append(Line(LOAD, number, known[number]))
 
         for number in chosen:
             o = operations[number]
             if o.kind == CONST:
                 constants.append(o.value)
-                lines.append((CONST, number, len(constants) - 1, 0))
+                lines.append(Line(CONST, number, (len(constants) - 1, 0)))
                 continue
             if o.kind != LOAD:
                 load(o.a)
                 load(o.b)
-            lines.append((o.kind, number, o.a, o.b))
+            lines.append(Line(o.kind, number, (o.a, o.b)))
         for place, number in enumerate(results):
             load(number)
-            lines.append((STORE, place, number, number))
+            lines.append(Line(STORE, place, (number, number)))
         self.outputs = len(results)
-        self.code, self.slots = _placed(lines)
+        self.code, self.slots = _placed(_fused(lines))
         self.constants = np.array([*constants, 0.0])
 
     def call(self, arguments: Sequence[Argument], out: Floats) -> tuple[object, ...]:
@@ -88,30 +98,48 @@ class Program:
         )
 
 
-def _placed(lines: Sequence[tuple[int, int, int, int]]) -> tuple[NDArray[np.int32], int]:
-    """Return the code (K, 4) with results in places, and the number of places."""
+def _fused(lines: Sequence[Line]) -> list[Line]:
+    """Return the lines with products that a single sum or difference takes made part of that."""
+    uses = Counter(number for line in lines if line.kind >= STORE for number in set(line.operands))
+    products = {line.target: line for line in lines if line.kind == MUL and uses[line.target] == 1}
+    out: list[Line] = []
+    gone: set[int] = set()
+    for line in lines:
+        for side in (0, 1):
+            product = products.get(line.operands[side]) if (line.kind, side) in FUSED else None
+            if product is not None and line.operands[0] != line.operands[1]:
+                gone.add(product.target)
+                line = Line(FUSED[line.kind, side], line.target, (*product.operands, line.operands[1 - side]))
+                break
+        out.append(line)
+    return [line for line in out if line.kind != MUL or line.target not in gone]
+
+
+def _placed(lines: Sequence[Line]) -> tuple[NDArray[np.int32], int]:
+    """Return the code (K, 5) with results in places, and the number of places."""
     last: dict[int, int] = {}
-    for k, (kind, _, a, b) in enumerate(lines):
-        if kind >= STORE:
-            last[a] = last[b] = k
+    for k, line in enumerate(lines):
+        if line.kind >= STORE:
+            last |= dict.fromkeys(line.operands, k)
     free: list[int] = []
     at: dict[int, int] = {}
     count = 0
-    code = np.zeros((len(lines), 4), dtype=np.int32)
-    for k, (kind, target, a, b) in enumerate(lines):
+    code = np.zeros((len(lines), 5), dtype=np.int32)
+    for k, (kind, target, operands) in enumerate(lines):
         if kind >= STORE:
-            places = at[a], at[b]
-            free += [at.pop(number) for number in {a, b} if last[number] == k]
+            places = [at[number] for number in operands]
+            free += [at.pop(number) for number in set(operands) if last[number] == k]
         else:
-            places = a, b
+            places = list(operands)
+        code[k, 0], code[k, 2 : 2 + len(places)] = kind, places
         if kind == STORE:
-            code[k] = (kind, target, *places)
+            code[k, 1] = target
             continue
         if not free:
             free.append(count)
             count += 1
         place = free.pop()
-        code[k] = (kind, place, *places)
+        code[k, 1] = place
         if target in last:
             at[target] = place
         else:

@@ -18,11 +18,12 @@
 #define INLINE static inline
 #endif
 
-/* The same order as OPERATIONS in operations.py. */
+/* The same order as OPERATIONS in operations.py, and then FUSED. */
 enum {
     LOAD, CONST, STORE, ADD, SUB, MUL, DIV, NEG, INV, SQ, TWICE, SQRT, EXP, LOG, POW, SIN, COS, TAN, ASIN, ACOS, ATAN,
     SINH, COSH, TANH, ASINH, ACOSH, ATANH, EXPM1, LOG1P, ERF, ATAN2, HYPOT, FLOOR, CEIL, FMOD, FABS, SIGN, COPYSIGN,
-    LT, LE, EQ, NE, NOT, AND, OR, FMIN, FMAX, CHOOSE, COPY
+    LT, LE, EQ, NE, NOT, AND, OR, FMIN, FMAX, CHOOSE, COPY,
+    MUL_ADD, MUL_SUB, SUB_MUL /* x y + z, x y - z, z - x y */
 };
 
 /* One argument: element i of sample s stands at base[i * row + s * column]. */
@@ -33,16 +34,18 @@ typedef struct {
 
 #define ONE(F) for (l = 0; l < n; l++) { const double x = a[l]; o[l] = (F); } break
 #define TWO(F) for (l = 0; l < n; l++) { const double x = a[l], y = b[l]; o[l] = (F); } break
+#define THREE(F) for (l = 0; l < n; l++) { const double x = a[l], y = b[l], z = d[l]; o[l] = (F); } break
 
-/* Run the program over n samples from sample s on, the working values `stride` apart; `code` has four numbers an
+/* Run the program over n samples from sample s on, the working values `stride` apart; `code` has five numbers an
  * operation: kind, target, operands. */
 INLINE void row(const int *code, long long length, const double *constants, const argument *in, double *out,
                 long long out_row, long long s, int n, int stride, double *work) {
     int l;
     for (long long k = 0; k < length; k++) {
-        const int *c = code + 4 * k;
+        const int *c = code + 5 * k;
         double *o = work + (long long)c[1] * stride;
         const double *a = work + (long long)c[2] * stride, *b = work + (long long)c[3] * stride;
+        const double *d = work + (long long)c[4] * stride;
         switch (c[0]) {
         case LOAD: {
             const argument *x = in + c[2];
@@ -101,6 +104,9 @@ INLINE void row(const int *code, long long length, const double *constants, cons
         case FMAX: TWO(x > y || y != y ? x : y);
         case CHOOSE: TWO(x != 0.0 ? y : 0.0);
         case COPY: ONE(x);
+        case MUL_ADD: THREE(x * y + z);
+        case MUL_SUB: THREE(x * y - z);
+        case SUB_MUL: THREE(z - x * y);
         }
     }
 }
