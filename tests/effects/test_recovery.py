@@ -75,8 +75,8 @@ CASES = {
     "history/in_time": Case(
         "A",
         {"change": -0.25, "time": 4.0, "power": 0.0},
-        {"change": (0.25 / 0.75, 0.06), "time": (4.0, 0.3), "kept": (0.0, 0.1)},
-        0.25,
+        {"change": (0.25 / 0.75, 0.05), "time": (4.0, 0.2), "kept": (0.0, 0.1)},
+        0.2,
         5,
     ),
     # worn by work in the plant, by distance in the library

@@ -52,6 +52,7 @@ class Tryout:
         correlation = self._weights.correlation
         self._even = replace(self._weights, correlation=np.full_like(correlation, correlation.max()))
         self.cost = 0.5 * np.sum((self.base.fit.residual * self._even.scale) ** 2, axis=0)
+        self._states = _states(setting.prepared, self.base)
         self._trials: dict[tuple[str, str, int], Trial] = {}
         self._models: dict[tuple[str, str, int], Model | None] = {}
 
@@ -61,9 +62,8 @@ class Tryout:
         wanted = {(e.name, e.law, j): (e, j) for e, j in self.possible if among is None or (e.name, j) in among}
         new = [key for key in wanted if key not in self._trials]
         self._setting.progress(f"screening {len(new)} candidates")
-        states = _states(prepared, base)
         trials = self._setting.pool(
-            delayed(screen)(prepared, base, self._even, *wanted[key], known.get(key), states, self._setting.anew)
+            delayed(screen)(prepared, base, self._even, *wanted[key], known.get(key), self._states, self._setting.anew)
             for key in new
         )
         self._trials |= dict(zip(new, trials, strict=True))
