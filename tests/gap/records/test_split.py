@@ -94,6 +94,40 @@ def test_of_runs_that_move_alike_every_third_is_kept_back() -> None:
     assert names(moving(1.0, 1.1, 1.0, 1.1, 1.0, 1.1, 1.0, 1.1)) == ["1", "4", "7"]
 
 
+def one_by_one(*rows: tuple[float, float]) -> list[Run]:
+    """Runs of a first and a second joint that go as far as is said."""
+    return [
+        replace(run, q=run.q * row, tau=run.tau * row)
+        for run, row in zip(moving(*[1.0] * len(rows)), rows, strict=True)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("rows", "held"),
+    [
+        ([(1, 0), (0, 1), (1, 0), (0, 1)], 2),
+        ([(1, 0.01), (0, 1), (1, 0.01), (0, 1), (1, 0), (0, 1)], 2),
+        ([(1, 0), (1, 0), (1, 0), (1, 0), (0, 1), (0, 1)], 2),
+        ([(1, 0), (0, 1), (4, 0), (0, 4)], 2),
+        ([(0.05, 0.05), (1, 1), (1.5, 1), (1, 1.5)], 1),
+        ([(1, 0), (1, 0), (0, 1)], 1),  # nobody else moves the second
+    ],
+)
+def test_every_joint_that_two_runs_move_is_moved_in_what_is_fitted_and_in_what_is_kept_back(rows, held) -> None:
+    runs = one_by_one(*rows)
+    parts = split(runs, [])
+    assert len(parts[1]) == held
+    sizes = np.array(rows, dtype=float)
+    for part in parts:
+        chosen = [int(run.name) for run in part]
+        twice = np.sort(sizes, axis=0)[-2] > 0.0
+        assert np.all((sizes[chosen].max(axis=0) >= 0.3 * np.sort(sizes, axis=0)[-2])[twice])
+
+
+def test_a_joint_that_one_run_alone_moves_is_fitted() -> None:
+    assert "2" not in names(one_by_one((1, 0), (1, 0), (0, 1)))
+
+
 @given(st.lists(st.floats(0.01, 10.0), min_size=2, max_size=9))
 @example([4.75, 6.0])  # either of two is as far from the other
 def test_units_do_not_matter(sizes: list[float]) -> None:

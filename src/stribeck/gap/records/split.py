@@ -12,6 +12,7 @@ from stribeck.run import Run
 HELD_SHARE = 0.3  # of a single run
 EVERY = 3  # runs, of which one is held out
 BEYOND = 0.25  # of what all runs reach: further than that beyond every other run, a run stands alone
+MOVED = 0.3  # of the speed at which the run moves a joint that moves it second most: slower, it as good as rests
 FAINT = 0.05  # of what is asked on average: less is as good as nothing
 DIGITS = 9  # of how far runs are from alike: what rounding leaves must not decide
 ALIKE = 0.3  # rms of the logarithms of what held runs ask, over that of fitted ones: they move alike up to here
@@ -22,19 +23,20 @@ def split(runs: Sequence[Run], notes: list[str]) -> tuple[list[Run], list[Run]]:
 
     A run that goes where no other goes (a larger torque, speed or range) is fitted: what only one recording shows
     cannot be learnt from the others. Of the rest, those are kept back that together move like the fitted ones: what a
-    law closes on tame motions alone says little of what it closes on the others.
+    law closes on tame motions alone says little of what it closes on the others. Before all of it, both move every
+    joint that two runs move, if one more run must be kept back for it: what is wrong at a joint that rests is not seen.
     """
     if len(runs) == 1:
         run = runs[0]
         k = round((1.0 - HELD_SHARE) * len(run.t))
         notes.append(f"{run.name}: the last {HELD_SHARE:.0%} is held out")
         return [part(run, 0, k)], [part(run, k, len(run.t))]
-    alone = _alone(runs)
+    alone, asked = _alone(runs), _asked(runs)
     held: list[int] = []
     for i in range(1, len(runs), EVERY):
         near = sorted((k for k in range(len(runs)) if k not in held), key=lambda k: (abs(k - i), -k))
         held.append(next((k for k in near if not alone[k]), near[0]))
-    held = _most_alike(held, _asked(runs), alone)
+    held = _exchanged(held, asked, _moved(asked, runs[0].n), alone)
     return [run for i, run in enumerate(runs) if i not in held], [runs[i] for i in held]
 
 
@@ -71,24 +73,50 @@ def _speed(run: Run) -> np.ndarray:
     return np.asarray(np.diff(run.q, axis=0) / np.diff(run.t)[:, None])
 
 
-def _most_alike(held: Sequence[int], asked: np.ndarray, alone: np.ndarray) -> list[int]:
-    """Return runs that are held out: exchanged, one by one, for others that do not stand ``alone`` while that helps.
+def _moved(asked: np.ndarray, n: int) -> np.ndarray:
+    """Return which of its joints each run moves (R, n), as the run does that moves them second most.
 
-    It does where held and fitted runs, that were not alike, come to ask more alike.
+    None, where only one run moves a joint: that is one for which nothing can be done.
     """
-    total = asked.sum(axis=0)
-    mean = total[:-1] / total[-1] + np.finfo(float).tiny
+    speed = asked[:, :n] / asked[:, -1:]
+    second = np.sort(speed, axis=0)[-2]
+    return np.asarray((speed >= MOVED * second) & (second > FAINT * speed.mean(axis=0)))
 
-    def apart(there: np.ndarray) -> np.ndarray:  # from sums over the held runs (..., f + 1)
-        each = (part[..., :-1] / part[..., -1:] / mean + FAINT for part in (there, total - there))
-        return np.asarray(np.round(np.sqrt(np.mean(np.log(next(each) / next(each)) ** 2, axis=-1)), DIGITS))
 
-    best, now = list(held), asked[held].sum(axis=0)
-    while apart(now) > ALIKE and (others := [k for k in range(len(asked)) if k not in best and not alone[k]]):
-        exchanged = now - asked[best][:, None] + asked[others]
-        after = apart(exchanged)
-        out, come = np.unravel_index(np.argmin(after), after.shape)
-        if after[out, come] >= apart(now):
+def _exchanged(held: Sequence[int], asked: np.ndarray, moved: np.ndarray, alone: np.ndarray) -> list[int]:
+    """Return runs that are held out: exchanged, one by one, for others while that helps, and one more where none does.
+
+    Most it helps that both held and fitted runs move every joint; for that alone one more is held out. Then that runs
+    which stand ``alone`` are fitted; then, where held and fitted runs are not alike, that they come to ask more alike.
+    """
+    n = moved.shape[1]
+    table = np.column_stack([asked, moved, alone])  # all of it adds up, over any set of runs
+    total = table.sum(axis=0)
+    mean = total[: -n - 2] / total[-n - 2] + np.finfo(float).tiny
+
+    def loss(there: np.ndarray) -> np.ndarray:  # (..., 3) of sums over held runs (..., f): the first counts most
+        both = np.stack([there, total - there])
+        each = np.log(both[..., : -n - 2] / both[..., -n - 2 : -n - 1] / mean + FAINT)
+        apart = np.round(np.sqrt(np.mean((each[0] - each[1]) ** 2, axis=-1)), DIGITS)
+        still = np.sum((total[-n - 1 : -1] > 0) & np.any(both[..., -n - 1 : -1] == 0, axis=0), axis=-1)
+        return np.stack([still, there[..., -1], np.where(apart > ALIKE, apart, 0.0), apart], axis=-1)
+
+    best = list(held)
+    while others := [k for k in range(len(table)) if k not in best]:
+        here = table[best].sum(axis=0)
+        now, after = loss(here), loss(here - table[best][:, None] + table[others])
+        more = loss(here + table[others]) if len(others) > 1 else now[None]  # some run is fitted
+        out, come = np.unravel_index(_least(after), after.shape[:2])
+        joined = _least(more)
+        if more[joined, 0] < now[0] and tuple(more[joined, :2]) < tuple(after[out, come, :2]):
+            best = sorted([*best, others[joined]])
+        elif tuple(after[out, come, :3]) < tuple(now[:3]):
+            best = sorted([*best[:out], *best[out + 1 :], others[come]])
+        else:
             break
-        best, now = sorted([*best[:out], *best[out + 1 :], others[come]]), exchanged[out, come]
     return best
+
+
+def _least(losses: np.ndarray) -> int:
+    """Return the index of the row that is least in the first of its numbers (..., f), or in the next where even."""
+    return int(np.lexsort(losses.reshape(-1, losses.shape[-1]).T[::-1])[0])
