@@ -10,6 +10,7 @@ import numpy as np
 
 from stribeck.effects.registry import registry
 from stribeck.gap.records.blocks import block_sums
+from stribeck.gap.records.spread import Noise, noise_power
 from stribeck.gap.result import Cause, Estimate
 from stribeck.gap.search.kin import FILLING, filling_in
 from stribeck.gap.search.presence import evidence, presence
@@ -195,9 +196,14 @@ def with_observed(
     return changed, [*own, *rest]
 
 
-def no_gap_probability(step: Step, floor: np.ndarray) -> float:
-    """Return the probability that nothing is there, where no effect was taken."""
-    ratio = float(np.max(step.base.rms() / floor))
+def no_gap_probability(step: Step, noise: Noise | None, floor: np.ndarray) -> float:
+    """Return the probability that nothing is there, where no effect was taken.
+
+    A gap that fitted runs alone show is one as well.
+    """
+    base = step.base
+    everywhere = np.mean(noise_power(noise, floor, len(base.whole), base.rows), axis=0)
+    ratio = float(np.sqrt(np.max([base.rms() ** 2 / floor**2, np.mean(base.whole**2, axis=0) / everywhere])))
     # a rival that the search turned down says little against: it closes nothing above the floor
     chance = max(float(step.ranking.probability[0]), 0.5) ** 0.25
     return float(chance / (1.0 + np.exp(8.0 * (ratio - SILENT_TO))))

@@ -12,9 +12,9 @@ from stribeck.run import Run
 HELD_SHARE = 0.3  # of a single run
 EVERY = 3  # runs, of which one is held out
 BEYOND = 0.25  # of what all runs reach: further than that beyond every other run, a run stands alone
-MOVED = 0.3  # of the speed at which the run moves a joint that moves it second most: slower, it as good as rests
+MOVED = 0.25  # of the speed at which the run moves a joint that moves it second most: slower, it as good as rests
 FAINT = 0.05  # of what is asked on average: less is as good as nothing
-DIGITS = 9  # of how far runs are from alike: what rounding leaves must not decide
+DIGITS = 9  # of how far runs are from others, and from alike: what rounding leaves must not decide
 ALIKE = 0.3  # rms of the logarithms of what held runs ask, over that of fitted ones: they move alike up to here
 
 
@@ -41,7 +41,10 @@ def split(runs: Sequence[Run], notes: list[str]) -> tuple[list[Run], list[Run]]:
 
 
 def _alone(runs: Sequence[Run]) -> np.ndarray:
-    """Return which runs (R,) go beyond all others in some joint's torque, speed or range, by a part of all runs'."""
+    """Return how far each run (R,) goes beyond all others in torque, speed or range, summed over joints.
+
+    As parts of what all runs reach, each without ``BEYOND``; 0 for a run that does not stand alone.
+    """
     reach = []
     for run in runs:
         fast, hard = np.quantile(np.abs(_speed(run)), 0.99, axis=0), np.max(np.abs(run.tau), axis=0)
@@ -52,7 +55,8 @@ def _alone(runs: Sequence[Run]) -> np.ndarray:
         [values.max(axis=0)[: 2 * n], np.tile((values[:, 2 * n : 3 * n] + values[:, 3 * n :]).max(axis=0), 2)]
     )
     second = np.sort(values, axis=0)[-2]
-    return np.asarray(np.any(values > second + BEYOND * span, axis=1))
+    further = np.maximum(values - second - BEYOND * span, 0.0)
+    return np.asarray(np.round(np.sum(further / (span + np.finfo(float).tiny), axis=1), DIGITS))
 
 
 def _asked(runs: Sequence[Run]) -> np.ndarray:
@@ -86,8 +90,8 @@ def _moved(asked: np.ndarray, n: int) -> np.ndarray:
 def _exchanged(held: Sequence[int], asked: np.ndarray, moved: np.ndarray, alone: np.ndarray) -> list[int]:
     """Return runs that are held out: exchanged, one by one, for others while that helps, and one more where none does.
 
-    Most it helps that both held and fitted runs move every joint; for that alone one more is held out. Then that runs
-    which stand ``alone`` are fitted; then, where held and fitted runs are not alike, that they come to ask more alike.
+    Most it helps that both held and fitted runs move every joint; for that alone one more is held out. Then that what
+    stands ``alone`` is fitted; then, where held and fitted runs are not alike, that they come to ask more alike.
     """
     n = moved.shape[1]
     table = np.column_stack([asked, moved, alone])  # all of it adds up, over any set of runs
