@@ -12,15 +12,18 @@ from hypothesis import strategies as st
 from stribeck.effects.registry import effect_named
 from stribeck.gap.answer.verdict import (
     NAMED_OVER,
+    NONE_OVER,
     UNKNOWN_HELD,
     causes_of,
     closes_estimate,
     closure,
     named_of,
+    no_gap_probability,
     suspected,
     with_idle,
 )
 from stribeck.gap.records.blocks import bayesian_bootstrap
+from stribeck.gap.records.spread import Noise
 from stribeck.gap.result import Cause
 from stribeck.gap.search.step import Step
 from stribeck.model.layout import Placed
@@ -82,6 +85,15 @@ def test_what_came_nearest_is_suspected() -> None:
     assert found[-1].probability == pytest.approx(UNKNOWN_HELD * 0.96)
     assert all(0.0 < (cause.presence or 0.0) < NAMED_OVER for cause in found[:-1])
     assert [cause.effect for cause in found[:-1]] == ["delay", "payload"]
+
+
+@pytest.mark.parametrize(("fitted", "held", "silent"), [(1.0, 1.0, True), (4.0, 1.0, False), (1.0, 4.0, False)])
+def test_a_gap_that_either_kind_of_run_shows_is_one(fitted: float, held: float, silent: bool) -> None:
+    floor = np.array([0.1])
+    whole = np.concatenate([fitted * rows(0.1), held * rows(0.1)])
+    base: Any = SimpleNamespace(whole=whole, rows=None, rms=lambda: held * floor)
+    turned_down: Any = SimpleNamespace(base=base, ranking=SimpleNamespace(probability=np.array([1.0])))
+    assert (no_gap_probability(turned_down, Noise(rows(0.1), rows(0.1)), floor) > NONE_OVER) == silent
 
 
 def test_where_nothing_was_tried_all_is_unknown() -> None:

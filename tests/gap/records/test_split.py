@@ -124,6 +124,12 @@ def test_every_joint_that_two_runs_move_is_moved_in_what_is_fitted_and_in_what_i
         assert np.all((sizes[chosen].max(axis=0) >= 0.3 * np.sort(sizes, axis=0)[-2])[twice])
 
 
+def test_of_two_runs_that_move_a_joint_the_one_that_goes_further_is_fitted() -> None:
+    """Both stand alone; what is fitted to little steps says nothing of long ways."""
+    assert names(one_by_one((0.3, 0), (0, 2), (2, 0), (0, 0.3))) == ["0", "3"]
+    assert names(one_by_one((2, 0), (0, 0.3), (0.3, 0), (0, 2))) == ["1", "2"]
+
+
 def test_a_joint_that_one_run_alone_moves_is_fitted() -> None:
     assert "2" not in names(one_by_one((1, 0), (1, 0), (0, 1)))
 
