@@ -87,7 +87,9 @@ def test_what_came_nearest_is_suspected() -> None:
     assert [cause.effect for cause in found[:-1]] == ["delay", "payload"]
 
 
-@pytest.mark.parametrize(("fitted", "held", "silent"), [(1.0, 1.0, True), (4.0, 1.0, False), (1.0, 4.0, False)])
+@pytest.mark.parametrize(
+    ("fitted", "held", "silent"), [(1.0, 1.0, True), (4.0, 1.0, False), (1.0, 4.0, False), (1e4, 1.0, False)]
+)
 def test_a_gap_that_either_kind_of_run_shows_is_one(fitted: float, held: float, silent: bool) -> None:
     floor = np.array([0.1])
     whole = np.concatenate([fitted * rows(0.1), held * rows(0.1)])

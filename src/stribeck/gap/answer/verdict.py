@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import expit
 
 from stribeck.effects.registry import registry
 from stribeck.gap.records.blocks import block_sums
@@ -206,7 +207,7 @@ def no_gap_probability(step: Step, noise: Noise | None, floor: np.ndarray) -> fl
     ratio = float(np.sqrt(np.max([base.rms() ** 2 / floor**2, np.mean(base.whole**2, axis=0) / everywhere])))
     # a rival that the search turned down says little against: it closes nothing above the floor
     chance = max(float(step.ranking.probability[0]), 0.5) ** 0.25
-    return float(chance / (1.0 + np.exp(8.0 * (ratio - SILENT_TO))))
+    return chance * float(expit(8.0 * (SILENT_TO - ratio)))
 
 
 def closes_estimate(
