@@ -207,7 +207,7 @@ def no_gap_probability(step: Step, noise: Noise | None, floor: np.ndarray) -> fl
     ratio = float(np.sqrt(np.max([base.rms() ** 2 / floor**2, np.mean(base.whole**2, axis=0) / everywhere])))
     # a rival that the search turned down says little against: it closes nothing above the floor
     chance = max(float(step.ranking.probability[0]), 0.5) ** 0.25
-    return chance * float(expit(8.0 * (SILENT_TO - ratio)))
+    return float(chance * expit(8.0 * (SILENT_TO - ratio)))
 
 
 def closes_estimate(
