@@ -8,6 +8,7 @@ import pytest
 
 from stribeck.effects.registry import effect_named
 from stribeck.gap.search.gates import LEAST_GAIN, LEAST_T, MOST_LOST, earns_its_place, needed, strained
+from stribeck.gap.search.random_torque import Randomness
 from stribeck.model.layout import Placed
 from stribeck.model.values import Scale
 
@@ -15,7 +16,7 @@ SCALES = [Scale(torque=1.0, friction=0.5, speed=1.0, travel=1.0, inertia=0.1, sa
 DELAY = Placed(effect_named("delay"), 0, {"time": 0.01})
 
 
-def taken(placed: Placed = DELAY, before: Any = (), random: Any = (), **changed: Any) -> bool:
+def taken(placed: Placed = DELAY, before: Any = (), random: Any = None, **changed: Any) -> bool:
     """Return whether an effect with good figures, some of them changed, would be taken."""
     figures: dict[str, Any] = {
         "overall": 0.5, "gain": 0.4, "t": 6.0, "sure": 1.0, "lost": -0.5, "prior_gain": 0.0, "after": (1.0, 1.0)
@@ -79,11 +80,19 @@ def test_held_out_runs_that_hardly_excite_it_need_not_confirm() -> None:
 
 def test_a_little_of_random_torque_is_the_loop_that_answers() -> None:
     little = {"overall": 0.2, "gain": 0.2, "t": 12.0}
+    left = Randomness(bandwidth=2.0, share=0.6)
     assert taken(**little)
-    assert taken(random=(1,), **little)
-    assert not taken(random=(0,), **little)
-    assert taken(Placed(effect_named("quadratic_damping"), 0, {"gain": 0.1}), random=(0,), **little)  # no filter
-    assert taken(random=(0,))
+    assert taken(random={1: left}, **little)
+    assert not taken(random={0: left}, **little)
+    assert taken(Placed(effect_named("quadratic_damping"), 0, {"gain": 0.1}), random={0: left}, **little)  # no filter
+    assert taken(random={0: left})
+
+
+def test_a_filter_closes_no_more_of_random_torque_than_motion_foretells() -> None:
+    assert taken(random={0: Randomness(2.0, share=0.8)})
+    assert not taken(random={0: Randomness(2.0, share=0.98)})
+    assert taken(random={1: Randomness(2.0, share=0.98)})
+    assert taken(Placed(effect_named("quadratic_damping"), 0, {"gain": 0.1}), random={0: Randomness(2.0, share=0.98)})
 
 
 def test_further_effect_at_a_joint_must_show_more() -> None:

@@ -5,11 +5,12 @@ These bars are low: what was taken is weighed in ``presence``, and named only wh
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from stribeck.gap.fitted.model import Model
+from stribeck.gap.search.random_torque import Randomness
 from stribeck.gap.search.rank import Ranking
 from stribeck.model.layout import Placed
 from stribeck.model.values import Scale
@@ -18,6 +19,7 @@ LEAST_T = 2.8  # block-robust t value of the gain
 LEAST_GAIN = 0.05  # of the squared residual; held-out runs must show half of it
 LEAST_FURTHER = 0.15  # the same for a further effect at a joint: less may be what the first one's law does not fit
 LEAST_OF_RANDOM = 0.25  # the same of random torque, for a filter: less is how the loop answers to what shakes the arm
+FORETOLD = 0.25  # of what a filter closes there, that motion must foretell of it: the rest is its answer to what shakes
 LARGE_GAIN, SURE = 0.25, 0.99  # a large gain needs no t value where any choice of blocks has it: few may excite it
 PLAIN_T, PLAIN_GAIN = 4.0, 0.2  # from which held-out runs that hardly excite an effect need not confirm it
 MOST_LOST = 0.1  # of what fitted runs gain, that held-out ones may lose to it
@@ -33,7 +35,7 @@ def earns_its_place(
     rival: Model,
     scales: Sequence[Scale],
     taken: Sequence[Placed] = (),
-    random: Sequence[int] = (),
+    random: Mapping[int, Randomness] | None = None,
 ) -> bool:
     """Return whether the k-th model may be taken: it surely closes some of the gap; or the prior asks for it.
 
@@ -43,7 +45,7 @@ def earns_its_place(
         Typical magnitudes of each joint.
     taken : sequence of Placed
         Effects that earlier steps of the search have taken.
-    random : sequence of int
+    random : mapping of int to Randomness, or None
         Joints at which what the base model leaves is random.
     """
     new = rival.placed[-1]
@@ -55,8 +57,11 @@ def earns_its_place(
     closing = int(np.argmax(removed))  # the coupling may close a gap at another joint than its own
     here = any(place.joint in (new.joint, closing) for place in taken)
     least = LEAST_FURTHER if here else LEAST_GAIN
-    if new.effect.filters and closing in random:
+    left = random.get(closing) if random and new.effect.filters else None
+    if left:
         least = LEAST_OF_RANDOM
+        if 1.0 - left.share < FORETOLD * gain:
+            return False
     # held-out runs that hardly excite the effect cannot confirm it; they must not speak against it
     spared = ranking.lost[k] < MOST_LOST and (large or (t > PLAIN_T and gain > PLAIN_GAIN))
     shown = gain > least and removed.max() > LEAST_POWER and (t > LEAST_T or large)

@@ -54,7 +54,7 @@ def judge(
     rivals.sort(key=lambda model: (order.index(model.placed[-1].effect.name), model.placed[-1].joint))
     floor = noise_of_best(floor, [base, *rivals], prepared, before)
     ranking = rank(prepared, [base, *rivals], floor, seed)
-    random = tuple(random_joints(prepared, base, floor, seed))
+    random = random_joints(prepared, base, floor, seed)
     passing = tuple(
         k for k in ranking.order if earns_its_place(ranking, k, rivals[k - 1], prepared.scales, taken, random)
     )
