@@ -103,6 +103,16 @@ def test_further_effect_at_a_joint_must_show_more() -> None:
     assert not taken(overall=0.1, before=before)
 
 
+def test_a_large_gain_that_few_blocks_show_is_one_unless_an_effect_is_there_already() -> None:
+    """A play shows where it is crossed, and nowhere else; beside another law it may be what that one does not fit."""
+    seldom = {"overall": 0.8, "t": 0.5 * LEAST_T, "gain": 0.05}
+    here, elsewhere = ((Placed(effect_named("torque_gain"), joint, {"gain": 1.1}),) for joint in (0, 1))
+    assert taken(**seldom)
+    assert taken(before=elsewhere, **seldom)
+    assert not taken(before=here, **seldom)
+    assert not taken(sure=0.9, **seldom)
+
+
 def test_a_large_gain_may_bend_the_nominal_values() -> None:
     assert taken(prior_gain=-10.0, overall=0.3)
 

@@ -53,9 +53,9 @@ def earns_its_place(
         return False
     gain, held, t = ranking.overall[k], ranking.gain[k, 0], ranking.t[k]
     removed = ranking.power[0] - ranking.power[k]
-    large = bool(gain > LARGE_GAIN and ranking.sure[k] > SURE and not taken)
     closing = int(np.argmax(removed))  # the coupling may close a gap at another joint than its own
     here = any(place.joint in (new.joint, closing) for place in taken)
+    large = bool(gain > LARGE_GAIN and ranking.sure[k] > SURE and not here)
     least = LEAST_FURTHER if here else LEAST_GAIN
     left = random.get(closing) if random and new.effect.filters else None
     if left:
