@@ -15,10 +15,7 @@ from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.records.spread import Noise
 from stribeck.gap.result import Diagnosis
 from stribeck.gap.search import judged
-from stribeck.gap.search.beside import weighed
 from stribeck.gap.search.random_torque import random_joints, random_torque
-from stribeck.gap.search.rank import rank
-from stribeck.gap.search.step import Step
 from stribeck.report import sentences
 from stribeck.run import Run
 
@@ -103,20 +100,6 @@ def noise_of(prepared: Prepared, levels: Sequence[float], seed: int = 0) -> np.n
 def leaving(base: Model, residual: np.ndarray) -> Model:
     fitted = len(base.fit.residual)
     return replace(base, fit=replace(base.fit, residual=residual[:fitted]), held=residual[fitted:])
-
-
-def test_it_speaks_against_no_effect_that_was_found() -> None:
-    """What is left besides a law that has all of its own is noise: the law is as surely there as without that."""
-    prepared, base = retuned(recorded())
-    noise = noise_of(prepared, [1.0] * len((*prepared.fit, *prepared.held)))
-    law = np.sqrt(1e-3 + np.arange(len(noise)) % 2)[:, None]
-    before, after = leaving(base, noise + law), leaving(base, noise)
-    steps = [Step(before, (after,), rank(prepared, [before, after], FLOOR, 0), (1,), (), FLOOR)]
-    (step,) = weighed(prepared, steps, [before], 0)
-    assert step.ranking.power[1, 0] > 10.0
-    assert step.worth is not None
-    assert step.worth.power[1, 0] == pytest.approx(1.0, abs=0.2)
-    assert step.worth.power[0, 0] > 2.0
 
 
 @pytest.mark.parametrize(("law", "most", "least"), [(0.0, 10, 8), (0.5, 9, 1), (0.9, 0, 0)])

@@ -15,7 +15,6 @@ from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.search.candidates import candidates
 from stribeck.gap.search.gates import LEAST_GAIN, needed
 from stribeck.gap.search.ordinary import is_ordinary
-from stribeck.gap.search.random_torque import with_random
 from stribeck.gap.search.rank import rank
 from stribeck.gap.search.step import Step, last_model
 from stribeck.identify.problem import Weights
@@ -57,15 +56,12 @@ def _kept_little(
 def weighed(prepared: Prepared, steps: Sequence[Step], without: Sequence[Model], seed: int) -> tuple[Step, ...]:
     """Return the steps with what each effect that was taken is worth beside all others.
 
-    Random torque that the last model leaves counts to the noise floor: it speaks against none of them.
-
     Parameters
     ----------
     without : sequence of Model
         As of :func:`without_each`.
     """
-    final = last_model(steps)
-    floor = with_random(prepared, final, steps[-1].floor, seed)
+    final, floor = last_model(steps), steps[-1].floor
     found = [rank(prepared, [model, final], floor, seed) if finite(model) else None for model in without]
     return tuple(replace(step, worth=found[i]) if i < len(found) else step for i, step in enumerate(steps))
 

@@ -65,11 +65,6 @@ def random_torque(prepared: Prepared, model: Model, floor: Floats, seed: int = 0
     return tuple(found)
 
 
-def with_random(prepared: Prepared, model: Model, floor: Floats, seed: int = 0) -> Floats:
-    """Return the noise floor (n,), N m rms, raised by the random torque that a model leaves: nothing closes that."""
-    return np.sqrt(floor**2 + added_power(random_torque(prepared, model, floor, seed), prepared.arm.names))
-
-
 def added_power(random: Sequence[RandomTorque], names: Sequence[str]) -> Floats:
     """Return the power (n,), N^2 m^2, by which random torque raises the noise of the joints of these names."""
     return np.array([sum(row.rms**2 for row in random if row.joint == name) for name in names], dtype=float)
