@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stribeck.arm import Arm, EffectEntry, Friction, Joint
-from stribeck.gap.result import Candidate, Cause, Diagnosis, Estimate, Place, Region, Stage, Trace, Tuned
+from stribeck.gap.result import Candidate, Cause, Diagnosis, Estimate, Place, Recording, Region, Stage, Trace, Tuned
 from stribeck.report import write_report
 
 RATE = 200.0
@@ -224,6 +224,10 @@ def make_diagnosis(verdict="explained", joints=("A", "B"), candidates=26, equiva
         candidates=make_candidates(joints, candidates, partner) if gap else (),
         tuned=make_tuned(joints),
         traces=traces,
+        recordings=tuple(
+            Recording(run, run in runs, joint, 0.5 if gap else 0.11, 0.12 if named else 0.5, 0.1)
+            for run in ("run_00.csv", *runs) for joint in joints
+        ),
         models={"as_given": nominal, "retuned": nominal, "corrected": make_arm(joints, kind, entries if named else ())},
         notes=("time aligned to 0.02 samples", "noise floor from the part above 30 Hz"),
         warnings=(limit,) if gap else (),

@@ -9,6 +9,7 @@ from stribeck.gap.result import Delivered, Estimate, Stage, Tuned
 from stribeck.report import sentences, tables, words
 from stribeck.report.delivered import delivered_table
 from stribeck.report.figures.candidates import candidates_figure, ranking
+from stribeck.report.recordings import recording_table
 
 
 def test_tuned_values_are_marked_by_what_to_mind(diagnosis):
@@ -119,3 +120,28 @@ def test_a_picture_says_which_law_of_the_family_it_shows(diagnosis):
         ("presliding (maxwell slip)", "lugre")
     ]
     assert tables.laws(made).laws[0].drawn == ""
+
+
+def test_every_recording_has_a_row_with_each_joint(diagnosis) -> None:
+    found = recording_table(diagnosis())
+    assert found is not None
+    assert [row.cells[:2] for row in found.rows] == [
+        ("run_00.csv", "fitted"), ("run_04.csv", "held out"), ("run_05.csv", "held out")
+    ]  # fmt: skip
+    assert found.columns[2:5] == tuple(
+        f"A {stage}, N\N{NO-BREAK SPACE}m" for stage in ("re-tuned", "corrected", "noise")
+    )
+    assert found.rows[0].cells[2:] == ("0.500", "0.120", "0.100") * 2
+    silent = recording_table(diagnosis("no_gap"))
+    assert silent is not None
+    assert len(silent.columns) == 2 + 2 * 2  # nothing is corrected
+
+
+def test_of_many_recordings_those_that_leave_most_are_listed(diagnosis) -> None:
+    row = diagnosis().recordings[0]
+    many = [replace(row, run=f"{k}", joint=joint, corrected=0.1 + k) for k in range(30) for joint in ("A", "B")]
+    found = recording_table(replace(diagnosis(), recordings=tuple(many)))
+    assert found is not None
+    assert [row.cells[0] for row in found.rows] == [f"{k}" for k in range(10, 30)]
+    assert "10 more leave less" in found.note
+    assert recording_table(replace(diagnosis(), recordings=())) is None

@@ -64,6 +64,21 @@ class Region:
 
 
 @dataclass(frozen=True)
+class Recording:
+    """What one joint's torque leaves in one recording, N m rms: re-tuned, with the named effects, and its noise.
+
+    ``held_out`` is whether the recording, or the part of it, judged and was not fitted.
+    """
+
+    run: str
+    held_out: bool
+    joint: str
+    retuned: float
+    corrected: float
+    noise: float
+
+
+@dataclass(frozen=True)
 class Cause:
     """One candidate explanation; ``effect`` may be ``none`` or ``unknown``.
 
@@ -189,5 +204,6 @@ class Diagnosis:
     next_experiment: Mapping[str, object] | None = None
     next_reference: Run | None = None
     delivered: tuple[Delivered, ...] = ()
+    recordings: tuple[Recording, ...] = ()
     random: tuple[RandomTorque, ...] = ()
     settings: Mapping[str, float | str] = field(default_factory=dict)

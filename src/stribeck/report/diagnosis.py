@@ -18,6 +18,7 @@ from stribeck.report.figures.residual import residual_figure
 from stribeck.report.figures.waterfall import waterfall_figure
 from stribeck.report.figures.where import where_figure
 from stribeck.report.page import Answer, Bullets, Files, Picture, Section, render
+from stribeck.report.recordings import recording_table
 from stribeck.report.style import data_uri, finding_of, png_and_svg
 
 TONE = {"no_gap": "good", "explained": "named", "partly_explained": "partial", "unexplained": "open"}
@@ -98,6 +99,7 @@ def page_sections(diagnosis: Diagnosis, pictures: list[Picture]) -> list[Section
         Bullets("Mind this", warnings, "warning") if warnings else None,
         *pictures,
         tables.stage_table(diagnosis),
+        recording_table(diagnosis),
         tables.cause_table(diagnosis),
         tables.parameter_table(diagnosis),
         tables.laws(diagnosis),

@@ -13,6 +13,7 @@ from stribeck.gap.answer.delivered import delivered
 from stribeck.gap.answer.listing import candidates_of, traces_of
 from stribeck.gap.answer.off_the_line import told_off_the_line
 from stribeck.gap.answer.places import places
+from stribeck.gap.answer.recordings import recordings_of, told_alone
 from stribeck.gap.answer.stages import HORIZON, stages_of
 from stribeck.gap.answer.values import laws_of, parameters_of, tuned_of
 from stribeck.gap.answer.verdict import (
@@ -97,6 +98,7 @@ class Assembly:
         experiment = self._experiment(causes, unexplained=verdict == "unexplained")
         tuned = tuned_of(self.base, prepared, self.floor)
         stages, missing = stages_of(prepared, self.given, chain, self.floor)
+        recordings = recordings_of(prepared, self.base, final, self.floor)
         regions_ = regions(prepared, self.base.held, final.held, self.noise, self.seed)
         return Diagnosis(
             arm=arm.name,
@@ -110,6 +112,7 @@ class Assembly:
             closed=closed,
             where=places(prepared, chain, self.noise, regions_, self.seed),
             regions=regions_,
+            recordings=recordings,
             causes=tuple(causes),
             candidates=candidates_of(self.steps, arm.names),
             tuned=tuned,
@@ -126,6 +129,7 @@ class Assembly:
                 *missing,
                 *loud(self.random, arm.names, self.steps[-1].floor),
                 *told_of(tuned),
+                *told_alone(recordings),
                 *(told_alike(self.steps, arm.names) if verdict != "no_gap" else ()),
                 *_limits(final),
             ),

@@ -20,6 +20,7 @@ from stribeck.gap.result import (
     Estimate,
     Place,
     RandomTorque,
+    Recording,
     Region,
     Stage,
     Tuned,
@@ -53,6 +54,7 @@ def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "warnings": list(diagnosis.warnings),
         "retuned": [_tuned(value) for value in diagnosis.tuned],
         "regions": [_region(region) for region in diagnosis.regions],
+        "recordings": [_recording(row) for row in diagnosis.recordings],
         "candidates": [_candidate(row) for row in diagnosis.candidates],
         **({"delivered": {row.joint: _delivered(row) for row in diagnosis.delivered}} if diagnosis.delivered else {}),
         **({"random_torque": {row.joint: _random(row) for row in diagnosis.random}} if diagnosis.random else {}),
@@ -148,6 +150,17 @@ def _candidate(row: Candidate) -> dict[str, Any]:
         "t": _number(row.t),
         "status": row.status,
         "chosen": row.chosen,
+    }
+
+
+def _recording(row: Recording) -> dict[str, Any]:
+    return {
+        "run": row.run,
+        "held_out": row.held_out,
+        "joint": row.joint,
+        "retuned": _number(row.retuned),
+        "corrected": _number(row.corrected),
+        "noise": _number(row.noise),
     }
 
 

@@ -1,0 +1,58 @@
+"""What each recording leaves: the rows of each, and a word where one stands alone."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stribeck.gap.answer.recordings import ALONE, recordings_of, told_alone
+from stribeck.gap.diagnose import diagnose
+from stribeck.gap.fitted.model import retune
+from stribeck.gap.records.prepare import prepare
+from stribeck.gap.result import Recording
+
+from ..conftest import NOMINAL, recorded
+
+FLOOR = np.array([0.02])
+
+
+def rows(*left: float, joint: str = "A") -> list[Recording]:
+    """Recordings of one joint that leave so many times their noise."""
+    return [Recording(f"run_{k:02d}.csv", False, joint, 9.0, 0.1 * value, 0.1) for k, value in enumerate(left)]
+
+
+def test_every_recording_has_its_own_rows() -> None:
+    runs = recorded()
+    prepared = prepare(NOMINAL, runs)
+    base = retune(prepared, FLOOR)
+    found = recordings_of(prepared, base, base, FLOOR)
+    assert [row.run for row in found] == [run.name for run in (*prepared.fit, *prepared.held)]
+    assert [row.held_out for row in found] == [False] * len(prepared.fit) + [True] * len(prepared.held)
+    first = base.fit.residual[: len(prepared.fit[0].analysis_index)]
+    assert found[0].retuned == pytest.approx(np.sqrt(np.mean(first**2)))
+    assert all(row.retuned == row.corrected for row in found)
+    assert all(row.noise == pytest.approx(FLOOR[0]) for row in found)
+
+
+def test_the_parts_of_one_recording_are_told_apart_by_what_they_were_for() -> None:
+    prepared = prepare(NOMINAL, recorded()[:1])
+    base = retune(prepared, FLOOR)
+    assert [row.held_out for row in recordings_of(prepared, base, base, FLOOR)] == [False, True]
+
+
+def test_one_that_stands_alone_is_told_of() -> None:
+    (said,) = told_alone(rows(1.1, 9.0, 1.3))
+    assert said.startswith("run_01.csv: A leaves 9 times its noise there and 1.3 times at most in the others")
+    assert not told_alone(rows(1.1, 9.0))  # of two, either stands alone
+    assert not told_alone(rows(3.0, 9.0, 1.3))
+    assert not told_alone(rows(0.1, 0.9, 0.1))  # nothing is left in it
+    assert len(told_alone([*rows(1.0, 2.0 * ALONE, 1.0), *rows(1.0, 1.0, 1.0, joint="B")])) == 1
+    assert not told_alone([replace(row, noise=0.0) for row in rows(1.0, 9.0, 1.0)])
+
+
+def test_a_recording_of_another_arm_is_told_of() -> None:
+    runs = recorded()
+    heavier = recorded(("payload", {"mass": 0.5}))
+    strange = [*runs[:-1], replace(heavier[-1], name="strange.csv")]
+    assert any(text.startswith("strange.csv: ") for text in diagnose(NOMINAL, strange, jobs=1).warnings)
+    assert not any("times its noise" in text for text in diagnose(NOMINAL, runs, jobs=1).warnings)
