@@ -31,7 +31,7 @@ def recording_table(diagnosis: Diagnosis) -> Table | None:
         values = [value for joint in diagnosis.joints for value in _values(at[joint], named=bool(diagnosis.named))]
         rows.append(Row((words.clean(run), "held out" if held_out else "fitted", *map(number, values))))
     more = len(gathered) - len(rows)
-    note = f"What {words.effort(diagnosis)} leaves, rms, and the noise floor of the same rows." + (
+    note = f"Rms of the {words.effort(diagnosis)} that is left, and the noise floor of the same rows." + (
         f" The {LISTED} that leave most over it; {more} more leave less." if more else ""
     )
     return Table("Recording by recording", tuple(columns), tuple(rows), frozenset(range(2, len(columns))), note)
