@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
+from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -20,7 +21,6 @@ from stribeck.gap.result import (
     Estimate,
     Place,
     RandomTorque,
-    Recording,
     Region,
     Stage,
     Tuned,
@@ -54,7 +54,7 @@ def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "warnings": list(diagnosis.warnings),
         "retuned": [_tuned(value) for value in diagnosis.tuned],
         "regions": [_region(region) for region in diagnosis.regions],
-        "recordings": [_recording(row) for row in diagnosis.recordings],
+        "recordings": [_plain(asdict(row)) for row in diagnosis.recordings],
         "candidates": [_candidate(row) for row in diagnosis.candidates],
         **({"delivered": {row.joint: _delivered(row) for row in diagnosis.delivered}} if diagnosis.delivered else {}),
         **({"random_torque": {row.joint: _random(row) for row in diagnosis.random}} if diagnosis.random else {}),
@@ -150,17 +150,6 @@ def _candidate(row: Candidate) -> dict[str, Any]:
         "t": _number(row.t),
         "status": row.status,
         "chosen": row.chosen,
-    }
-
-
-def _recording(row: Recording) -> dict[str, Any]:
-    return {
-        "run": row.run,
-        "held_out": row.held_out,
-        "joint": row.joint,
-        "retuned": _number(row.retuned),
-        "corrected": _number(row.corrected),
-        "noise": _number(row.noise),
     }
 
 

@@ -12,7 +12,7 @@ from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.records.spread import noise_power
 from stribeck.gap.result import Recording
 
-LEAST_OTHERS = 2
+LEAST = 3  # recordings, of which one may stand alone: of two, either does
 ALONE = 4.0  # times what the noisiest of the others leaves over its noise: so much more has a cause of its own
 
 
@@ -47,7 +47,7 @@ def told_alone(recordings: Sequence[Recording]) -> list[str]:
     for joint in dict.fromkeys(row.joint for row in recordings):
         rows = [row for row in recordings if row.joint == joint and row.noise > 0.0]
         left = np.array([row.corrected / row.noise for row in rows])
-        if len(rows) <= LEAST_OTHERS:
+        if len(rows) < LEAST:
             continue
         worst, next_to_it = np.argsort(-left)[:2]
         if left[worst] > ALONE * max(left[next_to_it], 1.0):
