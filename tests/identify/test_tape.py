@@ -88,6 +88,14 @@ def test_what_no_state_changes_does_not_wait_for_one() -> None:
     assert len(Recursion(function, ())._each.code) == 5
 
 
+def test_operations_of_a_kind_follow_one_another_in_a_recursion() -> None:
+    """As far as they can: the sine of a sum waits for it."""
+    x, now, after, p = ca.SX.sym("x", 3), ca.SX.sym("now"), ca.SX.sym("after"), ca.SX.sym("p", 3)
+    moved = ca.vertcat(*[ca.sin(ca.exp(x[i]) + p[i]) / x[(i + 1) % 3] for i in range(3)])
+    kinds = Recursion(ca.Function("f", [x, now, after, p], [moved]), ())._each.code[:, 0]
+    assert np.count_nonzero(np.diff(kinds)) + 1 == 6  # loads, exponentials, sums, sines, quotients, results
+
+
 def test_a_product_in_one_sum_is_part_of_it() -> None:
     """To the last digit; one that is asked for twice stays."""
     x, y, z = ca.SX.sym("x"), ca.SX.sym("y"), ca.SX.sym("z")

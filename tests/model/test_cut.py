@@ -1,14 +1,16 @@
 """The path cut at the measured joint: a motion that the model makes leaves nothing, and rest is an interval."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from stribeck.arm import Arm, Friction, Joint
-from stribeck.effects.registry import effect_named, registry
+from stribeck.effects.registry import effect_named, laws, registry
 from stribeck.model.cut import Cut
 from stribeck.model.drive import DRIVE
+from stribeck.model.effect import Effect
 from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
 
@@ -134,3 +136,17 @@ def test_true_position_undoes_the_sensor(recorded: float) -> None:
     true = float(there(recorded, p))
     assert abs(true - recorded) > 1e-3
     assert float(back(true, p)) == pytest.approx(recorded, abs=1e-7)
+
+
+@pytest.mark.parametrize("law", laws().values(), ids=["-".join(filter(None, law)) for law in laws()])
+@pytest.mark.parametrize("observe", [True, False])
+def test_states_are_followed_by_all_that_they_depend_on(law: Effect, observe: bool) -> None:
+    """Beside a shaft: no derivative is left out, and none is carried along that is always zero."""
+    first = replace(pendulum().joints[0], name="B")
+    arm = Arm("double", (G, 0.0), (*pendulum().joints, first))
+    shaft = Placed(effect_named("joint_flexibility"), 1)
+    path = SignalPath(arm, [shaft, Placed(law, 0)])
+    cut = Cut(path, 0.002, observe=observe)
+    moves, begins = (f.jac_sparsity(0, where) for f, where in ((cut.follow, 3), (cut.begin, 1)))
+    held = {int(c) for s in (moves, begins) for r, c in zip(*s.get_triplet(), strict=True) if r < cut.nx}
+    assert set(cut.active) == held & set(cut.columns)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import casadi as ca
 
@@ -28,8 +28,7 @@ FUSED = {
 _EITHER_WAY = frozenset(_KIND[getattr(ca, f"OP_{name}")] for name in ("ADD", "MUL"))
 
 
-@dataclass(frozen=True)
-class Operation:
+class Operation(NamedTuple):
     """One operation with every result a number of its own: ``a``, ``b`` are results, or where LOAD reads.
 
     Of a constant, ``a`` tells whether it is negative.

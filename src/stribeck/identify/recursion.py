@@ -45,7 +45,9 @@ class Recursion:
         ahead = [i for i, flag in enumerate(early) if flag and not constant[i]]
         self._once = Program(operations, [i for i, flag in enumerate(constant) if flag], needed, {})
         self._ahead = Program(operations, ahead, driven, known)
-        self._each = Program(operations, [i for i, flag in enumerate(early) if not flag], results, known | told)
+        self._each = Program(
+            operations, [i for i, flag in enumerate(early) if not flag], results, known | told, grouped=True
+        )
 
     def march(self, start: Floats, drive: Floats, *others: Floats) -> Floats:
         """Return the states (T, rows, R).

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -50,18 +49,29 @@ class Cut:
         self.nx = self._sample.x.numel()
         self._later = Advance(self._sample, sample_time)
 
-    def _advance(self, after: Drive, parameters: tuple[int, ...], columns: Any) -> Sensitivity:
-        carried = Sensitivity(self._sample.x, parameters, columns)
+    @cached_property
+    def _advanced(self) -> tuple[Sensitivity, Drive, Sensitivity]:
+        """States and their sensitivities by the wanted columns, the drive one sample later, and both by then.
+
+        Each parameter's sensitivities depend on no other's: those of the active ones can be picked.
+        """
+        after = Drive.symbols(self.n, "1")
+        carried = Sensitivity(self._sample.x, self.columns, ca.SX.sym("S", self.nx, len(self.columns)))
         moved = self._later(self.drive, after, carried)
-        return observed(self._sample, self.sample_time, self.drive, carried, moved) if self.observe else moved
+        if self.observe:
+            moved = observed(self._sample, self.sample_time, self.drive, carried, moved)
+        return carried, after, moved
 
     @cached_property
     def active(self) -> tuple[int, ...]:
         """Parameters on which the states depend."""
         if self.nx == 0:
             return ()
-        moved = self._advance(Drive.symbols(self.n, "1"), (), ca.SX(self.nx, 0)).states
-        rows = ca.jacobian_sparsity(ca.vertcat(moved, self._sample.start(self.drive)), self.path.p)
+        sample, drive = self._sample, self.drive
+        moves = [sample.derivatives(drive, sample.x), sample.start(drive)]
+        if self.observe and self.path.flexible:
+            moves.append(sample.residual(drive, sample.x, settled=False)[0][list(self.path.flexible)])
+        rows = ca.jacobian_sparsity(ca.vertcat(*moves), self.path.p)
         return tuple(sorted({int(c) for c in rows.get_triplet()[1]} & set(self.columns)))
 
     @cached_property
@@ -78,15 +88,11 @@ class Cut:
     @cached_property
     def follow(self) -> ca.Function:
         """(states, drive now, drive one sample later, p, T0) -> states and sensitivities one sample later."""
-        after = Drive.symbols(self.n, "1")
-        carried = ca.SX.sym("S", self.nx, len(self.active))
-        moved = self._advance(after, self.active, carried)
-        state = ca.vertcat(self._sample.x, ca.vec(carried))
-        return ca.Function(
-            "follow",
-            [state, self.drive.stacked, after.stacked, self.path.p, self._sample.delay_at],
-            [ca.densify(ca.vertcat(moved.states, ca.vec(moved.columns)))],
-        )
+        carried, after, moved = self._advanced
+        active = [self.columns.index(i) for i in self.active]
+        state, later = (ca.vertcat(s.states, ca.vec(s.columns[:, active])) for s in (carried, moved))
+        inputs = [state, self.drive.stacked, after.stacked, self.path.p, self._sample.delay_at]
+        return ca.Function("follow", inputs, [ca.densify(later)])
 
     def settled(self, states: np.ndarray) -> np.ndarray:
         """Return states and sensitivities (nx (1 + active), N) along a recording as the residual takes them.

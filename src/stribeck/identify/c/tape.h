@@ -32,81 +32,112 @@ typedef struct {
     long long row, column;
 } argument;
 
-#define ONE(F) for (l = 0; l < n; l++) { const double x = a[l]; o[l] = (F); } break
-#define TWO(F) for (l = 0; l < n; l++) { const double x = a[l], y = b[l]; o[l] = (F); } break
-#define THREE(F) for (l = 0; l < n; l++) { const double x = a[l], y = b[l], z = d[l]; o[l] = (F); } break
+/* All operations of kind F that follow one another. FEW results at a time, all of them before the first is stored: the
+ * compiler need not fear that they overlap. */
+#define EACH(F)                                                                                                        \
+    do {                                                                                                               \
+        double *o = work + (long long)c[1] * stride;                                                                   \
+        const double *a = work + (long long)c[2] * stride, *b = work + (long long)c[3] * stride;                       \
+        const double *d = work + (long long)c[4] * stride;                                                             \
+        (void)b, (void)d;                                                                                              \
+        if (n == 1) {                                                                                                  \
+            const int l = 0;                                                                                           \
+            o[0] = (F);                                                                                                \
+        } else                                                                                                         \
+            for (int few = 0; few < n; few += FEW) {                                                                   \
+                double results[FEW];                                                                                   \
+                for (int l = few; l < few + FEW; l++) results[l - few] = (F);                                          \
+                for (int l = few; l < few + FEW; l++) o[l] = results[l - few];                                         \
+            }                                                                                                          \
+        c += 5;                                                                                                        \
+    } while (c < end && *c == kind);                                                                                   \
+    break
+#define X a[l]
+#define Y b[l]
+#define Z d[l]
 
 /* Run the program over n samples from sample s on, the working values `stride` apart; `code` has five numbers an
  * operation: kind, target, operands. */
 INLINE void row(const int *code, long long length, const double *constants, const argument *in, double *out,
                 long long out_row, long long s, int n, int stride, double *work) {
-    int l;
-    for (long long k = 0; k < length; k++) {
-        const int *c = code + 5 * k;
-        double *o = work + (long long)c[1] * stride;
-        const double *a = work + (long long)c[2] * stride, *b = work + (long long)c[3] * stride;
-        const double *d = work + (long long)c[4] * stride;
-        switch (c[0]) {
+    const int *c = code, *const end = code + 5 * length;
+    while (c < end) {
+        const int kind = *c;
+        switch (kind) {
         case LOAD: {
             const argument *x = in + c[2];
             const double *from = x->base + c[3] * x->row + s * x->column;
+            double *o = work + (long long)c[1] * stride;
             if (x->column == 1)
-                for (l = 0; l < n; l++) o[l] = from[l];
+                for (int l = 0; l < n; l++) o[l] = from[l];
             else
-                for (l = 0; l < n; l++) o[l] = from[l * x->column];
+                for (int l = 0; l < n; l++) o[l] = from[l * x->column];
+            c += 5;
             break;
         }
-        case CONST: { const double v = constants[c[2]]; for (l = 0; l < n; l++) o[l] = v; break; }
-        case STORE: { double *to = out + c[1] * out_row + s; for (l = 0; l < n; l++) to[l] = a[l]; break; }
-        case ADD: TWO(x + y);
-        case SUB: TWO(x - y);
-        case MUL: TWO(x * y);
-        case DIV: TWO(x / y);
-        case NEG: ONE(-x);
-        case INV: ONE(1.0 / x);
-        case SQ: ONE(x * x);
-        case TWICE: ONE(2.0 * x);
-        case SQRT: ONE(sqrt(x));
-        case EXP: ONE(exp(x));
-        case LOG: ONE(log(x));
-        case POW: TWO(pow(x, y));
-        case SIN: ONE(sin(x));
-        case COS: ONE(cos(x));
-        case TAN: ONE(tan(x));
-        case ASIN: ONE(asin(x));
-        case ACOS: ONE(acos(x));
-        case ATAN: ONE(atan(x));
-        case SINH: ONE(sinh(x));
-        case COSH: ONE(cosh(x));
-        case TANH: ONE(tanh(x));
-        case ASINH: ONE(asinh(x));
-        case ACOSH: ONE(acosh(x));
-        case ATANH: ONE(atanh(x));
-        case EXPM1: ONE(expm1(x));
-        case LOG1P: ONE(log1p(x));
-        case ERF: ONE(erf(x));
-        case ATAN2: TWO(atan2(x, y));
-        case HYPOT: TWO(hypot(x, y));
-        case FLOOR: ONE(floor(x));
-        case CEIL: ONE(ceil(x));
-        case FMOD: TWO(fmod(x, y));
-        case FABS: ONE(fabs(x));
-        case SIGN: ONE(x < 0.0 ? -1.0 : x > 0.0 ? 1.0 : x);
-        case COPYSIGN: TWO(copysign(x, y));
-        case LT: TWO(x < y ? 1.0 : 0.0);
-        case LE: TWO(x <= y ? 1.0 : 0.0);
-        case EQ: TWO(x == y ? 1.0 : 0.0);
-        case NE: TWO(x != y ? 1.0 : 0.0);
-        case NOT: ONE(x == 0.0 ? 1.0 : 0.0);
-        case AND: TWO(x != 0.0 && y != 0.0 ? 1.0 : 0.0);
-        case OR: TWO(x != 0.0 || y != 0.0 ? 1.0 : 0.0);
-        case FMIN: TWO(x < y || y != y ? x : y);
-        case FMAX: TWO(x > y || y != y ? x : y);
-        case CHOOSE: TWO(x != 0.0 ? y : 0.0);
-        case COPY: ONE(x);
-        case MUL_ADD: THREE(x * y + z);
-        case MUL_SUB: THREE(x * y - z);
-        case SUB_MUL: THREE(z - x * y);
+        case CONST: {
+            double *o = work + (long long)c[1] * stride;
+            for (int l = 0; l < n; l++) o[l] = constants[c[2]];
+            c += 5;
+            break;
+        }
+        case STORE: {
+            double *to = out + c[1] * out_row + s;
+            const double *a = work + (long long)c[2] * stride;
+            for (int l = 0; l < n; l++) to[l] = a[l];
+            c += 5;
+            break;
+        }
+        case ADD: EACH(X + Y);
+        case SUB: EACH(X - Y);
+        case MUL: EACH(X * Y);
+        case DIV: EACH(X / Y);
+        case NEG: EACH(-X);
+        case INV: EACH(1.0 / X);
+        case SQ: EACH(X * X);
+        case TWICE: EACH(2.0 * X);
+        case SQRT: EACH(sqrt(X));
+        case EXP: EACH(exp(X));
+        case LOG: EACH(log(X));
+        case POW: EACH(pow(X, Y));
+        case SIN: EACH(sin(X));
+        case COS: EACH(cos(X));
+        case TAN: EACH(tan(X));
+        case ASIN: EACH(asin(X));
+        case ACOS: EACH(acos(X));
+        case ATAN: EACH(atan(X));
+        case SINH: EACH(sinh(X));
+        case COSH: EACH(cosh(X));
+        case TANH: EACH(tanh(X));
+        case ASINH: EACH(asinh(X));
+        case ACOSH: EACH(acosh(X));
+        case ATANH: EACH(atanh(X));
+        case EXPM1: EACH(expm1(X));
+        case LOG1P: EACH(log1p(X));
+        case ERF: EACH(erf(X));
+        case ATAN2: EACH(atan2(X, Y));
+        case HYPOT: EACH(hypot(X, Y));
+        case FLOOR: EACH(floor(X));
+        case CEIL: EACH(ceil(X));
+        case FMOD: EACH(fmod(X, Y));
+        case FABS: EACH(fabs(X));
+        case SIGN: EACH(X < 0.0 ? -1.0 : X > 0.0 ? 1.0 : X);
+        case COPYSIGN: EACH(copysign(X, Y));
+        case LT: EACH(X < Y ? 1.0 : 0.0);
+        case LE: EACH(X <= Y ? 1.0 : 0.0);
+        case EQ: EACH(X == Y ? 1.0 : 0.0);
+        case NE: EACH(X != Y ? 1.0 : 0.0);
+        case NOT: EACH(X == 0.0 ? 1.0 : 0.0);
+        case AND: EACH(X != 0.0 && Y != 0.0 ? 1.0 : 0.0);
+        case OR: EACH(X != 0.0 || Y != 0.0 ? 1.0 : 0.0);
+        case FMIN: EACH(X < Y || Y != Y ? X : Y);
+        case FMAX: EACH(X > Y || Y != Y ? X : Y);
+        case CHOOSE: EACH(X != 0.0 ? Y : 0.0);
+        case COPY: EACH(X);
+        case MUL_ADD: EACH(X * Y + Z);
+        case MUL_SUB: EACH(X * Y - Z);
+        case SUB_MUL: EACH(Z - X * Y);
+        default: return; /* no such operation */
         }
     }
 }
