@@ -33,7 +33,7 @@ typedef struct {
 } argument;
 
 /* All operations of kind F that follow one another. FEW results at a time, all of them before the first is stored: the
- * compiler need not fear that they overlap. */
+ * compiler need not fear that they overlap. A row is as long as its stride: what n is rounded up to has room there. */
 #define EACH(F)                                                                                                        \
     do {                                                                                                               \
         double *o = work + (long long)c[1] * stride;                                                                   \
