@@ -74,6 +74,7 @@ def taken_steps(
                 rivals=(best,),
                 ranking=ranking,
                 worth=None,
+                as_good=(),
                 look_alike=None,
                 screened_out=tried,
                 floor=floor,

@@ -19,7 +19,6 @@ from stribeck.gap.search import search as search_module
 from stribeck.gap.search import tryout as tryout_module
 from stribeck.gap.search.beside import idle as idle_of
 from stribeck.gap.search.beside import misleading, weighed, without_each
-from stribeck.gap.search.beside import outdone as outdone_by
 from stribeck.gap.search.candidates import Trial, candidates
 from stribeck.gap.search.families import best_laws, best_of_each, close_laws, laws_instead, relawed
 from stribeck.gap.search.forward import _survivors
@@ -164,61 +163,6 @@ def test_screen_promises_what_the_fit_keeps(late: tuple[Prepared, Model, Weights
     assert fitted.rms()[0] < 0.4 * base.rms()[0]
     again = retune(prepared, FLOOR, fitted.placed, rounds=2)  # with weights of its own
     assert again.placed[0].values["time"] == pytest.approx(0.02, rel=0.03)
-
-
-@pytest.mark.parametrize(
-    ("hidden", "first", "instead"),
-    [("asymmetric_friction", "torque_offset", "asymmetric_friction"), ("torque_offset", "torque_offset", None)],
-)
-def test_what_was_taken_first_may_be_outdone_later(hidden: str, first: str, instead: str | None) -> None:
-    """A relative that was taken for what a later effect adds to it gives way; the true effect does not."""
-    values = {"torque_offset": {"offset": 1.0}, "asymmetric_friction": {"C0": 3.0}}[hidden]
-    prepared = prepare(NOMINAL, recorded((hidden, values), ("delay", {"time": 0.02})))
-    base = retune(prepared, FLOOR)
-    weights = weights_of(base, prepared, FLOOR)
-
-    def fitted(model: Model, *names: str) -> Model:
-        placed = (*model.placed, *(Placed(effect_named(name), 0) for name in names))
-        start = dict(screen(prepared, model, weights, placed[-1].effect, 0).start)
-        return fit_model(prepared, placed, weights, model.fit, start)
-
-    one, other = fitted(base, first), fitted(base, "asymmetric_friction" if first != hidden else "gravity_tilt")
-    both = fitted(one, "delay")
-    steps = []
-    for before, *rivals in ((base, one, other), (one, both)):
-        ranking = replace(rank(prepared, [before, *rivals], FLOOR, 0), best=1)
-        steps.append(Step(before, tuple(rivals), ranking, (1,), (), FLOOR))
-    pool = Parallel(n_jobs=1)
-    assert outdone_by(prepared, steps, pool, 0) == (None if instead is None else (first, 0))
-    assert outdone_by(prepared, steps[:1], pool, 0) is None
-
-
-def test_no_rival_is_tried_where_a_later_effect_has_its_place(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A base that rocks is no rival beside a soft shaft at the same joint, though one that slides would be."""
-    offset, shaft = Placed(effect_named("torque_offset"), 0), Placed(effect_named("joint_flexibility"), 0)
-    rocking, sliding = (Placed(effect_named("base_flexibility", law), 0) for law in ("rocking", "sliding"))
-
-    def model(*placed: Placed) -> Any:
-        return SimpleNamespace(placed=placed, fit=None)
-
-    def tried(rival: Placed) -> list[tuple[Placed, ...]]:
-        ranking: Any = SimpleNamespace(best=1, order=(2,), overall=np.array([0.0, 0.9, 0.8]))
-        first = Step(model(), (model(offset), model(rival)), ranking, (1,), (), FLOOR)
-        alone: Any = SimpleNamespace(best=1, order=(), overall=np.array([0.0, 0.9]))
-        second = Step(model(offset), (model(offset, shaft),), alone, (1,), (), FLOOR)
-        seen: list[tuple[Placed, ...]] = []
-
-        def pool(fits: Any) -> list[Any]:
-            seen.extend(given[1] for _, given, _ in fits)
-            return [SimpleNamespace(held=np.array([np.nan])) for _ in fits]
-
-        assert outdone_by(prepared, (first, second), pool, 0) is None
-        return seen
-
-    prepared: Any = SimpleNamespace(arm=NOMINAL)
-    monkeypatch.setattr("stribeck.gap.search.beside.weights_of", lambda *given: None)
-    assert tried(rocking) == []
-    assert [placed[-1].effect.law for placed in tried(sliding)] == ["sliding"]
 
 
 @pytest.mark.parametrize(

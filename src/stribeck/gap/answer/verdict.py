@@ -110,7 +110,8 @@ def _found(step: Step, fills: bool, scales: Sequence[Scale]) -> _Found:
     ordinary = place.effect.ordinary(place.values, scales[place.joint])
     kept = ORDINARY if ordinary else FILLING if fills else 1.0
     also = [name for name in place.effect.also(place.values, scales[place.joint]) if name in _tried(step)]
-    equivalent = tuple(dict.fromkeys([place.effect.name, *twins, *also]))
+    beside = [model.placed[-1].effect.name for model in step.as_good]
+    equivalent = tuple(dict.fromkeys([place.effect.name, *twins, *beside, *also]))
     alike = step.look_alike.chance if step.look_alike else 0.0
     return _Found(place, ordinary, presence(evidence(step)) * kept * (1.0 - alike), share, equivalent)
 

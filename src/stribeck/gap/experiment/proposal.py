@@ -93,6 +93,8 @@ def open_question(steps: Sequence[Step], *, unexplained: bool) -> tuple[Model, .
         others = sorted((k for k in ranking.twins() if k != ranking.best), key=lambda k: -ranking.overall[k])
         if others:
             return tuple(step.rivals[k - 1] for k in [ranking.best, *others][:MOST])
+        if step.as_good:
+            return step.as_good[:MOST]
     if not unexplained:
         return ()
     step = steps[0]

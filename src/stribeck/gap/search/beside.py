@@ -1,4 +1,4 @@
-"""What each effect that was taken is worth beside all others, and which of them gives way once the others are there."""
+"""What each effect that was taken is worth beside all others, and which of them is needless or misleading then."""
 
 from __future__ import annotations
 
@@ -12,16 +12,13 @@ from joblib import delayed
 from stribeck.effects.registry import placed_effects
 from stribeck.gap.fitted.model import Model, finite, fit_model, weights_of
 from stribeck.gap.records.prepare import Prepared
-from stribeck.gap.search.candidates import candidates
-from stribeck.gap.search.gates import LEAST_GAIN, needed
+from stribeck.gap.search.gates import needed
 from stribeck.gap.search.ordinary import is_ordinary
 from stribeck.gap.search.rank import rank
 from stribeck.gap.search.step import Step, last_model
 from stribeck.identify.problem import Weights
 from stribeck.model.layout import Placed
 
-SWAPS = 2  # rivals that are tried in an effect's place, once all are found
-SURELY = 0.95  # probability by which they must be the better ones
 MUCH_LEFT = 2.5  # of the noise floor's power, beside an effect that alone was taken: another one may be the true one
 NEARLY = 0.6  # of what it gains, in logarithms, that the other one gains
 WEIGHING = 40  # evaluations of the last model without one of its effects
@@ -73,39 +70,6 @@ def idle(steps: Sequence[Step]) -> tuple[str, int] | None:
             place = step.best.placed[-1]
             return place.key
     return None
-
-
-def outdone(
-    prepared: Prepared, steps: Sequence[Step], pool: Any, seed: int, leave_out: Sequence[str] = ()
-) -> tuple[str, int] | None:
-    """Return an effect in whose place a rival of its step does better now that the others are there, or None.
-
-    A law with several parameters may be taken first because it follows two effects at once, neither of them its own.
-    """
-    taken = [step for step in steps if step.taken]
-    if len(taken) < 2:
-        return None
-    floor, final, own = steps[-1].floor, last_model(steps), len(steps[0].base.placed)
-    weights = weights_of(final, prepared, floor)
-    places, fits = [], []
-    for i, step in enumerate(taken, own):
-        rest = (*final.placed[:i], *final.placed[i + 1 :])
-        possible = [
-            (effect.name, effect.law, joint)
-            for effect, joint in candidates(prepared.arm, rest, leave_out)
-            if (effect.name, joint) != final.placed[i].key
-        ]
-        rivals = [step.rivals[k - 1].placed[-1] for k in step.ranking.order if step.ranking.overall[k] > LEAST_GAIN]
-        for rival in [r for r in rivals if (r.effect.name, r.effect.law, r.joint) in possible][:SWAPS]:
-            places.append(final.placed[i])
-            placed = (*rest, Placed(rival.effect, rival.joint))
-            fits.append(delayed(fit_model)(prepared, placed, weights, final.fit, rival.values, evaluations=WEIGHING))
-    found = [(place, model) for place, model in zip(places, pool(fits), strict=True) if finite(model)]
-    if not found:
-        return None
-    ranking = rank(prepared, [final, *(model for _, model in found)], floor, seed)
-    place = found[int(np.argmax(ranking.probability[1:]))][0]
-    return place.key if ranking.probability[0] < 1.0 - SURELY else None
 
 
 def misleading(steps: Sequence[Step]) -> tuple[str, int] | None:

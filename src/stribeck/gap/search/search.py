@@ -11,9 +11,10 @@ from joblib import Parallel
 from stribeck.effects.registry import placed_effects
 from stribeck.gap.fitted.model import Model, referred, retune
 from stribeck.gap.records.prepare import Prepared
-from stribeck.gap.search.beside import SURELY, idle, misleading, outdone, weighed, without_each
+from stribeck.gap.search.beside import idle, misleading, weighed, without_each
 from stribeck.gap.search.forward import forward, hardly
 from stribeck.gap.search.gates import LEAST_GAIN
+from stribeck.gap.search.instead import SURELY, instead, outdone, with_as_good
 from stribeck.gap.search.look_alike import with_look_alikes
 from stribeck.gap.search.ordinary import is_ordinary, ordinary, retuned_with
 from stribeck.gap.search.rank import rank
@@ -56,7 +57,8 @@ def search(
         prepared = setting.prepared
         steps, without = _believed(setting, found)
         unneeded = idle(steps)
-        needless = unneeded or outdone(prepared, steps, pool, seed, leave_out) or misleading(steps)
+        others = instead(prepared, steps, pool, leave_out)
+        needless = unneeded or outdone(prepared, steps, others, seed) or misleading(steps)
         if needless is not None:
             progress(f"again without {needless[0]}")
             barring, _, other = _from_the_ordinary(replace(setting, barred=frozenset({needless})), base)
@@ -65,6 +67,8 @@ def search(
             if better:
                 prepared = barring.prepared
                 steps, without = _believed(barring, other)
+                others = instead(prepared, steps, pool, leave_out)
+        steps = with_as_good(prepared, steps, without, others, seed)
         return prepared, with_look_alikes(prepared, steps, without, pool, seed)
 
 

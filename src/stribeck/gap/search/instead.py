@@ -1,0 +1,99 @@
+"""Rivals in the place of an effect that was taken, once all are there: one may do better, or as well."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from joblib import delayed
+
+from stribeck.gap.fitted.model import Model, finite, fit_model, weights_of
+from stribeck.gap.records.prepare import Prepared
+from stribeck.gap.search.candidates import candidates
+from stribeck.gap.search.gates import LEAST_GAIN
+from stribeck.gap.search.rank import rank
+from stribeck.gap.search.step import Step, last_model
+from stribeck.model.layout import Placed
+
+RIVALS = 2  # of a step that are tried in the place of what it took
+SURELY = 0.95  # probability by which they must be the better ones
+EVALUATIONS = 40
+
+
+@dataclass(frozen=True)
+class Instead:
+    """What a step took, ``place``, and the ``model`` of the whole search with a rival of that step in its place."""
+
+    place: Placed
+    model: Model
+
+
+def instead(prepared: Prepared, steps: Sequence[Step], pool: Any, leave_out: Sequence[str] = ()) -> list[Instead]:
+    """Return the last model with the most promising rivals of each step in the place of what it took.
+
+    None where one effect alone was taken: its rivals are the step's own.
+    """
+    taken = [step for step in steps if step.taken]
+    if len(taken) < 2:
+        return []
+    final, own = last_model(steps), len(steps[0].base.placed)
+    weights = weights_of(final, prepared, steps[-1].floor)
+    places, fits = [], []
+    for i, step in enumerate(taken, own):
+        rest = (*final.placed[:i], *final.placed[i + 1 :])
+        possible = [
+            (effect.name, effect.law, joint)
+            for effect, joint in candidates(prepared.arm, rest, leave_out)
+            if (effect.name, joint) != final.placed[i].key
+        ]
+        rivals = [step.rivals[k - 1].placed[-1] for k in step.ranking.order if step.ranking.overall[k] > LEAST_GAIN]
+        for rival in [r for r in rivals if (r.effect.name, r.effect.law, r.joint) in possible][:RIVALS]:
+            places.append(final.placed[i])
+            placed = (*rest, Placed(rival.effect, rival.joint))
+            fits.append(delayed(fit_model)(prepared, placed, weights, final.fit, rival.values, evaluations=EVALUATIONS))
+    return [Instead(place, model) for place, model in zip(places, pool(fits), strict=True) if finite(model)]
+
+
+def outdone(prepared: Prepared, steps: Sequence[Step], others: Sequence[Instead], seed: int) -> tuple[str, int] | None:
+    """Return an effect in whose place a rival does better now that the others are there, or None.
+
+    A law with several parameters may be taken first because it follows two effects at once, neither of them its own.
+    """
+    if not others:
+        return None
+    ranking = rank(prepared, [last_model(steps), *(other.model for other in others)], steps[-1].floor, seed)
+    place = others[int(np.argmax(ranking.probability[1:]))].place
+    return place.key if ranking.probability[0] < 1.0 - SURELY else None
+
+
+def with_as_good(
+    prepared: Prepared, steps: Sequence[Step], without: Sequence[Model], others: Sequence[Instead], seed: int
+) -> tuple[Step, ...]:
+    """Return the steps with the rivals that do as well in the place of what each took, now that the others are there.
+
+    An encoder's offset is no tilt of gravity while a payload is hidden; once that is known, a pendulum has them alike.
+
+    Parameters
+    ----------
+    without : sequence of Model
+        As of :func:`stribeck.gap.search.beside.without_each`.
+    """
+    if not others:
+        return tuple(steps)
+    final, floor, own = last_model(steps), steps[-1].floor, len(steps[0].base.placed)
+    weights = weights_of(final, prepared, floor)
+    found = list(steps)
+    for i, (step, rest) in enumerate(zip(steps, without, strict=False)):  # the last step may have taken nothing
+        place = final.placed[own + i]
+        rivals = [other.model for other in others if other.place.key == place.key]
+        if not rivals or not finite(rest):
+            continue
+        ranking = rank(prepared, [rest, final, *rivals], floor, seed)
+        same = [rivals[k - 2] for k in ranking.twins() if k > 1]
+        if 1 in ranking.twins() and same:
+            placed = (*final.placed[: own + i], *final.placed[own + i + 1 :], Placed(place.effect, place.joint))
+            again = fit_model(prepared, placed, weights, final.fit, dict(place.values), evaluations=EVALUATIONS)
+            found[i] = replace(step, as_good=(again, *same))
+    return tuple(found)
