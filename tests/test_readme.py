@@ -1,0 +1,102 @@
+"""What the README says can be done can be done, and its tables are complete."""
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from stribeck.arm import save_arm
+from stribeck.cli import app
+from stribeck.effects.registry import registry
+from stribeck.run import save_run
+
+from .gap.conftest import NOMINAL, recorded
+
+ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / name for name in ("README.md", "fmu/README.md", "studies/README.md", "src/stribeck/gap/README.md")]
+
+
+def commands(page: Path) -> list[str]:
+    """Return the lines of a page's shell blocks, without comments."""
+    blocks = re.findall(r"```sh\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
+    return [line.split("#")[0].strip() for block in blocks for line in block.splitlines()]
+
+
+def rows(page: Path, head: str) -> list[list[str]]:
+    """Return the cells of the table whose first column is headed so."""
+    lines = page.read_text(encoding="utf-8").splitlines()
+    start = next(i for i, line in enumerate(lines) if line.startswith(f"| {head} |"))
+    table = []
+    for line in lines[start + 2 :]:
+        if not line.startswith("|"):
+            break
+        table.append([cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]])
+    return table
+
+
+def test_the_two_commands_are_what_ci_types() -> None:
+    ci = (ROOT / ".ci/run").read_text(encoding="utf-8").splitlines()
+    first, second, *_ = commands(ROOT / "README.md")
+    install, diagnose = first.split(" && ")
+    assert install in ci
+    assert diagnose.replace("--out out", '--out "$work/out"') in ci
+    assert [line for line in second.split(" && ") if line not in ci] == []
+
+
+@pytest.mark.parametrize("page", [ROOT / "README.md", ROOT / "fmu/README.md"], ids=["README", "fmu"])
+def test_every_other_command_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In this order, in a folder that holds an arm, its recordings and the models of ``fmu``."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "fmu").symlink_to(ROOT / "fmu")
+    save_arm(NOMINAL, "arm.toml")
+    for k, run in enumerate(recorded(("delay", {"time": 0.02}))[:3]):
+        save_run(run, f"run_{k}.csv")
+    own = [line for line in commands(page) if not line.startswith("pip ")]
+    assert own
+    for line in own:
+        program, *words = shlex.split(line)
+        assert program == "stribeck", line
+        place = words[words.index("--out") + 1] if "--out" in words else None
+        if place is not None:
+            Path(place).unlink(missing_ok=True)  # of the line before
+        done = CliRunner().invoke(app, words)
+        assert done.exit_code == 0, f"{line}\n{done.output}"
+        assert place is None or Path(place).exists()
+
+
+def test_every_command_is_told_of() -> None:
+    from typer.main import get_command
+
+    told = " ".join(row[0] for row in rows(ROOT / "README.md", "command"))
+    missing = [name for name in get_command(app).commands if f"stribeck {name}" not in told]  # type: ignore[attr-defined]
+    assert missing == []
+
+
+def test_every_effect_has_its_row() -> None:
+    told = {re.sub(r"\[`(\w+)`\].*", r"\1", row[0]): row for row in rows(ROOT / "README.md", "effect")}
+    assert set(told) == set(registry())
+    for name, effect in registry().items():
+        stage, parameters = told[name][1], told[name][3]
+        assert effect.channel.replace("_", " ") in stage
+        said = {f"`{p.name}`" for p in effect.parameters if not p.name[-1].isdigit()}
+        assert [p for p in said if p not in parameters] == [], name
+
+
+@pytest.mark.parametrize("page", [ROOT / "README.md", ROOT / "studies/README.md"], ids=["short", "full"])
+def test_every_study_has_its_row(page: Path) -> None:
+    studies = {f"`{path.name}`" for path in (ROOT / "studies").glob("[!_]*.py")}
+    assert {row[0] for row in rows(page, "study")} == studies
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.parent.name)
+def test_links_lead_somewhere(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    for target in re.findall(r"\]\((?!https?:)([^)\s]+)\)", text):
+        file, _, anchor = target.partition("#")
+        place = page.parent / file if file else page
+        assert place.exists(), target
+        if anchor:
+            heads = re.findall(r"^#+ (.*)$", place.read_text(encoding="utf-8"), re.MULTILINE)
+            assert anchor in {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}, target
