@@ -15,7 +15,7 @@ from stribeck.gap.records.spread import Noise, noise_power
 from stribeck.gap.result import Cause, Estimate
 from stribeck.gap.search.kin import FILLING, filling_in
 from stribeck.gap.search.presence import evidence, presence
-from stribeck.gap.search.step import Step, last_model
+from stribeck.gap.search.step import Step, alike, last_model
 from stribeck.model.layout import Placed
 from stribeck.model.values import Scale
 
@@ -48,7 +48,7 @@ def causes_of(steps: Sequence[Step], names: Sequence[str], scales: Sequence[Scal
     taken = [step for step in steps if step.taken]
     gathered: dict[str, list[_Found]] = {}
     for step, fills in zip(taken, filling_in(taken, scales), strict=True):
-        found = _found(step, fills, scales)
+        found = _found(step, steps, fills, scales)
         gathered.setdefault(found.place.effect.name, []).append(found)
     late = _late_as_one(steps, len(names)) if taken else ()
     whole = sum(one.share for all_of_it in gathered.values() for one in all_of_it) or 1.0
@@ -96,7 +96,7 @@ class _Found(NamedTuple):
     equivalent: tuple[str, ...]
 
 
-def _found(step: Step, fills: bool, scales: Sequence[Scale]) -> _Found:
+def _found(step: Step, steps: Sequence[Step], fills: bool, scales: Sequence[Scale]) -> _Found:
     """Return what a step took; what ``fills`` in for another law keeps a part of its presence.
 
     So does what may be the work of a law outside the library.
@@ -104,7 +104,7 @@ def _found(step: Step, fills: bool, scales: Sequence[Scale]) -> _Found:
     r, best = step.ranking, step.best
     assert best is not None
     place = best.placed[len(step.base.placed)]
-    twins = [step.rivals[i - 1].placed[-1].effect.name for i in r.twins()]
+    twins = [step.rivals[k - 1].placed[-1].effect.name for k in alike(step, steps)]
     shown = r.overall[r.best] if step.worth is None else step.worth.overall[1]
     share = -float(np.log(np.clip(1.0 - shown, 1e-6, 0.99)))  # each has some: the gates saw a gain
     ordinary = place.effect.ordinary(place.values, scales[place.joint])
@@ -112,8 +112,8 @@ def _found(step: Step, fills: bool, scales: Sequence[Scale]) -> _Found:
     also = [name for name in place.effect.also(place.values, scales[place.joint]) if name in _tried(step)]
     beside = [model.placed[-1].effect.name for model in step.as_good]
     equivalent = tuple(dict.fromkeys([place.effect.name, *twins, *beside, *also]))
-    alike = step.look_alike.chance if step.look_alike else 0.0
-    return _Found(place, ordinary, presence(evidence(step)) * kept * (1.0 - alike), share, equivalent)
+    decoy = step.look_alike.chance if step.look_alike else 0.0
+    return _Found(place, ordinary, presence(evidence(step)) * kept * (1.0 - decoy), share, equivalent)
 
 
 def _late_as_one(steps: Sequence[Step], joints: int) -> tuple[str, ...]:

@@ -15,7 +15,7 @@ from stribeck.gap.experiment.programme import Programme
 from stribeck.gap.experiment.separation import AS_IT_IS
 from stribeck.gap.fitted.model import Model
 from stribeck.gap.records.prepare import Prepared
-from stribeck.gap.search.step import Step
+from stribeck.gap.search.step import Step, alike
 from stribeck.run import Run
 
 MOST = 4  # candidates
@@ -89,10 +89,9 @@ def open_question(steps: Sequence[Step], *, unexplained: bool) -> tuple[Model, .
         Whether nothing is named: where no step has left a class, the question is which rival is on the right way.
     """
     for step in reversed([step for step in steps if step.taken and step.best is not None]):
-        ranking = step.ranking
-        others = sorted((k for k in ranking.twins() if k != ranking.best), key=lambda k: -ranking.overall[k])
-        if others:
-            return tuple(step.rivals[k - 1] for k in [ranking.best, *others][:MOST])
+        same = alike(step, steps)
+        if len(same) > 1:
+            return tuple(step.rivals[k - 1] for k in same[:MOST])
         if step.as_good:
             return step.as_good[:MOST]
     if not unexplained:

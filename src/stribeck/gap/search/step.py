@@ -62,3 +62,14 @@ def last_model(steps: Sequence[Step]) -> Model:
     """Return the model with everything that was taken."""
     last = steps[-1]
     return last.best if last.taken and last.best is not None else last.base
+
+
+def alike(step: Step, steps: Sequence[Step]) -> list[int]:
+    """Return the rivals that a step's data cannot tell from what it took, that first, without what is there as well.
+
+    Two gaps of a size, at two joints, look alike to the step that takes one of them before the other.
+    """
+    own, r = step.rivals[step.ranking.best - 1].placed[-1].key, step.ranking
+    there = {place.key for place in last_model(steps).placed} - {own}
+    same = [k for k in r.twins() if k != r.best and step.rivals[k - 1].placed[-1].key not in there]
+    return [r.best, *sorted(same, key=lambda k: -float(r.overall[k]))]
