@@ -19,6 +19,10 @@ TOLERATED_JITTER = 1e-3
 
 _ROUNDING = 1e-9  # steps; such a clock is uniform already
 
+RESTING = 1e-12  # rad, up to which a record has not moved
+LEAST_STEPS = 8  # of a record, that show a grid
+UNEVEN = 0.1  # of its steps, after which a count goes on by more or less
+
 GAP_STEPS = 5.0
 """A step longer than this many median steps is a gap: what is interpolated across it is marked."""
 
@@ -138,13 +142,45 @@ def _held(t: Floats, values: Floats, new: Floats, step: float) -> Floats:
     return np.asarray(np.diff(np.interp(edges, knots, impulse)) / step)
 
 
-def smallest_step(position: np.ndarray) -> float:
-    """Return the quantum of a record (rad), or 0 where its values lie on no grid."""
-    steps = np.abs(np.diff(position))
-    steps = steps[steps > 1e-12]
-    if len(steps) < 8:
-        return 0.0
-    quantum = float(np.quantile(steps, 0.01))
-    multiples = steps / quantum
-    off_grid = float(np.mean(np.abs(multiples - np.round(multiples)) > 0.1))
-    return quantum if off_grid < 0.05 else 0.0
+def smallest_step(*records: np.ndarray) -> tuple[float, float]:
+    """Return the quantum of some records (rad) and by how much it may be off; 0, 0 where they lie on no grid.
+
+    A record that rests shows no grid, and says nothing against it. One that never moves slowly steps over many quanta
+    at a time; of all values that it takes, some lie a quantum apart. Equal steps, sample after sample, are no grid but
+    a constant speed: an encoder's count goes on now and then, or by one more or less.
+    """
+    moving = [record for record in records if np.ptp(record) > RESTING]
+    if not moving:
+        return 0.0, 0.0
+    steps = np.concatenate([np.abs(np.diff(record)) for record in moving])
+    apart = np.concatenate([np.diff(np.unique(record)) for record in moving])
+    rounded = max(_rounded(record) for record in moving)
+    if np.sum(steps > RESTING) < LEAST_STEPS:
+        return 0.0, 0.0
+    for gaps in (steps, apart):
+        quantum, off = _fitted(moving, steps, float(np.quantile(gaps[gaps > RESTING], 0.01)))
+        counted = np.round(steps / quantum)
+        uneven = np.sum(np.diff(counted) != 0.0) > UNEVEN * np.sum(counted > 0.0)
+        if np.mean(off > rounded) < 0.05 and uneven:
+            return quantum, rounded
+    return 0.0, 0.0
+
+
+def _fitted(records: list[np.ndarray], steps: np.ndarray, quantum: float) -> tuple[float, np.ndarray]:
+    """Return a quantum, fitted to the steps and then to all values, and how far these (M,) lie off its grid."""
+    multiples = np.round(steps / quantum)
+    quantum = float(multiples @ steps / (multiples @ multiples))
+    values = np.concatenate([record - np.mean(record) for record in records])
+    places = [np.round((record - record[0]) / quantum) for record in records]
+    centred = np.concatenate([place - np.mean(place) for place in places])
+    quantum = float(centred @ values / max(centred @ centred, 1.0))
+    off = [record - quantum * place for record, place in zip(records, places, strict=True)]
+    return quantum, np.abs(np.concatenate([one - np.median(one) for one in off]))
+
+
+def _rounded(record: np.ndarray) -> float:
+    """Return by how much a record's values may be rounded, rad: as printed with few digits, or in single precision."""
+    for digits in range(3, 13):
+        if np.all(np.abs(record - np.round(record, digits)) < 1e-14 + 4.0 * np.spacing(np.abs(record))):
+            return float(0.6 * 10.0**-digits)
+    return float(2.0 * np.max(np.abs(record)) * np.finfo(np.float32).eps)

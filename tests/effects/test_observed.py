@@ -1,5 +1,7 @@
 """Effects that the records show by themselves."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import signal
@@ -34,6 +36,52 @@ def test_coarse_steps_are_seen(resolution: float | None) -> None:
     assert seen is not None
     assert seen.values["resolution"][0] == pytest.approx(2e-3, rel=1e-6)
     assert seen.probability > 0.9
+
+
+def test_a_joint_that_rests_in_one_recording_is_coarse_in_the_others() -> None:
+    seen = record(step=2e-3)
+    rests, shakes = np.full(500, 0.4), np.where(np.arange(500) == 200, 0.402, 0.4)
+    still = replace(seen, position=(*seen.position, rests, shakes), sample_time=(STEP,) * 5)
+    found = EncoderQuantisation().observed(still)
+    assert found is not None
+    assert found.values["resolution"][0] == pytest.approx(2e-3, rel=1e-6)
+    assert EncoderQuantisation().observed(replace(seen, position=(rests,), sample_time=(STEP,))) is None
+
+
+def test_a_joint_that_is_never_slow_steps_over_many_quanta_at_a_time() -> None:
+    """As from side to side at constant speed; printed with six digits."""
+    way = signal.sawtooth(2 * np.pi * 0.7137 * STEP * np.arange(4000), 0.5)
+    fast = Record((np.round(2e-3 * np.round(8.0 * way / 2e-3), 6),), (), (STEP,), 1e-5)
+    seen = EncoderQuantisation().observed(fast)
+    assert seen is not None
+    value, low, high = seen.values["resolution"]
+    assert low <= value <= high
+    assert value == pytest.approx(2e-3, rel=1e-3)
+
+
+def test_a_printed_record_holds_its_step_within_the_interval() -> None:
+    true = 2 * np.pi / 2400
+    seen = record(step=true)
+    printed = replace(seen, position=tuple(np.round(position, 6) for position in seen.position))
+    found = EncoderQuantisation().observed(printed)
+    assert found is not None
+    value, low, high = found.values["resolution"]
+    assert low < true < high
+    assert high - low < 2e-3 * value
+
+
+@pytest.mark.parametrize("digits", [6, 16])
+@pytest.mark.parametrize("sweeps", [1, 5])
+def test_constant_speed_is_no_grid(digits: int, sweeps: int) -> None:
+    """Every step is a hundred counts of a fine encoder, or one more or less."""
+    way = signal.sawtooth(2 * np.pi * sweeps * np.arange(5000) / 5003, 0.5)
+    jog = np.round(1e-5 * np.round(2.5 * way / 1e-5), digits)
+    assert EncoderQuantisation().observed(Record((jog,), (), (STEP,), 1e-5)) is None
+
+
+def test_noise_is_no_grid() -> None:
+    noise = np.cumsum(np.random.default_rng(0).standard_normal(3000)) * 1e-3
+    assert EncoderQuantisation().observed(Record((noise,), (), (STEP,), 1e-5)) is None
 
 
 @pytest.mark.parametrize("resolution", [1e-5, None])

@@ -47,6 +47,6 @@ def test_resonance_does_not_pass_for_noise() -> None:
 
 
 def test_smallest_step() -> None:
-    assert smallest_step(record(500.0, 0.0, 2e-4)) == pytest.approx(2e-4, rel=1e-6)
-    assert smallest_step(record(500.0, 1e-4, 0.0)) == 0.0
-    assert smallest_step(np.zeros(100)) == 0.0
+    assert smallest_step(record(500.0, 0.0, 2e-4))[0] == pytest.approx(2e-4, rel=1e-6)
+    assert smallest_step(record(500.0, 1e-4, 0.0)) == (0.0, 0.0)
+    assert smallest_step(np.zeros(100)) == (0.0, 0.0)

@@ -34,5 +34,5 @@ def position_noise(position: np.ndarray, sample_time: float, resolution: float |
     band = (frequency > BAND[0] * nyquist) & (frequency < BAND[1] * nyquist)
     gain = (2 * np.sin(np.pi * frequency[band] * sample_time)) ** 4  # of the second difference
     white = np.sqrt(float(np.median(density[band] / gain)) * nyquist)
-    step = max(resolution or 0.0, smallest_step(position))
+    step = max(resolution or 0.0, smallest_step(position)[0])
     return float(max(white, step / np.sqrt(12.0), 1e-12))

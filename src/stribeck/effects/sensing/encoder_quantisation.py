@@ -34,9 +34,7 @@ class EncoderQuantisation(SensingEffect):
         return ({"resolution": 1e-3 * scale.travel},)
 
     def observed(self, record: Record) -> Observed | None:
-        steps = [smallest_step(position) for position in record.position]
-        step = min(steps, default=0.0)
+        step, off = smallest_step(*record.position)
         if step <= (COARSER * record.resolution if record.resolution else COARSE):
             return None
-        spread = max(steps) - step
-        return Observed({"resolution": (step, step - spread, step + spread)}, 1.0 if spread < 0.1 * step else 0.6)
+        return Observed({"resolution": (step, step - off, step + off)}, 1.0)
