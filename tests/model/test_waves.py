@@ -7,7 +7,7 @@ import pytest
 
 from stribeck.effects.registry import effect_named
 from stribeck.model.values import Scale
-from stribeck.model.waves import Trace, ringing, strongest_waves
+from stribeck.model.waves import Trace, ringing, strongest_waves, tones
 
 STEP = 0.02
 
@@ -25,6 +25,22 @@ def test_strongest_wave() -> None:
     assert (first.rate, second.rate) == pytest.approx((7.0, 19.0), abs=0.1)
     for wave, size in ((first, 2.0), (second, 0.5)):  # between two rates of the grid
         assert np.hypot(wave.sine, wave.cosine) == pytest.approx(size, rel=0.1)
+
+
+@pytest.mark.parametrize("hertz", [2.74, 5.3, 8.1])
+def test_a_tone_is_not_sought_at_its_aliases(hertz: float) -> None:
+    """Twenty samples a second, as of a coarse encoder, show no more than ten hertz: above, each tone comes again."""
+    t = np.tile(0.05 * np.arange(160), 3)
+    trace = replace(traced(np.sin(2 * np.pi * hertz * t + 0.3), 3), time=t)
+    assert [wave.rate for wave in tones(trace, (0.3, 25.0), count=1)] == pytest.approx([hertz], abs=0.05)
+    assert all(wave.rate < 10.0 for wave in tones(trace, (0.3, 25.0), count=5))
+
+
+def test_a_tone_in_a_long_record_is_not_taken_for_its_alias() -> None:
+    """Of many samples some are looked at, at unequal distances; the line is narrow, and may not be stepped over."""
+    t = 0.01 * np.arange(24000)
+    trace = replace(traced(np.sin(2 * np.pi * 17.3 * t), 1), time=t)
+    assert [wave.rate for wave in tones(trace, (0.3, 25.0), count=1)] == pytest.approx([17.3], abs=0.003)
 
 
 def test_ringing_is_found_whatever_its_phases() -> None:

@@ -9,8 +9,10 @@ from scipy.signal import welch
 
 FINENESS = 1.0  # rad of phase, over the whole span, between neighbouring rates
 ROWS = 4000  # samples that are looked at, at most
-MOST = 2000  # rates
+MOST = 8000  # rates
+SHOWN = 0.45  # of the rate of samples, up to which they show a tone and not its alias
 TOGETHER = 100  # rates at a time: bounds the memory
+GOLDEN = 0.5 * (5.0**0.5 - 1.0)
 WINDOW, PADDED = 4.0, 4096  # s of one periodogram, and its length with zeros
 
 
@@ -77,7 +79,7 @@ def strongest_waves(
     Least squares at each rate of a grid so fine that no rate lies far, over the span of ``x``, from its neighbour
     (Lomb 1976).
     """
-    rows = slice(None, None, max(1, len(x) // ROWS))
+    rows = _some(len(x))
     x, carrier, r = x[rows], carrier[rows], trace.residual[rows]
     number = int(np.clip((rates[1] - rates[0]) * float(np.ptp(x)) / FINENESS, 2, MOST))
     grid = np.linspace(*rates, number)
@@ -91,6 +93,23 @@ def strongest_waves(
     peaks = np.flatnonzero((saved >= left) & (saved >= right))
     best = peaks[np.argsort(-saved[peaks])][:count]
     return [Wave(float(grid[i]), float(sine[i]), float(cosine[i])) for i in best]
+
+
+def tones(trace: Trace, band: tuple[float, float], count: int) -> list[Wave]:
+    """Return the waves over time that take most of a residual, strongest first; their rates in Hz.
+
+    Analysis samples are few where encoders are coarse: beyond half their rate each tone has an alias as strong.
+    """
+    turns, step = 2.0 * np.pi * trace.time, float(np.median(np.abs(np.diff(trace.time))))
+    top = min(band[1], max(SHOWN / step, 2.0 * band[0]))
+    return strongest_waves(turns, np.ones_like(turns), trace, (band[0], top), count)
+
+
+def _some(rows: int) -> np.ndarray:
+    """Return what is looked at of so many rows: of each stretch one, never at equal distances, which have aliases."""
+    stretch = max(1, rows // ROWS)
+    first = np.arange(0, rows - stretch + 1, stretch)
+    return np.asarray(first + (stretch * (GOLDEN * np.arange(len(first)) % 1.0)).astype(int))
 
 
 def ringing(trace: Trace, frequencies: tuple[float, float], count: int = 2) -> list[float]:

@@ -40,8 +40,8 @@ def test_white_noise_is_all_noise(seed: int) -> None:
     assert white_rms(seen, [still()], CUTOFF) == pytest.approx(np.sqrt(np.mean(seen**2)), rel=0.1)
 
 
-@pytest.mark.parametrize("hertz", [0.3, 1.0, 3.0])
-def test_a_motion_is_not_noise(hertz: float) -> None:
+@pytest.mark.parametrize("hertz", [0.3, 1.0, 3.0, 5.0, 6.0, 8.0, 10.0])
+def test_a_motion_is_not_noise_nor_is_a_tone(hertz: float) -> None:
     seen = rows(np.sin(2 * np.pi * hertz * still().time))
     assert white_rms(seen, [still()], CUTOFF) < 0.1 * np.sqrt(np.mean(seen**2))
 

@@ -6,11 +6,10 @@ import math
 from typing import final
 
 import casadi as ca
-import numpy as np
 
 from stribeck.model.effect import ExternalEffect
 from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
-from stribeck.model.waves import Trace, strongest_waves
+from stribeck.model.waves import Trace, tones
 
 
 @final
@@ -40,8 +39,7 @@ class InputDisturbance(ExternalEffect):
         return tuple({"sine": size, "cosine": size, "frequency": f} for f in (2.0, 5.0))
 
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
-        turns = 2.0 * math.pi * trace.time
-        waves = strongest_waves(turns, np.ones_like(turns), trace, (0.3, 25.0), count=2)
+        waves = tones(trace, (0.3, 25.0), count=2)
         return tuple({"sine": w.sine, "cosine": w.cosine, "frequency": w.rate} for w in waves)
 
     def torque(self, s: Signals, x: States, p: Parameters) -> Expression:

@@ -6,11 +6,10 @@ import math
 from typing import final
 
 import casadi as ca
-import numpy as np
 
 from stribeck.model.effect import ExternalEffect
 from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
-from stribeck.model.waves import Trace, strongest_waves
+from stribeck.model.waves import Trace, tones
 
 ORDER = ("", "second_", "third_")  # prefixes of the harmonics' amplitudes
 
@@ -46,8 +45,7 @@ class InputDisturbanceHarmonics(ExternalEffect):
         return tuple(_start(size, size, f) for f in (2.0, 5.0))
 
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
-        turns = 2.0 * math.pi * trace.time
-        waves = strongest_waves(turns, np.ones_like(turns), trace, (0.1, 25.0), count=1)
+        waves = tones(trace, (0.1, 25.0), count=1)
         return tuple(_start(w.sine, w.cosine, w.rate) for w in waves)
 
     def torque(self, s: Signals, x: States, p: Parameters) -> Expression:

@@ -104,15 +104,22 @@ def _atoms(run: Conditioned, cutoff: float) -> np.ndarray:
 
 
 def _steady_rms(pieces: Sequence[np.ndarray], run: Conditioned, cutoff: float) -> float:
-    """Return the rms of white noise with the median power of short stretches in the upper part of the band."""
+    """Return the rms of white noise with the median power in the upper part of the band.
+
+    Of short stretches, which bursts do not fill, or of whole runs, where a tone is but a line: what is less.
+    """
     step = run.sample_time
-    powers = []
-    for piece in pieces:
-        frequency, _, power = signal.spectrogram(
-            piece, fs=1.0 / (step * run.decimation), window="hann", nperseg=SEGMENT, noverlap=SEGMENT // 2
-        )
-        band = (frequency >= UPPER[0] * cutoff) & (frequency <= UPPER[1] * cutoff)
-        passed = np.abs(signal.freqz(run.taps, worN=2 * np.pi * frequency[band] * step)[1]) ** 2
-        powers.append((power[band] / passed[:, None]).ravel())
-    density = float(np.median(np.concatenate(powers))) / np.log(2.0)  # the median of chi-square with two degrees
+    densities = []
+    for rows in (SEGMENT, None):
+        powers = []
+        for piece in pieces:
+            length = rows or len(piece)
+            frequency, _, power = signal.spectrogram(
+                piece, fs=1.0 / (step * run.decimation), window="hann", nperseg=length, noverlap=length // 2
+            )
+            band = (frequency >= UPPER[0] * cutoff) & (frequency <= UPPER[1] * cutoff)
+            passed = np.abs(signal.freqz(run.taps, worN=2 * np.pi * frequency[band] * step)[1]) ** 2
+            powers.append((power[band] / passed[:, None]).ravel())
+        densities.append(float(np.median(np.concatenate(powers))))
+    density = min(densities) / np.log(2.0)  # the median of chi-square with two degrees
     return float(np.sqrt(0.5 * density * np.sum(run.taps**2) / step))
