@@ -128,6 +128,13 @@ def test_corners_are_not(name: str, values: dict[str, float]) -> None:
     assert not effect_named(*name.split("/")).plausible(values, SMALL)
 
 
+@pytest.mark.parametrize("law", ["constant", "back_emf", "smooth"])
+def test_a_drive_may_be_at_its_limit_most_of_the_time(law: str) -> None:
+    """Its controller then asks for ever more: the command is no measure of what the motion needs."""
+    values = {"limit": 0.5 * SMALL.torque, "fade": 0.0}
+    assert effect_named("torque_saturation", law).plausible(values, SMALL)
+
+
 @every_effect
 def test_starts_in_sight_of_the_residual(effect: Effect) -> None:
     for joint in effect.sites(2):
