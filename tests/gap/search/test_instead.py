@@ -95,6 +95,22 @@ def test_what_does_as_well_beside_the_others_is_named_along(
         assert found[0].as_good[0].rms() == pytest.approx(steps[1].best.rms(), rel=0.02)  # type: ignore[union-attr]
 
 
+def test_what_was_needless_may_still_do_as_well_as_what_took_its_place() -> None:
+    """The search made again without it has not seen it: one pendulum's late command is its late record."""
+    prepared, steps = two_steps([("delay", {"time": 0.02})], "time_shift", "torque_offset", "payload")
+    late, other = (Placed(effect_named(name), 0, values) for name, values in (("delay", {"time": 0.02}), OFFSET))
+    alone = (replace(steps[0], ranking=replace(steps[0].ranking, prior_gain=np.zeros(3))),)
+    for gone, named in ((late, ["time_shift", "delay"]), (other, [])):
+        others = instead(prepared, alone, POOL, (), [gone])
+        assert [one.model.placed[-1].key for one in others] == [gone.key]
+        found = with_as_good(prepared, alone, without_each(prepared, alone, POOL), others, 0)
+        assert [model.placed[-1].effect.name for model in found[0].as_good] == named
+    assert instead(prepared, alone, POOL, ("delay",), [late]) == []
+
+
+OFFSET = ("torque_offset", {"offset": 0.1})
+
+
 def test_no_rival_is_tried_where_a_later_effect_has_its_place(monkeypatch: pytest.MonkeyPatch) -> None:
     """A base that rocks is no rival beside a soft shaft at the same joint, though one that slides would be."""
     offset, shaft = Placed(effect_named("torque_offset"), 0), Placed(effect_named("joint_flexibility"), 0)

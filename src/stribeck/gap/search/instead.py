@@ -30,13 +30,16 @@ class Instead:
     model: Model
 
 
-def instead(prepared: Prepared, steps: Sequence[Step], pool: Any, leave_out: Sequence[str] = ()) -> list[Instead]:
+def instead(
+    prepared: Prepared, steps: Sequence[Step], pool: Any, leave_out: Sequence[str] = (), gone: Sequence[Placed] = ()
+) -> list[Instead]:
     """Return the last model with the most promising rivals of each step in the place of what it took.
 
-    None where one effect alone was taken: its rivals are the step's own.
+    None where one effect alone was taken: its rivals are the step's own. But for what is ``gone``, a needless effect
+    that no step has seen: it may do as well in the place of any.
     """
     taken = [step for step in steps if step.taken]
-    if len(taken) < 2:
+    if len(taken) < 2 and not (taken and gone):
         return []
     final, own = last_model(steps), len(steps[0].base.placed)
     weights = weights_of(final, prepared, steps[-1].floor)
@@ -49,7 +52,11 @@ def instead(prepared: Prepared, steps: Sequence[Step], pool: Any, leave_out: Seq
             if (effect.name, joint) != final.placed[i].key
         ]
         rivals = [step.rivals[k - 1].placed[-1] for k in step.ranking.order if step.ranking.overall[k] > LEAST_GAIN]
-        for rival in [r for r in rivals if (r.effect.name, r.effect.law, r.joint) in possible][:RIVALS]:
+        seen, more = (
+            [rival for rival in some if (rival.effect.name, rival.effect.law, rival.joint) in possible]
+            for some in (rivals if len(taken) > 1 else [], gone)
+        )
+        for rival in (*seen[:RIVALS], *more):
             places.append(final.placed[i])
             placed = (*rest, Placed(rival.effect, rival.joint))
             fits.append(delayed(fit_model)(prepared, placed, weights, final.fit, rival.values, evaluations=EVALUATIONS))

@@ -66,8 +66,9 @@ def search(
             better = ranking.overall[1] > -LEAST_GAIN if unneeded else ranking.probability[1] > SURELY
             if better:
                 prepared = barring.prepared
+                gone = [place for place in last_model(steps).placed if place.key == needless]
                 steps, without = _believed(barring, other)
-                others = instead(prepared, steps, pool, leave_out)
+                others = instead(prepared, steps, pool, leave_out, gone)
         steps = with_as_good(prepared, steps, without, others, seed)
         return prepared, with_look_alikes(prepared, steps, without, pool, seed)
 
