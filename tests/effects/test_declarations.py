@@ -135,6 +135,15 @@ def test_a_drive_may_be_at_its_limit_most_of_the_time(law: str) -> None:
     assert effect_named("torque_saturation", law).plausible(values, SMALL)
 
 
+def test_a_shaft_is_sought_from_soft_to_stiff() -> None:
+    """Beside the little that a stiff one leaves, a start from a soft one is hopeless; no step is over an octave."""
+    starts = effect_named("joint_flexibility").starts(SMALL)
+    hertz = np.sqrt([start["stiffness"] / SMALL.link for start in starts]) / (2.0 * np.pi)
+    assert hertz[0] < 5.0
+    assert hertz[-1] > 60.0
+    assert np.all(np.diff(np.log2(hertz)) < 1.01)
+
+
 @every_effect
 def test_starts_in_sight_of_the_residual(effect: Effect) -> None:
     for joint in effect.sites(2):

@@ -31,7 +31,8 @@ class JointFlexibility(TransmissionEffect):
     )
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
-        return tuple(_start(scale, hertz) for hertz in (4.0, 8.0, 16.0))
+        # a shaft that is stiff beside what is left of it is found from stiffer ones alone
+        return tuple(_start(scale, hertz) for hertz in (4.0, 8.0, 16.0, 32.0, 64.0))
 
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
         return (*self.starts(scale), *(_start(scale, hertz) for hertz in ringing(trace, (0.8, 40.0))))
