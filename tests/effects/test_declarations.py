@@ -9,6 +9,7 @@ from importlib.metadata import EntryPoint, EntryPoints
 from pathlib import Path
 from typing import get_args
 
+import numpy as np
 import pytest
 
 from stribeck.arm import EffectEntry, load_arm, save_arm
