@@ -136,6 +136,14 @@ def test_a_drive_may_be_at_its_limit_most_of_the_time(law: str) -> None:
     assert effect_named("torque_saturation", law).plausible(values, SMALL)
 
 
+@pytest.mark.parametrize("name", ["cogging", "torque_ripple", "cogging/two_waves", "torque_ripple/two_waves"])
+def test_a_wave_may_be_covered_by_several_runs_together(name: str) -> None:
+    effect = effect_named(*name.split("/"))
+    values = {p.name: 0.01 for p in effect.parameters} | {"harmonic": 12.0}  # 0.57 of a period in the longest run
+    assert not effect.plausible(values, SMALL)
+    assert effect.plausible(values, replace(SMALL, covered=0.45))
+
+
 def test_a_shaft_is_sought_from_soft_to_stiff() -> None:
     """Beside the little that a stiff one leaves, a start from a soft one is hopeless; no step is over an octave."""
     starts = effect_named("joint_flexibility").starts(SMALL)

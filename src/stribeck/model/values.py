@@ -33,6 +33,9 @@ LIGHTEST = 0.01
 MOST_PERIODS = 60.0
 """Periods over the travel that are looked for on an axis in m: a screw or a magnet track may have as many."""
 
+LEAST_OF_PERIOD = 0.75
+"""Part of a period that must be covered: less is any curve over position, as of a spring that stiffens."""
+
 Parameters = Mapping[str, Expression]
 States = Mapping[str, Expression]
 
@@ -75,8 +78,8 @@ class Scale:
         Root mean square command and Coulomb friction, N m.
     speed : float
         Root mean square velocity, rad/s.
-    travel, middle : float
-        Range of position, and its median, rad.
+    travel, covered, middle : float
+        Range of position in the run that goes furthest, and in all together, and its median, rad.
     distance : float
         That the joint goes to and fro in all recordings together, rad.
     inertia, rotor : float
@@ -98,6 +101,7 @@ class Scale:
     prismatic: bool = False
     distance: float = math.inf
     rotor: float = 0.0
+    covered: float = 0.0
 
     def rates(self, most: float) -> tuple[float, float]:
         """Return the range of cycles per radian of phase, 1/rad, in which a periodic law may start.
@@ -110,6 +114,10 @@ class Scale:
     def link(self) -> float:
         """Inertia that is moved through the transmission, kg m^2: all but the rotor's, which may be most of it."""
         return max(self.inertia - self.rotor, LIGHTEST * self.inertia)
+
+    def shows(self, harmonic: float) -> bool:
+        """Return whether enough of a period (``harmonic`` a radian) is covered to be more than any curve."""
+        return harmonic * max(self.travel, self.covered) > LEAST_OF_PERIOD * 2.0 * math.pi
 
     @property
     def stray(self) -> float:

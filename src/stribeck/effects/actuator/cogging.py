@@ -43,7 +43,7 @@ class Cogging(ActuatorEffect):
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
         # much less than a period is any curve over position: a spring that stiffens, a stop that is soft
-        return values["harmonic"] * scale.travel > 1.5 * math.pi
+        return scale.shows(values["harmonic"])
 
     def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
         return math.hypot(values["sine"], values["cosine"]) < scale.stray

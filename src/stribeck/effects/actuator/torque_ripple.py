@@ -41,7 +41,7 @@ class TorqueRipple(ActuatorEffect):
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
         # much less than a period is any gain that changes with position
-        return values["harmonic"] * scale.travel > 1.5 * math.pi
+        return scale.shows(values["harmonic"])
 
     def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
         return math.hypot(values["sine"], values["cosine"]) < STRAY

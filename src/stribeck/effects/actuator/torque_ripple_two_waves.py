@@ -42,7 +42,7 @@ class TorqueRippleTwoWaves(ActuatorEffect):
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
         # much less than a period is any gain that changes with position
-        return values["harmonic"] * scale.travel > 1.5 * math.pi
+        return scale.shows(values["harmonic"])
 
     def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
         return math.hypot(*(value for name, value in values.items() if name != "harmonic")) < STRAY

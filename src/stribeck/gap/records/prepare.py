@@ -141,6 +141,7 @@ def typical(arm: Arm, runs: Sequence[Conditioned], inertia: np.ndarray, gone: np
             friction=arm.joints[j].friction.C0,
             speed=rms("velocity", j) + 1e-6,
             travel=travel(j) + 1e-6,
+            covered=float(np.ptp(np.concatenate([run.position[:, j] for run in runs]))),
             inertia=float(inertia[j]),
             sample_time=runs[0].sample_time,
             length=arm.joints[j].length,
