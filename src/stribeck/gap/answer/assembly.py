@@ -40,6 +40,7 @@ from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.records.sequence import on_average
 from stribeck.gap.records.unsaid import told_of
 from stribeck.gap.result import Cause, Diagnosis, Estimate
+from stribeck.gap.search.gates import LEAST_GAIN
 from stribeck.gap.search.look_alike import doubt, told_alike
 from stribeck.gap.search.ordinary import told_ordinary
 from stribeck.gap.search.random_torque import added_power, loud, random_torque
@@ -141,8 +142,17 @@ class Assembly:
         )
 
     def _idle(self, named: Sequence[str], chain: Sequence[Model]) -> list[str]:
-        """Return the named effects that close nothing without those that are not: they stood beside them alone."""
-        return [effect for effect in named if chain is not self.models and self._closed_by(effect, chain).value <= 0.0]
+        """Return the named effects that hardly close anything without those that are not: they stood beside them alone.
+
+        So little that the search would not have taken them.
+        """
+        if chain is self.models:
+            return []
+        return [
+            effect
+            for effect in named
+            if self._closed_by(effect, chain).value <= 0.0 or gained(effect, chain) < LEAST_GAIN
+        ]
 
     def _chain(self, named: Sequence[str], causes: Sequence[Cause]) -> list[Model]:
         """Return the models from the re-tuned one to that with all named effects, one effect more each.
@@ -216,6 +226,13 @@ class Assembly:
         value = sum(at[id(after)].value - at[id(before)].value for before, after in pairs)
         spread = max((at[id(after)].high - at[id(after)].low) / 2 for _, after in pairs)
         return Estimate(value, value - spread, value + spread)
+
+
+def gained(effect: str, chain: Sequence[Model]) -> float:
+    """Return the largest part of the squared residual that a model of a chain gains by an effect, at any joint."""
+    pairs = [(before, after) for before, after in pairwise(chain) if after.placed[-1].effect.name == effect]
+    gains = [1.0 - np.mean(after.held**2, axis=0) / np.mean(before.held**2, axis=0) for before, after in pairs]
+    return float(np.max(gains, initial=-np.inf))
 
 
 def _limits(model: Model) -> list[str]:
