@@ -85,7 +85,7 @@ class Scale:
     inertia, rotor : float
         Inertia that the joint moves, others held, and its rotor's part of that, kg m^2.
     sample_time : float
-        s.
+        Of the recordings, s.
     prismatic : bool
         Whether the joint is an axis in m: no turn says then how often what is periodic repeats.
     """

@@ -80,13 +80,20 @@ def test_the_runs_that_are_kept_back_move_as_the_others_do() -> None:
 
 def test_a_run_that_stands_alone_is_not_kept_back_for_being_like_the_rest() -> None:
     """A tame run and the second largest would ask most as the rest does; but no other has its one blow of torque."""
-    runs = moving(0.85, 0.1, 0.1, 1.0, 0.1, 0.1)
-    assert "0" in names(runs)
-    blow = runs[0].tau.copy()
+    runs = moving(0.1, 0.85, 0.1, 1.0, 0.1, 0.1)
+    assert "1" in names(runs)
+    blow = runs[1].tau.copy()
     blow[100] = 3.0 * np.abs(blow).max()
-    runs[0] = replace(runs[0], tau=blow)
-    assert "0" not in names(runs)
+    runs[1] = replace(runs[1], tau=blow)
+    assert "1" not in names(runs)
     assert "3" in names(runs)
+
+
+def test_the_first_recording_is_fitted() -> None:
+    """It alone shows what had been before: whether it is given first or not, and even where others would be liker."""
+    runs = moving(0.85, 0.1, 0.1, 1.0, 0.1, 0.1)
+    assert "0" not in names(runs)
+    assert "0" not in names(runs[::-1])
 
 
 def test_of_runs_that_move_alike_every_third_is_kept_back() -> None:

@@ -18,6 +18,9 @@ def filtered(time: float) -> tuple[Run, ...]:
     return recorded(("velocity_filter", {"time": time}), channels=("dq",))
 
 
+BOTH = filtered(0.015)  # at 250 Hz
+
+
 def beside(first: tuple[Run, ...], second: tuple[Run, ...]) -> tuple[Run, ...]:
     """Recordings of two joints that do the same."""
     return tuple(
@@ -37,6 +40,14 @@ def test_a_short_filter_of_all_joints_is_told_and_not_named() -> None:
         assert not found.placed
         assert all("no more than any joint has" in note for note in found.notes)
         assert found.notes
+
+
+def test_what_smooths_over_two_samples_is_short_however_long_they_are() -> None:
+    every = tuple(replace(run, **{name: getattr(run, name)[::3] for name in ("t", "q", "dq", "tau")}) for run in BOTH)
+    assert all(run.sample_time > 0.01 for run in every)
+    assert not seen(every).causes
+    assert seen(every).notes
+    assert [cause.effect for cause in seen(BOTH).causes] == ["velocity_filter"]
 
 
 def test_a_long_one_is_a_cause() -> None:

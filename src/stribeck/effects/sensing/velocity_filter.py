@@ -28,6 +28,7 @@ QUOTIENT = 0.5  # samples: so late is the difference of two positions, the mean 
 FINE = 1e-3  # s: longest step between which slopes are taken to be straight
 AT_ONCE = 3e-3  # s: any drive smooths its velocity by as much
 USUAL = 8e-3  # s: and many, with coarse encoders, by as much at all joints
+DIFFERENCES = 2.0  # samples: nor does anyone take differences of positions without smoothing them over so many
 
 
 @final
@@ -51,7 +52,7 @@ class VelocityFilter(SensingEffect):
         return ({"time": 0.01},)
 
     def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
-        return values["time"] < USUAL
+        return values["time"] < max(USUAL, DIFFERENCES * scale.sample_time)
 
     def observed(self, record: Record) -> Observed | None:
         if not record.velocity:

@@ -143,7 +143,7 @@ def typical(arm: Arm, runs: Sequence[Conditioned], inertia: np.ndarray, gone: np
             travel=travel(j) + 1e-6,
             covered=float(np.ptp(np.concatenate([run.position[:, j] for run in runs]))),
             inertia=float(inertia[j]),
-            sample_time=runs[0].sample_time,
+            sample_time=runs[0].run.sample_time,
             length=arm.joints[j].length,
             prismatic=arm.joints[j].kind == "prismatic",
             middle=float(np.median(np.concatenate([run.position[:, j] for run in runs]))),

@@ -25,20 +25,28 @@ def in_sequence(runs: Sequence[Conditioned], recordings: Sequence[Run]) -> tuple
     runs : sequence of Conditioned
         Whole recordings, or parts of them that share their samples.
     recordings : sequence of Run
-        All of them, whole. Times that do not overlap are of one clock and tell the order. Otherwise the names do,
-        numbers in them counted, and then the order in which they are given.
+        All of them, whole.
     """
-    spans = sorted((float(run.t[0]), float(run.t[-1])) for run in recordings)
-    one_clock = all(before[1] < after[0] for before, after in pairwise(spans))
-    keys = [(float(run.t[0]) if one_clock else 0.0, _counted(run.name)) for run in recordings]
     past: dict[int, Past] = {}
     now = Past(travelled=np.zeros(recordings[0].n))
-    for i in sorted(range(len(recordings)), key=lambda i: (*keys[i], i)):
+    for i in order(recordings):
         past[i], run = now, recordings[i]
         now = Past(
             now.recordings + 1, now.recorded + run.duration, now.travelled + distance_gone(run.q, run.sample_time)
         )
     return tuple(_placed(run, recordings, past) for run in runs)
+
+
+def order(recordings: Sequence[Run]) -> list[int]:
+    """Return the recordings' indices in the order in which they were made.
+
+    Times that do not overlap are of one clock and tell it. Otherwise the names do, numbers in them counted, and then
+    the order in which they are given.
+    """
+    spans = sorted((float(run.t[0]), float(run.t[-1])) for run in recordings)
+    one_clock = all(before[1] < after[0] for before, after in pairwise(spans))
+    keys = [(float(run.t[0]) if one_clock else 0.0, _counted(run.name)) for run in recordings]
+    return sorted(range(len(recordings)), key=lambda i: (*keys[i], i))
 
 
 def after(runs: Sequence[Conditioned]) -> Past:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from stribeck.gap.records.sequence import order
 from stribeck.identify.stretches import part
 from stribeck.run import Run
 
@@ -13,6 +14,7 @@ HELD_SHARE = 0.3  # of a single run
 EVERY = 3  # runs, of which one is held out
 BEYOND = 0.25  # of what all runs reach: further than that beyond every other run, a run stands alone
 MOVED = 0.25  # of the speed at which the run moves a joint that moves it second most: slower, it as good as rests
+FIRST = 1e-6  # counts as standing alone by so little
 FAINT = 0.05  # of what is asked on average: less is as good as nothing
 DIGITS = 9  # of how far runs are from others, and from alike: what rounding leaves must not decide
 ALIKE = 0.3  # rms of the logarithms of what held runs ask, over that of fitted ones: they move alike up to here
@@ -22,7 +24,8 @@ def split(runs: Sequence[Run], notes: list[str]) -> tuple[list[Run], list[Run]]:
     """Return (fit, held out): one whole run of three is kept back, or the last part of a single run.
 
     A run that goes where no other goes (a larger torque, speed or range) is fitted: what only one recording shows
-    cannot be learnt from the others. Of the rest, those are kept back that together move like the fitted ones: what a
+    cannot be learnt from the others; so is, where it can be, the first, for it alone shows what had been before. Of the
+    rest, those are kept back that together move like the fitted ones: what a
     law closes on tame motions alone says little of what it closes on the others. Before all of it, both move every
     joint that two runs move, if one more run must be kept back for it: what is wrong at a joint that rests is not seen.
     """
@@ -32,6 +35,8 @@ def split(runs: Sequence[Run], notes: list[str]) -> tuple[list[Run], list[Run]]:
         notes.append(f"{run.name}: the last {HELD_SHARE:.0%} is held out")
         return [part(run, 0, k)], [part(run, k, len(run.t))]
     alone, asked = _alone(runs), _asked(runs)
+    first = order(runs)[0]
+    alone[first] = max(alone[first], FIRST)
     held: list[int] = []
     for i in range(1, len(runs), EVERY):
         near = sorted((k for k in range(len(runs)) if k not in held), key=lambda k: (abs(k - i), -k))

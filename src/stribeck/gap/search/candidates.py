@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -29,6 +30,12 @@ class Trial:
     def law_key(self) -> tuple[str, str, int]:
         """Effect name, law and joint."""
         return self.effect.name, self.effect.law, self.joint
+
+    @property
+    def idle(self) -> dict[str, float]:
+        """Values at which the effect is none, as far as they are numbers that a fit can leave; the others start."""
+        none = {p.name: p.null for p in self.effect.parameters if not p.log and math.isfinite(p.null)}
+        return {**self.start, **none}
 
 
 def candidates(arm: Arm, placed: Sequence[Placed], leave_out: Sequence[str] = ()) -> list[tuple[Effect, int]]:

@@ -20,6 +20,8 @@ from stribeck.model.path import SignalPath
 
 RELIEVED = 0.85  # of a joint's residual: an effect that leaves less is fitted once more, with weights of its own
 AGAIN = 4  # times at most
+SHORT = 0.5  # of what screening promised: a fit that was stopped and has found less goes on
+LONGER = 80  # evaluations, from where it is, or from where the effect is none
 
 
 class Tryout:
@@ -93,6 +95,12 @@ def _fit_trial(prepared: Prepared, base: Model, weights: Weights, trial: Trial, 
     model = fit_model(prepared, placed, weights, base.fit, trial.start, evaluations=60 if far else 20)
     if not finite(model):
         return None
+    if not model.fit.ok and base.fit.cost - model.fit.cost < SHORT * trial.promise:
+        above = model.fit.cost > base.fit.cost
+        known, start = (base.fit, trial.idle) if above else (model.fit, None)
+        model = fit_model(prepared, placed, weights, known, start, evaluations=LONGER)
+        if not finite(model):
+            return None
     # a gap that is gone had made the whole joint count for little: what is left deserves its own weights, in turn
     for _ in range(AGAIN):
         own = weights_of(model, prepared, floor)
