@@ -21,6 +21,7 @@ _ROUNDING = 1e-9  # steps; such a clock is uniform already
 
 RESTING = 1e-12  # rad, up to which a record has not moved
 LEAST_STEPS = 8  # of a record, that show a grid
+NEAR = 0.125  # of a quantum: nearer to a grid lie few values of a record that is on none
 UNEVEN = 0.1  # of its steps, after which a count goes on by more or less
 
 GAP_STEPS = 5.0
@@ -154,15 +155,16 @@ def smallest_step(*records: np.ndarray) -> tuple[float, float]:
         return 0.0, 0.0
     steps = np.concatenate([np.abs(np.diff(record)) for record in moving])
     apart = np.concatenate([np.diff(np.unique(record)) for record in moving])
-    rounded = max(_rounded(record) for record in moving)
+    rounded, printed = (max(map(told, moving)) for told in (_rounded, _printed))
     if np.sum(steps > RESTING) < LEAST_STEPS:
         return 0.0, 0.0
     for gaps in (steps, apart):
         quantum, off = _fitted(moving, steps, float(np.quantile(gaps[gaps > RESTING], 0.01)))
         counted = np.round(steps / quantum)
         uneven = np.sum(np.diff(counted) != 0.0) > UNEVEN * np.sum(counted > 0.0)
-        if np.mean(off > rounded) < 0.05 and uneven:
-            return quantum, rounded
+        near = max(rounded, min(printed, NEAR * quantum))
+        if np.mean(off > near) < 0.05 and uneven:
+            return quantum, near
     return 0.0, 0.0
 
 
@@ -184,3 +186,14 @@ def _rounded(record: np.ndarray) -> float:
         if np.all(np.abs(record - np.round(record, digits)) < 1e-14 + 4.0 * np.spacing(np.abs(record))):
             return float(0.6 * 10.0**-digits)
     return float(2.0 * np.max(np.abs(record)) * np.finfo(np.float32).eps)
+
+
+def _printed(record: np.ndarray) -> float:
+    """Return by how much a record's largest values may be rounded, rad, where all have as many significant digits."""
+    values = np.abs(record[record != 0.0])
+    first = np.floor(np.log10(values))
+    for digits in range(3, 13):
+        unit = 10.0 ** (first - digits + 1)
+        if np.all(np.abs(values - unit * np.round(values / unit)) < 4.0 * np.spacing(values)):
+            return float(0.6 * unit.max())
+    return 0.0

@@ -70,6 +70,24 @@ def test_a_printed_record_holds_its_step_within_the_interval() -> None:
     assert high - low < 2e-3 * value
 
 
+@pytest.mark.parametrize("digits", [6, 9])
+def test_so_does_one_that_is_printed_with_significant_digits(digits: int) -> None:
+    """As most writers do: near zero they keep more decimals than elsewhere, and no number of these holds for all."""
+    true = 2 * np.pi / 2400
+    seen = record(step=true)
+    printed = replace(seen, position=tuple(significant(position, digits) for position in seen.position))
+    found = EncoderQuantisation().observed(printed)
+    assert found is not None
+    value, low, high = found.values["resolution"]
+    assert low < true < high
+    assert value == pytest.approx(true, rel=1e-3)
+
+
+def significant(values: np.ndarray, digits: int) -> np.ndarray:
+    """The values as a file holds them."""
+    return np.array([float(f"{value:.{digits}g}") for value in values])
+
+
 @pytest.mark.parametrize("digits", [6, 16])
 @pytest.mark.parametrize("sweeps", [1, 5])
 def test_constant_speed_is_no_grid(digits: int, sweeps: int) -> None:
@@ -81,7 +99,8 @@ def test_constant_speed_is_no_grid(digits: int, sweeps: int) -> None:
 
 def test_noise_is_no_grid() -> None:
     noise = np.cumsum(np.random.default_rng(0).standard_normal(3000)) * 1e-3
-    assert EncoderQuantisation().observed(Record((noise,), (), (STEP,), 1e-5)) is None
+    for record_of_it in (noise, significant(noise, 4), significant(noise, 8)):
+        assert EncoderQuantisation().observed(Record((record_of_it,), (), (STEP,), 1e-5)) is None
 
 
 @pytest.mark.parametrize("resolution", [1e-5, None])

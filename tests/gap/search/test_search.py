@@ -246,6 +246,34 @@ def test_a_law_that_runs_away_leads_nowhere(late: tuple[Prepared, Model, Weights
     assert screening._descend(away(), projector, start, own, np.ones(1), 3).saved == -np.inf
 
 
+@pytest.mark.parametrize("time", [0.012, 0.06], ids=["below the base", "above it"])
+def test_a_fit_that_was_stopped_short_goes_on(
+    late: tuple[Prepared, Model, Weights], monkeypatch: pytest.MonkeyPatch, time: float
+) -> None:
+    """From where it is; where that is worse than no effect at all, from there."""
+    prepared, base, weights = late
+    trial = replace(screen(prepared, base, weights, effect_named("delay"), 0), start={"time": time})
+    stopped: list[Model] = []
+
+    def fit_once(*known: Any, evaluations: int) -> Model:
+        model = fit_model(*known, evaluations=evaluations if stopped else 1)
+        stopped.append(model)
+        return model
+
+    monkeypatch.setattr(tryout_module, "fit_model", fit_once)
+    model = _fit_trial(prepared, base, weights, trial, FLOOR)
+    assert (stopped[0].fit.cost > base.fit.cost) is (time > 0.05)
+    assert not stopped[0].fit.ok
+    assert model is not None
+    assert model.placed[0].values["time"] == pytest.approx(trial_time(prepared, base, weights), rel=0.05)
+
+
+def trial_time(prepared: Prepared, base: Model, weights: Weights) -> float:
+    """The delay as a fit from a good start finds it, s."""
+    trial = screen(prepared, base, weights, effect_named("delay"), 0)
+    return fit_model(prepared, [Placed(trial.effect, 0)], weights, base.fit, trial.start).placed[0].values["time"]
+
+
 def test_a_large_gap_is_weighed_anew_as_it_closes() -> None:
     """Against a residual that is all gap, close tolerances count for more than the rows; they must not for good."""
     tight = replace(NOMINAL, tolerance=replace(NOMINAL.tolerance, friction=0.1))

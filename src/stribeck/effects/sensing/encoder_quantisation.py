@@ -10,7 +10,7 @@ from stribeck.model.effect import SensingEffect
 from stribeck.model.values import Observed, Parameter, Record, Scale
 
 COARSER = 1.5  # than the arm file's resolution
-COARSE = 2.0 * math.pi / 4096  # rad, where the arm file has none: below twelve bits an encoder is news
+COARSE = 2.0 * math.pi / 4000  # rad, where the arm file has none: below twelve bits an encoder is news
 
 
 @final
