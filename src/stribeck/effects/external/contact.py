@@ -14,6 +14,9 @@ from stribeck.model.walls import likeliest_walls
 from stribeck.model.waves import Trace
 
 EXPONENT = 1.5  # of a ball on a plane
+DAMPING = 0.2  # s/rad, at first
+# damping times speed of approach, at which nothing bounces back (Hunt & Crossley 1975): beyond, it is a damper's force
+LIFELESS = 1.5
 
 
 @final
@@ -36,14 +39,19 @@ class Contact(ExternalEffect):
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         size, place = scale.torque / (0.1 * scale.travel) ** EXPONENT, 0.3 * scale.travel
-        return tuple({"stiffness": side * size, "position": side * place, "damping": 0.2} for side in (1.0, -1.0))
+        damping = min(DAMPING, 0.5 * LIFELESS / scale.speed)
+        return tuple({"stiffness": side * size, "position": side * place, "damping": damping} for side in (1.0, -1.0))
 
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
         least = 0.02 * scale.torque / scale.travel**EXPONENT
         walls = zip((1.0, -1.0), likeliest_walls(trace, EXPONENT), strict=True)
         return tuple(
-            {"stiffness": side * max(side * k, least), "position": place, "damping": 0.2} for side, (k, place) in walls
+            {"stiffness": side * max(side * k, least), "position": place, "damping": DAMPING}
+            for side, (k, place) in walls
         )
+
+    def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
+        return values["damping"] * scale.speed < LIFELESS
 
     def also(self, values: Mapping[str, float], scale: Scale) -> tuple[str, ...]:
         # what is leaned on for most of the time is hardly a stop: a cable that hangs slack on one side, or stiffens
