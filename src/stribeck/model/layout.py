@@ -18,11 +18,12 @@ _POSITIVE = {"mass": 1e-6, "alpha": 1e-6}
 
 @dataclass(frozen=True)
 class Placed:
-    """An effect at a joint (index), with its parameter values (SI)."""
+    """An effect at a joint (index), with its parameter values (SI). Those named in ``held`` are not fitted."""
 
     effect: Effect
     joint: int
     values: Mapping[str, float] = field(default_factory=dict)
+    held: frozenset[str] = frozenset()
 
     @property
     def key(self) -> tuple[str, int]:
@@ -113,7 +114,7 @@ def _effect(arm: Arm, k: int, place: Placed) -> list[Entry]:
             parameter.name,
             unit_at(parameter.unit, arm.joints[place.joint].kind),
             float(place.values.get(parameter.name, parameter.null)),
-            math.inf,
+            0.0 if parameter.name in place.held else math.inf,
             parameter.lower,
             parameter.upper,
             parameter.log,

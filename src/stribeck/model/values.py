@@ -67,6 +67,11 @@ class Parameter:
     log: bool = False
     firm: bool = False
 
+    @property
+    def pitch(self) -> bool:
+        """Whether it says how often a wave repeats, over position or in time."""
+        return self.unit == "Hz" or self.unit.startswith("1/")
+
 
 @dataclass(frozen=True)
 class Scale:

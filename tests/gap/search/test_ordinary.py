@@ -120,6 +120,7 @@ def test_where_a_search_finds_it_the_model_is_retuned_with_it(gives: float, name
 
 WAVE = {"sine": 0.01, "cosine": 0.01, "harmonic": 3.0}
 SLOTS = ("cogging", {"amplitude": 0.06, "harmonic": 11.0})
+COGGING = effect_named("cogging")
 CLEFT = {"sine": 0.03, "cosine": 0.03, "harmonic": 11.0}
 
 
@@ -148,6 +149,24 @@ def test_what_might_stand_beside_is_taken_in_where_it_is_needed(
     ]
     alone = ("position_dependent_friction",)
     assert found == ([beside] if beside == alone else [beside, alone])
+
+
+def test_a_wave_keeps_its_pitch_where_what_stood_beside_it_is_taken_out() -> None:
+    """Most of the residual is then another law's, and a wave that follows that would go where none is."""
+    prepared = prepare(NOMINAL, recorded(SLOTS, ("quadratic_damping", {"coefficient": 0.4}), noise=1e-6))
+    base = retune(prepared, FLOOR)
+    drag, slots = Placed(effect_named("quadratic_damping"), 0, {"coefficient": 0.4}), Placed(COGGING, 0, CLEFT)
+    dragged = fit_model(prepared, (drag,), weights_of(base, prepared, FLOOR))
+    model = fit_model(prepared, (*dragged.placed, slots), weights_of(dragged, prepared, FLOOR), dragged.fit, CLEFT)
+    step = Step(base, (model,), rank(prepared, [base, model], FLOOR, 0), (1,), (), FLOOR)
+    (again,) = retuned_with(prepared, FLOOR, base, 0, [step], 0)
+    (place,) = again.placed
+    assert place.key == ("cogging", 0)
+    assert place.values["harmonic"] == pytest.approx(11.0, rel=0.01)
+    assert place.values["harmonic"] == model.placed[1].values["harmonic"]
+    assert place.values["sine"] != model.placed[1].values["sine"]
+    further = fit_model(prepared, (*again.placed, drag), weights_of(again, prepared, FLOOR), again.fit)
+    assert further.placed[0].values["harmonic"] == place.values["harmonic"]
 
 
 def test_a_fit_that_ran_away_is_not_the_one_without_an_effect(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,6 +9,7 @@ finds so little, the model is re-tuned with it, and the search is made anew from
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -39,6 +40,7 @@ def retuned_with(
     """Yield bases re-tuned with what a search took of what every arm has: with what may stand beside it, and without.
 
     None that holds more than every arm has without the others that were taken: it would stand in for what hides it.
+    How often a wave repeats is held as it was found beside these: without them it would leap to another pitch.
 
     Parameters
     ----------
@@ -48,12 +50,17 @@ def retuned_with(
     common = ordinary(steps, prepared.scales)
     beside = _beside(steps, prepared.scales)
     for found in ((*common, *beside), common)[not beside :]:
-        again = retune(prepared, floor, (*base.placed, *found), known=last_model(steps).fit)
+        steady = [replace(place, held=_pitches(place)) for place in found]
+        again = retune(prepared, floor, (*base.placed, *steady), known=last_model(steps).fit)
         again = _needed_of(prepared, steps[-1].floor, again, len(base.placed) + len(common), seed)
         if all(is_ordinary(place, prepared.scales) for place in again.placed[stated:]):
             yield again
         if len(again.placed) == len(base.placed) + len(common):
             return
+
+
+def _pitches(place: Placed) -> frozenset[str]:
+    return frozenset(parameter.name for parameter in place.effect.parameters if parameter.pitch)
 
 
 def _needed_of(prepared: Prepared, floor: np.ndarray, model: Model, kept: int, seed: int) -> Model:
