@@ -115,6 +115,10 @@ class Scale:
         """
         return (math.pi / self.travel, 2.0 * math.pi * MOST_PERIODS / self.travel) if self.prismatic else (1.0, most)
 
+    def furthest(self, position: float) -> float:
+        """Return how far the joint goes from a position, rad, in a run about its median."""
+        return abs(self.middle - position) + 0.5 * self.travel
+
     @property
     def link(self) -> float:
         """Inertia that is moved through the transmission, kg m^2: all but the rotor's, which may be most of it."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import final
 
 from stribeck.model.effect import ExternalEffect
@@ -28,6 +29,9 @@ class CableSpring(ExternalEffect):
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         size = 0.1 * scale.torque / scale.travel
         return ({"stiffness": size, "rest": 0.0},)
+
+    def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
+        return values["stiffness"] * scale.furthest(values["rest"]) < scale.stray
 
     def torque(self, s: Signals, x: States, p: Parameters) -> Expression:
         return p["stiffness"] * (s.link_position - p["rest"])

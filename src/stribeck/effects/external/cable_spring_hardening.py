@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import final
 
 from stribeck.model.effect import ExternalEffect
@@ -29,6 +30,10 @@ class CableSpringHardening(ExternalEffect):
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         size = 0.1 * scale.torque / scale.travel
         return ({"stiffness": 0.5 * size, "rest": scale.middle, "cubic": size / scale.travel**2},)
+
+    def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
+        away = scale.furthest(values["rest"])
+        return values["stiffness"] * away + values["cubic"] * away**3 < scale.stray
 
     def torque(self, s: Signals, x: States, p: Parameters) -> Expression:
         away = s.link_position - p["rest"]

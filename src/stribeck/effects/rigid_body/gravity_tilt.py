@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import final
 
 from stribeck.model.effect import RigidBodyEffect
 from stribeck.model.values import Body, Parameter, Parameters, Scale
+
+LEVEL = 0.05  # m/s^2: no stand is level to better than 5 mrad
 
 
 @final
@@ -30,6 +34,9 @@ class GravityTilt(RigidBodyEffect):
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         return ({"x": 0.5, "y": 0.0}, {"x": 0.0, "y": 0.5})
+
+    def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
+        return math.hypot(values["x"], values["y"]) < LEVEL
 
     def body(self, body: Body, joint: int, p: Parameters) -> Body:
         return replace(body, gravity=(body.gravity[0] + p["x"], body.gravity[1] + p["y"]))
