@@ -211,10 +211,9 @@ def test_several_joints_and_runs() -> None:
         lagged = np.roll(np.arange(len(one.time)), 97)
         both = {
             name: np.concatenate([getattr(one, name), getattr(other, name)[lagged]], axis=1)
-            for name in ("position", "velocity", "acceleration", "command", "stuck", "sliding")
+            for name in ("position", "velocity", "acceleration", "command", "stuck", "sliding", "velocity_sd")
         }
-        spread = {name: np.repeat(getattr(one, name), 2) for name in ("velocity_sd", "noise")}
-        made.append(made_by(path, truth, replace(one, **both, **spread)))
+        made.append(made_by(path, truth, replace(one, **both, noise=np.repeat(one.noise, 2))))
     weights = Weights(np.full(2, 1e-4), np.ones(2))
     found = fit(Residual(path, made), weights, tolerance=1e-8)
     for i, entry in enumerate(path.entries):

@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy import signal
 from scipy.interpolate import make_interp_spline
 
@@ -20,6 +21,7 @@ from stribeck.run import Run
 OVERSAMPLING = 3.0  # analysis samples per second over the cutoff
 RATE_OVER_CUTOFF = 10.0  # samples per second that a thinned run keeps, over the cutoff
 STUCK_TIME = 0.04  # s
+WITHIN = 4.0  # standard deviations of noise, from end to end, that a record may stray at rest: one step of an encoder
 STILL = 1e-3  # of the rms speed: slower is at rest
 INSTANT = (0.5, 0.1)  # of a sample, and of the period of the motion's filter: a reversal is as near as that to its own
 
@@ -44,7 +46,8 @@ class Conditioned:
     """One run on its uniform grid of N samples, with its M analysis samples.
 
     ``position``, ``velocity``, ``acceleration``, ``command``, ``stuck`` are (N, n); so is ``sliding``, the part of the
-    motion that is no noise; ``velocity_sd`` and ``noise`` (n,), what encoder noise leaves in the velocity and its own;
+    motion that is no noise, and ``velocity_sd``, what encoder noise leaves in the velocity, or its filter where the
+    record rests; ``noise`` (n,) is the encoder's own;
     ``instant`` the time to either side for which a sample stands, s; ``analysis_time`` (M,); ``taps`` the low-pass (odd
     length). ``clock`` is the time of the first sample by the clock of what acts from outside, s (set in
     ``gap.fitted.clocks``); None: its own. ``past`` is what was recorded before it (set in ``gap.records.sequence``).
@@ -107,6 +110,7 @@ def condition(
     thin: bool = False,
     sharpness: float = 1.0,
     louder: float = 1.0,
+    resting: np.ndarray | None = None,
 ) -> Conditioned:
     """Return one uniform run conditioned at an analysis cutoff (Hz).
 
@@ -120,6 +124,8 @@ def condition(
         Factor on the motion filter's cutoff, to see how much a residual owes to it.
     louder : float
         Noise of the run over ``noise``, for ``velocity_sd`` and ``sliding`` alone: the filters are those of ``noise``.
+    resting : array (N, n) or None
+        Where the joints surely rest; read off the run where None.
     """
     h = run.sample_time
     keep = max(1, int(1.0 / (RATE_OVER_CUTOFF * cutoff * h))) if thin else 1
@@ -134,7 +140,9 @@ def condition(
     if keep > 1:
         command = smooth(command)
     speed = np.sqrt(np.mean(velocity**2, axis=0))
+    resting = at_rest(run, noise) if resting is None else resting
     velocity_sd = np.maximum(louder * gain * noise, 0.5 * STILL * speed + 1e-9)
+    velocity_sd = np.maximum(velocity_sd, np.where(resting, np.abs(velocity), 0.0))  # a filter rings on after a stop
     stuck = _stuck(velocity, np.maximum(3.0 * gain * noise, STILL * speed), h)
     return Conditioned(
         name=run.name,
@@ -144,7 +152,7 @@ def condition(
         acceleration=acceleration[::keep],
         command=command[::keep],
         sliding=sliding(position[::keep], louder * passed * noise),
-        velocity_sd=velocity_sd,
+        velocity_sd=velocity_sd[::keep],
         instant=INSTANT[0] * keep * h + INSTANT[1] / (sharpness * sharp),
         stuck=stuck[::keep],
         noise=noise,
@@ -160,7 +168,21 @@ def shaken(arm: Arm, run: Conditioned, cutoff: float, draw: np.ndarray) -> Condi
     It knows that its velocities scatter more: else a joint at rest would seem to move, which the record's did not.
     """
     moved = replace(run.run, q=run.run.q + run.noise * draw)
-    return condition(arm, moved, cutoff, run.noise, thin=True, louder=float(np.sqrt(2.0))).as_recorded(run)
+    louder, resting = float(np.sqrt(2.0)), at_rest(run.run, run.noise)
+    return condition(arm, moved, cutoff, run.noise, thin=True, louder=louder, resting=resting).as_recorded(run)
+
+
+def at_rest(run: Run, noise: np.ndarray) -> np.ndarray:
+    """Return where a record (N, n) stays within its own noise for at least STUCK_TIME."""
+    width = max(3, round(STUCK_TIME / run.sample_time))
+    if len(run.q) < width:
+        return np.zeros(run.q.shape, dtype=bool)
+    windows = sliding_window_view(run.q, width, axis=0)
+    still = np.ptp(windows, axis=2) <= WITHIN * noise
+    out = np.zeros(run.q.shape, dtype=bool)
+    for later in range(width):
+        out[later : later + len(still)] |= still
+    return out
 
 
 def _smoother(cutoff: float, h: float):  # type: ignore[no-untyped-def]

@@ -84,7 +84,7 @@ def _moved(runs: Sequence[Conditioned], n: int) -> list[tuple[bool, bool]]:
     """Return whether each joint moved forward and backward: a stretch at a sure velocity that left the noise behind."""
 
     def travel(run: Conditioned, j: int, way: int) -> float:
-        sure = way * run.velocity[:, j] > SURE * run.velocity_sd[j]
+        sure = way * run.velocity[:, j] > SURE * run.velocity_sd[:, j]
         edges = np.flatnonzero(np.diff(np.concatenate([[0], sure.astype(int), [0]])))
         spans = [run.position[last - 1, j] - run.position[first, j] for first, last in edges.reshape(-1, 2)]
         return max((way * span for span in spans), default=0.0) / float(run.noise[j])

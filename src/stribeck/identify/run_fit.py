@@ -82,7 +82,7 @@ def _started(arm: Arm, runs: Sequence[Conditioned], moved: Sequence[tuple[bool, 
     for j, joint in enumerate(arm.joints):
         friction = np.concatenate([(s["actuator"] - s["rotor"] - s["load"])[:, j] for s in stages])
         velocity = np.concatenate([run.velocity[:, j] for run in runs])
-        sure = np.concatenate([np.abs(run.velocity[:, j]) > 3.0 * run.velocity_sd[j] for run in runs])
+        sure = np.concatenate([np.abs(run.velocity[:, j]) > 3.0 * run.velocity_sd[:, j] for run in runs])
         rough = rough_friction(velocity[sure], friction[sure], joint.friction)
         # equal constants are one set of parameters; ever so slightly different ones are two
         other = replace(rough, C0=float(np.nextafter(rough.C0, np.inf))) if all(moved[j]) else rough
