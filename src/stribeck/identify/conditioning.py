@@ -22,6 +22,7 @@ OVERSAMPLING = 3.0  # analysis samples per second over the cutoff
 RATE_OVER_CUTOFF = 10.0  # samples per second that a thinned run keeps, over the cutoff
 STUCK_TIME = 0.04  # s
 WITHIN = 4.0  # standard deviations of noise, from end to end, that a record may stray at rest: one step of an encoder
+SURE = 2.0  # standard deviations
 STILL = 1e-3  # of the rms speed: slower is at rest
 INSTANT = (0.5, 0.1)  # of a sample, and of the period of the motion's filter: a reversal is as near as that to its own
 
@@ -142,7 +143,8 @@ def condition(
     speed = np.sqrt(np.mean(velocity**2, axis=0))
     resting = at_rest(run, noise) if resting is None else resting
     velocity_sd = np.maximum(louder * gain * noise, 0.5 * STILL * speed + 1e-9)
-    velocity_sd = np.maximum(velocity_sd, np.where(resting, np.abs(velocity), 0.0))  # a filter rings on after a stop
+    # after a hard stop, and at a hard turn, the filter rings on
+    velocity_sd = np.maximum(velocity_sd, np.where(resting, np.abs(velocity), rung(run, velocity, louder * noise)))
     stuck = _stuck(velocity, np.maximum(3.0 * gain * noise, STILL * speed), h)
     return Conditioned(
         name=run.name,
@@ -170,6 +172,17 @@ def shaken(arm: Arm, run: Conditioned, cutoff: float, draw: np.ndarray) -> Condi
     moved = replace(run.run, q=run.run.q + run.noise * draw)
     louder, resting = float(np.sqrt(2.0)), at_rest(run.run, run.noise)
     return condition(arm, moved, cutoff, run.noise, thin=True, louder=louder, resting=resting).as_recorded(run)
+
+
+def rung(run: Run, velocity: np.ndarray, noise: np.ndarray) -> np.ndarray:
+    """Return by how much a smoothed velocity (N, n) is off the record's own differences beyond what noise gives them.
+
+    As a standard deviation, rad/s: half of what exceeds SURE deviations of such a difference.
+    """
+    h = run.sample_time
+    differences = np.gradient(run.q, h, axis=0)
+    own = noise / (np.sqrt(2.0) * h)
+    return np.asarray(0.5 * np.maximum(np.abs(velocity - differences) - SURE * own, 0.0))
 
 
 def at_rest(run: Run, noise: np.ndarray) -> np.ndarray:
