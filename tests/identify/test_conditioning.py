@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from stribeck.identify.conditioning import STUCK_TIME, Conditioned, condition, held_command, shaken
 from stribeck.identify.cutoff import cutoff_frequency
+from stribeck.model.balance import UNSURE
 from stribeck.run import Run
 
 from .conftest import pendulum, recorded, sines
@@ -125,6 +126,21 @@ def test_a_filter_that_rings_after_a_stop_tells_no_direction() -> None:
     assert np.all(run.velocity_sd[before] == np.min(run.velocity_sd))
     noisy = shaken(pendulum(), run, 10.0, np.random.default_rng(0).standard_normal((1000, 1)))
     assert (np.abs(noisy.velocity) <= noisy.velocity_sd)[after[:: len(t) // len(noisy.time)]].all()
+
+
+def test_nor_does_one_that_rings_at_a_hard_turn() -> None:
+    """Friction turns around with the joint, and its acceleration leaps: for some samples the smoothed velocity errs."""
+    rate, step = 200.0, 6e-6
+    t = np.arange(120) / rate
+    since = t - 0.304
+    true = np.where(since < 0.0, -11.0, -0.8) * since
+    q = step * np.round(0.5 * true * since / step)
+    run = condition(pendulum(), Run("turn", t, q[:, None], np.zeros((120, 1))), 30.0)
+    velocity, sd = run.velocity[:, 0], run.velocity_sd[:, 0]
+    wrong = (np.sign(velocity) != np.sign(true)) & (np.abs(velocity) > UNSURE * sd.min())
+    assert wrong.any()
+    assert (np.abs(velocity) < UNSURE * sd)[wrong].all()
+    assert (sd == sd.min())[(np.abs(since) > 0.1) & (np.abs(since) < 0.2)].all()
 
 
 @pytest.mark.parametrize(("hertz", "rests"), [(0.3, False), (0.05, True)])
