@@ -12,6 +12,7 @@ from stribeck.effects.registry import placed_effects
 from stribeck.gap.fitted.model import Model, referred, retune
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.search.beside import idle, misleading, weighed, without_each
+from stribeck.gap.search.each_joint import with_lags
 from stribeck.gap.search.forward import forward, hardly
 from stribeck.gap.search.gates import LEAST_GAIN
 from stribeck.gap.search.instead import SURELY, instead, outdone, with_as_good
@@ -70,6 +71,7 @@ def search(
                 steps, without = _believed(barring, other)
                 others = instead(prepared, steps, pool, leave_out, gone)
         steps = with_as_good(prepared, steps, without, others, seed)
+        steps = with_lags(prepared, steps, without, pool, seed, leave_out)
         return prepared, with_look_alikes(prepared, steps, without, pool, seed)
 
 
