@@ -22,7 +22,7 @@ OVERSAMPLING = 3.0  # analysis samples per second over the cutoff
 RATE_OVER_CUTOFF = 10.0  # samples per second that a thinned run keeps, over the cutoff
 STUCK_TIME = 0.04  # s
 WITHIN = 4.0  # standard deviations of noise, from end to end, that a record may stray at rest: one step of an encoder
-SURE = 2.0  # standard deviations
+SURE = 2.0  # standard deviations of the record's own differences, that the smoothed velocity may be off them
 STILL = 1e-3  # of the rms speed: slower is at rest
 INSTANT = (0.5, 0.1)  # of a sample, and of the period of the motion's filter: a reversal is as near as that to its own
 
@@ -47,8 +47,8 @@ class Conditioned:
     """One run on its uniform grid of N samples, with its M analysis samples.
 
     ``position``, ``velocity``, ``acceleration``, ``command``, ``stuck`` are (N, n); so is ``sliding``, the part of the
-    motion that is no noise, and ``velocity_sd``, what encoder noise leaves in the velocity, or its filter where the
-    record rests; ``noise`` (n,) is the encoder's own;
+    motion that is no noise, and ``velocity_sd``, what encoder noise leaves in the velocity, or its filter after a hard
+    stop and at a hard turn; ``noise`` (n,) is the encoder's own;
     ``instant`` the time to either side for which a sample stands, s; ``analysis_time`` (M,); ``taps`` the low-pass (odd
     length). ``clock`` is the time of the first sample by the clock of what acts from outside, s (set in
     ``gap.fitted.clocks``); None: its own. ``past`` is what was recorded before it (set in ``gap.records.sequence``).
