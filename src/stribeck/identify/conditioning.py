@@ -8,9 +8,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from scipy import signal
 from scipy.interpolate import make_interp_spline
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from stribeck.arm import Arm
 from stribeck.identify.cutoff import MOST_OF_MOTION, motion_cutoff
@@ -187,15 +187,13 @@ def rung(run: Run, velocity: np.ndarray, noise: np.ndarray) -> np.ndarray:
 
 def at_rest(run: Run, noise: np.ndarray) -> np.ndarray:
     """Return where a record (N, n) stays within its own noise for at least STUCK_TIME."""
-    width = max(3, round(STUCK_TIME / run.sample_time))
+    width = max(3, round(STUCK_TIME / run.sample_time)) | 1
     if len(run.q) < width:
         return np.zeros(run.q.shape, dtype=bool)
-    windows = sliding_window_view(run.q, width, axis=0)
-    still = np.ptp(windows, axis=2) <= WITHIN * noise
-    out = np.zeros(run.q.shape, dtype=bool)
-    for later in range(width):
-        out[later : later + len(still)] |= still
-    return out
+    span = maximum_filter1d(run.q, width, axis=0) - minimum_filter1d(run.q, width, axis=0)
+    still = span <= WITHIN * noise
+    still[: width // 2] = still[len(still) - width // 2 :] = False  # no whole window is centred there
+    return np.asarray(maximum_filter1d(still, width, axis=0, mode="constant"))
 
 
 def _smoother(cutoff: float, h: float):  # type: ignore[no-untyped-def]
