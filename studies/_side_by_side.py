@@ -106,7 +106,7 @@ def _own(arm: Arm, runs: Sequence[Run], prepared: Prepared, steps: Sequence[Step
     at = [keys.index(f"{joint}.friction.{name}") for joint in arm.names for name in CONSTANTS]
     rows = [(float(last.fit.p[i]), float(bounds.low[i]), float(bounds.high[i])) for i in at]
     nothing = not any(step.taken for step in steps)
-    silent = no_gap_probability(steps[0], prepared.noise, floor) if nothing else left_over
+    silent = no_gap_probability(steps[0], prepared.noise, floor, prepared.scales) if nothing else left_over
     sure = named[0].presence if named else silent
     places = tuple((cause.effect, cause.joints[0]) for cause in named)
     alike = tuple(named[0].equivalent) if named else ()

@@ -88,14 +88,25 @@ def test_what_came_nearest_is_suspected() -> None:
 
 
 @pytest.mark.parametrize(
-    ("fitted", "held", "silent"), [(1.0, 1.0, True), (4.0, 1.0, False), (1.0, 4.0, False), (1e4, 1.0, False)]
+    ("fitted", "held", "torque", "silent"),
+    [
+        (1.0, 1.0, 10.0, True),
+        (4.0, 1.0, 10.0, False),
+        (1.0, 4.0, 10.0, False),
+        (1e4, 1.0, 10.0, False),
+        (1.45, 1.45, 10.0, True),  # the floor is off by as much
+        (1.45, 1.45, 0.5, False),  # and hardly by a quarter of the torque
+        (1.0, 1.0, 0.5, True),
+    ],
 )
-def test_a_gap_that_either_kind_of_run_shows_is_one(fitted: float, held: float, silent: bool) -> None:
+def test_a_gap_that_either_kind_of_run_shows_is_one(fitted: float, held: float, torque: float, silent: bool) -> None:
+    """The more of the torque is left, the fewer floors of it may be nothing."""
     floor = np.array([0.1])
     whole = np.concatenate([fitted * rows(0.1), held * rows(0.1)])
     base: Any = SimpleNamespace(whole=whole, rows=None, rms=lambda: held * floor)
     turned_down: Any = SimpleNamespace(base=base, ranking=SimpleNamespace(probability=np.array([1.0])))
-    assert (no_gap_probability(turned_down, Noise(rows(0.1), rows(0.1)), floor) > NONE_OVER) == silent
+    scales = (replace(SCALES[0], torque=torque),)
+    assert (no_gap_probability(turned_down, Noise(rows(0.1), rows(0.1)), floor, scales) > NONE_OVER) == silent
 
 
 def test_where_nothing_was_tried_all_is_unknown() -> None:

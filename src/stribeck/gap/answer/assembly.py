@@ -185,9 +185,8 @@ class Assembly:
                 "explained" if ratio < AT_FLOOR or self._closes(self.base, final).value > 0.9 else "partly_explained"
             )
             return verdict, [*causes, Cause("unknown", left_over)]
-        none = no_gap_probability(self.steps[0], self.prepared.noise, self.floor) * max(
-            left_over - doubt(self.steps), 0.0
-        )
+        silent = no_gap_probability(self.steps[0], self.prepared.noise, self.floor, self.prepared.scales)
+        none = silent * max(left_over - doubt(self.steps), 0.0)
         nothing = Cause("none", none)
         rest = left_over - nothing.probability
         if none > NONE_OVER:
