@@ -55,15 +55,17 @@ def taken_steps(
     gap: np.ndarray,
     floor: np.ndarray,
     candidates: Sequence[str] = (),
+    left: float = 1.0,
 ) -> list[Any]:
     """The steps of a search that took these effects one after the other, as far as a verdict looks at them.
 
-    ``removed`` is what each takes of the squared residual, in floors; ``gap`` (n,) what re-tuning leaves, N m rms.
+    ``removed`` is what each takes of the squared residual, and ``left`` what stays, in floors; ``gap`` (n,) what
+    re-tuning leaves, N m rms.
     """
     steps: list[Any] = []
     for k, size in enumerate(removed):
         base, best = (SimpleNamespace(placed=tuple(placed[: k + i]), rms=lambda: gap) for i in (0, 1))
-        power = np.array([[size + 1.0] * 2, [1.0] * 2])
+        power = np.array([[size + left] * 2, [left] * 2])
         ranking = SimpleNamespace(best=1, overall=[0.0, 0.95], t=[0.0, 12.0], power=power, twins=lambda: [1])
         tried = tuple((name, 0) for name in candidates)
         steps.append(

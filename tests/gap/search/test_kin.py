@@ -17,10 +17,10 @@ FLOOR = np.ones(2)
 SCALES = (Scale(1.0, 1.0, 1.0, 1.0, 1.0, 1e-3, middle=0.2),) * 2
 
 
-def taken(*found: tuple[str, int, float], late: float = 0.01) -> list[Any]:
-    """The steps of a search: each an effect, its joint, and what it takes of the squared residual, in floors."""
+def taken(*found: tuple[str, int, float], late: float = 0.01, left: float = 4.0) -> list[Any]:
+    """The steps of a search: each an effect, its joint, what it takes of the squared residual and leaves, in floors."""
     placed = [Placed(effect_named(name), joint, {"time": late, "time_constant": late}) for name, joint, _ in found]
-    return taken_steps(placed, [size for _, _, size in found], gap=FLOOR, floor=FLOOR)
+    return taken_steps(placed, [size for _, _, size in found], gap=FLOOR, floor=FLOOR, left=left)
 
 
 @pytest.mark.parametrize(
@@ -41,6 +41,15 @@ def test_the_weaker_of_two_of_a_kind_at_a_joint_fills_in(
     found: list[tuple[str, int, float]], fills: list[bool]
 ) -> None:
     assert filling_in(taken(*found), SCALES) == fills
+
+
+def test_a_wave_that_ends_at_the_noise_is_there_beside_another() -> None:
+    """Two laws of lateness make up any third; two waves do not."""
+    waves = ("torque_ripple", 0, 20.0), ("encoder_eccentricity", 0, 9.0)
+    assert filling_in(taken(*waves, left=1.5), SCALES) == [False, False]
+    assert filling_in(taken(*waves, left=2.5), SCALES) == [False, True]
+    late = ("actuator_lag", 0, 20.0), ("delay", 0, 9.0)
+    assert filling_in(taken(*late, left=1.0), SCALES) == [False, True]
 
 
 def test_what_is_kin_to_what_was_retuned_fills_in() -> None:

@@ -20,8 +20,8 @@ from stribeck.model.layout import Placed
 from stribeck.model.values import Scale
 
 AT_FLOOR = 1.4  # residual over noise floor up to which nothing is left to explain
-# residual over noise floor up to which there is no gap, next to nothing of the torque and much of it: of 600 sealed cases
-# those without effect were left with 1.3 to 1.7 floors where that was below SLIGHT of the torque, and never where above
+# residual over noise floor up to which there is no gap, next to nothing of the torque and much of it: of 200 sealed
+# cases without effect some were left with 1.3 to 1.7 floors where that was below SLIGHT of the torque, none above
 SILENT_TO, SILENT_OF_MUCH = 1.6, 1.25
 SLIGHT = 0.03
 UNKNOWN_HELD = 0.65  # of the chance of "unknown": four of ten unexplained gaps were an effect of the library after all
@@ -204,8 +204,8 @@ def with_observed(
 def no_gap_probability(step: Step, noise: Noise | None, floor: np.ndarray, scales: Sequence[Scale]) -> float:
     """Return the probability that nothing is there, where no effect was taken.
 
-    A gap that fitted runs alone show is one as well. The floor is known to a factor: what little of the torque it is off
-    by may be the floor's own, a larger part is a gap.
+    A gap that fitted runs alone show is one as well. The floor is known to a factor: a little of the torque may be its
+    error, a larger part is a gap.
     """
     base = step.base
     everywhere = np.mean(noise_power(noise, floor, len(base.whole), base.rows), axis=0)

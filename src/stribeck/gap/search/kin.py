@@ -2,17 +2,22 @@
 
 Nature keeps to no library: a friction that is higher at one spot is not quite a wave over position, and a ripple takes
 what the wave leaves. Two kinds of lateness, or two waves, hardly ever meet in one joint; one that is no pure pole does.
+But what fills in leaves some in turn: a wave that ends at the noise what another one left is there.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from stribeck.gap.search.step import Step
 from stribeck.model.layout import Placed
 from stribeck.model.values import Scale
 
-SLIGHT = frozenset({"wave", "curve"})  # kinds of which what every arm has leaves nothing to fill in
+WAVE = frozenset({"wave"})
+SLIGHT = WAVE | {"curve"}  # kinds of which what every arm has leaves nothing to fill in
+ENDED = 0.1  # of what a wave leaves beyond the noise: the most that may be left beside another that is there as well
 FILLING = 0.5  # of the presence: of seven that came after their kin on cases of two plants, none was there
 
 
@@ -22,13 +27,13 @@ def filling_in(steps: Sequence[Step], scales: Sequence[Scale]) -> list[bool]:
     Kin to what is there already and no more than every arm has (``gap.search.ordinary``), it may fill in as well; but a
     wave or a curve of a per cent leaves less than any cause takes.
     """
-    found = [(step.best.placed[-1], _removed(step)) for step in steps if step.best is not None]
+    found = [(step.best.placed[-1], *_removed(step)) for step in steps if step.best is not None]
     before = steps[0].base.placed if steps else ()
     known = [place for place in before if place.effect.ordinary(place.values, scales[place.joint])]
     return [
-        any(_kin(mine, other) and size < larger for other, larger in found)
+        any(_kin(mine, other) - (WAVE if ends else set()) and size < larger for other, larger, _ in found)
         or any(_kin(mine, other) - SLIGHT for other in known)
-        for mine, size in found
+        for mine, size, ends in found
     ]
 
 
@@ -37,7 +42,12 @@ def _kin(one: Placed, other: Placed) -> set[str]:
     return set(one.effect.kin) & set(other.effect.kin) if one.joint == other.joint else set()
 
 
-def _removed(step: Step) -> float:
-    """Return what an effect takes of the squared residual, over the noise floor's, at the joint where that is most."""
+def _removed(step: Step) -> tuple[float, bool]:
+    """Return what an effect takes of the squared residual, in noise floors, and whether it leaves no more than noise.
+
+    At the joint where it takes most.
+    """
     shown, k = (step.ranking, step.ranking.best) if step.worth is None else (step.worth, 1)
-    return float((shown.power[0] - shown.power[k]).max())
+    joint = int(np.argmax(shown.power[0] - shown.power[k]))
+    before, after = float(shown.power[0, joint]), float(shown.power[k, joint])
+    return before - after, after - 1.0 < ENDED * (before - 1.0)
