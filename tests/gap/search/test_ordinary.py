@@ -74,6 +74,13 @@ def test_what_strays_by_a_per_cent_is_ordinary(name: str, law: str | None, littl
             assert not effect.ordinary(little | {part: 2.0 * little[part]}, SCALE)
 
 
+@pytest.mark.parametrize("law", ["one_pole", "delay"])
+def test_friction_that_trails_by_two_samples_is_ordinary(law: str) -> None:
+    effect = effect_named("frictional_lag", law)
+    assert effect.ordinary({"time": 1.9 * SCALE.sample_time}, SCALE)
+    assert not effect.ordinary({"time": 2.1 * SCALE.sample_time}, SCALE)
+
+
 def test_a_motor_that_loses_two_per_cent_when_it_pulls_twice_as_hard_is_ordinary() -> None:
     effect = effect_named("torque_saturation", "smooth")
     for limit, expected in ((np.inf, True), (85.0, True), (75.0, False), (30.0, False)):  # 0, 1.8, 2.3 and 12 %

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any, final
 
@@ -9,6 +10,8 @@ import casadi as ca
 
 from stribeck.model.effect import FrictionEffect
 from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
+
+SAMPLES = 2.0  # by which what sets in between two of them, seen through a filter, trails the speed in any recording
 
 
 @final
@@ -37,6 +40,9 @@ class FrictionalLag(FrictionEffect):
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         return ({"time": 0.02}, {"time": 0.08})
+
+    def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
+        return values["time"] < SAMPLES * scale.sample_time
 
     def speed(self, speed: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         return x["speed"]

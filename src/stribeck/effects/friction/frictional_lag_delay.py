@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any, final
 
@@ -10,6 +11,7 @@ import casadi as ca
 from stribeck.model.effect import FrictionEffect
 from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
 
+SAMPLES = 2.0  # by which what sets in between two of them, seen through a filter, trails the speed in any recording
 NAMES = ("first", "second", "third")  # of the poles
 
 
@@ -43,6 +45,9 @@ class FrictionalLagDelay(FrictionEffect):
 
     def constants(self, constants: Parameters, s: Signals, x: States, p: Parameters) -> Parameters:
         return {**constants, "C0": constants["C0"] + constants["C2"] * x[NAMES[-1]], "C2": 0.0}
+
+    def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
+        return values["time"] < SAMPLES * scale.sample_time
 
     def speed(self, speed: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         return x[NAMES[-1]]
