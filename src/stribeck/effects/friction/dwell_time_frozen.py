@@ -6,12 +6,14 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import final
 
+import casadi as ca
+
 from stribeck.model.effect import FrictionEffect
 from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
 
 STILL = 1e-3  # rad/s (m/s on an axis in m), up to which a joint rests
 SETTLES = 0.01  # s, within which a rest is known for one, and forgotten
-
+OLDEST = 0.98  # part of the rise that any rest has left, however long
 MOST_RISE = 2.0  # of friction, or of the torque where that is more
 
 
@@ -35,12 +37,13 @@ class DwellTimeFrozen(FrictionEffect):
     parameters = (
         Parameter("rise", "N m", "rise of the break-away torque after a long rest", 0.0, 0.0),
         Parameter("time", "s", "rest after which half of it is there", 0.5, 0.02, 1e3, log=True),
+        Parameter("start", "1", "part of the rise with which a recording starts", 0.0, 0.0, 2.0),
     )
     states = ("rest", "grown")
     state_units = MappingProxyType({"rest": "s", "grown": "1"})
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
-        return ({"rise": 0.5 * max(scale.friction, 0.02 * scale.torque), "time": 0.5},)
+        return ({"rise": 0.5 * max(scale.friction, 0.02 * scale.torque), "time": 0.5, "start": 0.5},)
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
         # a higher one fits what noise and filters do around rest, as long as rests are short enough
@@ -56,3 +59,7 @@ class DwellTimeFrozen(FrictionEffect):
             "rest": still - (1.0 - still) * x["rest"] / SETTLES,
             "grown": still * (reached - x["grown"]) / SETTLES,
         }
+
+    def initial(self, s: Signals, p: Parameters) -> dict[str, Expression]:
+        grown = ca.if_else(s.lead > 0.0, 0.0, ca.fmin(p["start"], OLDEST))
+        return {"rest": p["time"] * grown / (1.0 - grown), "grown": grown}
