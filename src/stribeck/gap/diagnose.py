@@ -102,7 +102,7 @@ def searched(
     progress("re-tuning the nominal model")
     noise = _noise_along(path, values_of(path.entries), prepared, seed)
     base = retune(replace(prepared, noise=noise), noise.rms, own)
-    prepared = in_step(prepared, base)
+    prepared = in_step(prepared, base.whole)
     if own:  # one of them may read the clock
         base = retune(replace(prepared, noise=noise), noise.rms, own)
     noise = _noise_along(path, base.fit.p, prepared, seed)

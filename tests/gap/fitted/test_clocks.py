@@ -8,7 +8,7 @@ import pytest
 
 from stribeck.effects.registry import effect_named
 from stribeck.gap.diagnose import diagnose
-from stribeck.gap.fitted.clocks import in_step
+from stribeck.gap.fitted.clocks import in_step, in_step_beside
 from stribeck.gap.fitted.model import Model, retune
 from stribeck.gap.records.floor import noise_floor
 from stribeck.gap.records.prepare import Prepared, prepare
@@ -54,7 +54,7 @@ def spread(phases: np.ndarray) -> float:
 def test_runs_are_brought_in_step(apart: tuple[Prepared, Model]) -> None:
     prepared, base = apart
     assert spread(phases_of(prepared, base)) > 1.0
-    moved = in_step(prepared, base)
+    moved = in_step(prepared, base.whole)
     assert spread(phases_of(moved, base)) < 0.1
     assert moved.fit[0].told_time == pytest.approx(prepared.fit[0].time)  # the first run keeps its clock
     for run, before in zip((*moved.fit, *moved.held), (*prepared.fit, *prepared.held), strict=True):
@@ -66,7 +66,21 @@ def test_runs_are_brought_in_step(apart: tuple[Prepared, Model]) -> None:
 def test_clocks_that_are_right_stay(runs: list[float] | None) -> None:
     """One phase in all runs; and nothing that waves."""
     prepared = prepare(NOMINAL, shaken(runs) if runs else recorded())
-    assert in_step(prepared, retune(prepared, FLOOR)) is prepared
+    assert in_step(prepared, retune(prepared, FLOOR).whole) is prepared
+
+
+def test_a_clock_that_another_law_set_astray_is_set_anew(apart: tuple[Prepared, Model]) -> None:
+    prepared, base = apart
+    moved = in_step(prepared, base.whole)
+    astray = replace(moved.fit[1], clock=moved.fit[1].told_time[0] + 0.2 / HERTZ)
+    astray_runs = replace(moved, fit=(moved.fit[0], astray, *moved.fit[2:]))
+    offset = Placed(effect_named("torque_offset"), 0, {"offset": 0.0})
+    wave = Placed(effect_named("input_disturbance"), 0, {"sine": 0.5, "cosine": 0.5, "frequency": HERTZ})
+    model = retune(astray_runs, FLOOR, (offset, wave))
+    assert in_step_beside(astray_runs, retune(astray_runs, FLOOR, (offset,))) is astray_runs  # nothing reads them
+    again = in_step_beside(astray_runs, model)
+    assert spread(phases_of(astray_runs, base)) > 1.0 > 0.1 > spread(phases_of(again, base))
+    assert in_step_beside(again, retune(again, FLOOR, (offset, wave))) is again
 
 
 def test_a_disturbance_is_named_whatever_its_phases() -> None:
@@ -84,22 +98,16 @@ def test_a_disturbance_is_named_whatever_its_phases() -> None:
     assert motion["input_disturbance"] < 0.7 * motion["retuned"]  # the clocks hold in simulation too
 
 
-def with_residual(prepared: Prepared, base: Model, residual: np.ndarray) -> Model:
-    """Return the model with another residual (M, 1) along all runs."""
-    rows = len(base.fit.residual)
-    return replace(base, fit=replace(base.fit, residual=residual[:rows]), held=residual[rows:])
-
-
 def test_no_wave_no_clock(apart: tuple[Prepared, Model]) -> None:
     """Nothing at all, something in one run only, and a record that is broken."""
     prepared, base = apart
     total = len(base.fit.residual) + len(base.held)
     nothing = np.zeros((total, 1))
-    assert in_step(prepared, with_residual(prepared, base, nothing)) is prepared
-    assert in_step(prepared, with_residual(prepared, base, nothing * np.nan)) is prepared
+    assert in_step(prepared, nothing) is prepared
+    assert in_step(prepared, nothing * np.nan) is prepared
     one = nothing.copy()
     one[-200:, 0] = np.sin(0.4 * np.arange(200))
-    moved = in_step(prepared, with_residual(prepared, base, one))
+    moved = in_step(prepared, one)
     assert all(np.all(np.isfinite(run.told_time)) for run in (*moved.fit, *moved.held))
 
 
@@ -111,10 +119,9 @@ def test_what_repeats_with_the_motion_is_no_clock() -> None:
         q = np.sin(2 * np.pi * 1.3 * run.t + phase)[:, None]
         runs.append(replace(run, name=f"run {i}", q=q, tau=20.0 * q))
     prepared = prepare(NOMINAL, runs)
-    base = retune(prepared, FLOOR)
     every = (*prepared.fit, *prepared.held)
     third = [np.sin(6 * np.pi * 1.3 * r.time[r.analysis_index] + 3 * p) for r, p in zip(every, APART, strict=True)]
-    assert in_step(prepared, with_residual(prepared, base, np.concatenate(third)[:, None])) is prepared
+    assert in_step(prepared, np.concatenate(third)[:, None]) is prepared
 
 
 def test_noise_is_drawn_on_the_same_clock(apart: tuple[Prepared, Model]) -> None:

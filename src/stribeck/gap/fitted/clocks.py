@@ -13,9 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import zoom_fft
 
-from stribeck.gap.fitted.model import Model
+from stribeck.gap.fitted.model import Model, start_values
 from stribeck.gap.records.prepare import Prepared
 from stribeck.identify.conditioning import Conditioned
+from stribeck.identify.residual import Residual
+from stribeck.model.path import SignalPath
 
 Floats = NDArray[np.float64]
 
@@ -24,18 +26,25 @@ FINENESS = 0.125  # of one over the longest run: the step between frequencies
 SHARE = 0.1  # of a joint's squared residual, that one wave must take
 FAINT = 0.1  # of the loudest run's wave: one that is fainter has no phase to go by
 PERIODIC = 0.6  # of a joint's squared velocity in one line: it moves to and fro at that frequency
+ASTRAY = 0.03  # of a period, by which a clock must be off to be set anew
 IN_STEP = 0.9  # of that, which one phase for all runs takes too: then their clocks are right as they are
 
 
-def in_step(prepared: Prepared, base: Model) -> Prepared:
-    """Return the runs with their clocks set by the strongest wave in time that the re-tuned model leaves, if any.
+def in_step(prepared: Prepared, rows: Floats) -> Prepared:
+    """Return the runs with their clocks set by the strongest wave in time that a model leaves, if any.
 
+    Parameters
+    ----------
+    rows : array (M, n)
+        The model's residual on all runs, N m: at first the re-tuned model's.
+
+    Notes
+    -----
     A run that is held out is set by its own residual: its phase is no more foretold than that of any new run. Where
     the motion itself repeats at that frequency in all runs, or at a part of it, what waves may be any law, and the
     clocks stay.
     """
     runs = (*prepared.fit, *prepared.held)
-    rows = base.whole
     edges = np.cumsum([len(run.analysis_index) for run in runs])[:-1]
     parts = np.split(rows, edges)
     steps = [run.decimation * run.sample_time for run in runs]
@@ -59,6 +68,23 @@ def in_step(prepared: Prepared, base: Model) -> Prepared:
     clocks = late - late[0] + runs[0].time[0] % (1.0 / frequency)
     moved = [replace(run, clock=float(clock)) for run, clock in zip(runs, clocks, strict=True)]
     return replace(prepared, fit=tuple(moved[: len(prepared.fit)]), held=tuple(moved[len(prepared.fit) :]))
+
+
+def in_step_beside(prepared: Prepared, model: Model) -> Prepared:
+    """Return the runs with their clocks set anew, where a model has a wave in time, and other laws that hid its phase.
+
+    By what it leaves without that wave; the same ``prepared`` where no clock was far off.
+    """
+    waves = [place for place in model.placed if place.effect.patternless]
+    rest = [place for place in model.placed if not place.effect.patternless]
+    if not waves or not rest:
+        return prepared
+    path, before = SignalPath(prepared.arm, rest), (*prepared.fit, *prepared.held)
+    left, _ = Residual(path, before, ())(start_values(path, model.fit, None))
+    anew = in_step(prepared, left)
+    moved = [run.told_time[0] - old.told_time[0] for run, old in zip((*anew.fit, *anew.held), before, strict=True)]
+    turned = np.array([[place.values["frequency"] for place in waves]]).T * np.array(moved)
+    return anew if np.any(np.abs(turned - np.round(turned)) > ASTRAY) else prepared
 
 
 def _repeats(runs: Sequence[Conditioned], grid: Floats, frequency: float) -> bool:

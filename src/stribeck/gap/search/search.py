@@ -9,6 +9,7 @@ import numpy as np
 from joblib import Parallel
 
 from stribeck.effects.registry import placed_effects
+from stribeck.gap.fitted.clocks import in_step_beside
 from stribeck.gap.fitted.model import Model, referred, retune
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.search.beside import idle, misleading, weighed, without_each
@@ -54,7 +55,12 @@ def search(
         stated = sum(not place.effect.direct for place in placed_effects(prepared.arm))
         prepared = referred(prepared, base)
         setting = Setting(prepared, floor, seed, pool, tuple(leave_out), frozenset(), progress, stated)
-        setting, base, found = _from_the_ordinary(setting, base)
+        start = base
+        setting, base, found = _from_the_ordinary(setting, start)
+        told = in_step_beside(setting.prepared, last_model(found))
+        if told is not setting.prepared:
+            progress("again, with the clocks of the runs set anew")
+            setting, base, found = _from_the_ordinary(replace(setting, prepared=referred(told, start)), start)
         prepared = setting.prepared
         steps, without = _believed(setting, found)
         unneeded = idle(steps)
