@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from enum import IntEnum
 from types import MappingProxyType
 from typing import Any, ClassVar, Literal, TypeAlias
 
@@ -120,8 +121,22 @@ class Effect(ABC):
         return dict.fromkeys(self.states, 0.0)
 
 
+class Along(IntEnum):
+    """Where along a drive an actuator effect sits: what is asked for, its control loop, what it becomes, what is added.
+
+    The path has them in this order, whichever was found first: a lag does not smooth the ripple of the motor behind it.
+    """
+
+    COMMAND = 0
+    CURRENT = 1
+    MOTOR = 2
+    SHAFT = 3
+
+
 class ActuatorEffect(Effect):
     """A change between the command and the torque at the motor."""
+
+    along: ClassVar[Along] = Along.MOTOR
 
     clips: ClassVar[bool] = False
     """True where part of the command may be lost: a gain over 1 does not make residuals smaller then, or a large one of

@@ -60,9 +60,13 @@ class SignalPath(Symbols):
     def actuated(self, joint: int, command: Expression, s: Signals, x: Any) -> Expression:
         """Return the actuator's torque from the command, N m."""
         torque = command
-        for k, effect in self.at(joint, ActuatorEffect):
+        for k, effect in self._drive(joint):
             torque = effect.torque(torque, s, self.states(k, x), self.parameters(k))
         return torque
+
+    def _drive(self, joint: int) -> list[tuple[int, ActuatorEffect]]:
+        """Return (number, effect) of a joint's actuator effects from the command to the shaft."""
+        return sorted(self.at(joint, ActuatorEffect), key=lambda found: found[1].along)
 
     def command_scale(self, joint: int, position: Expression) -> Expression:
         """Return d(torque)/d(command) of a joint's actuator at a position; at most 1 where some of it is lost."""
@@ -185,7 +189,7 @@ class SignalPath(Symbols):
         if not isinstance(self.placed[k].effect, ActuatorEffect):
             return s.torque
         torque = command
-        for other, effect in self.at(self.placed[k].joint, ActuatorEffect):
+        for other, effect in self._drive(self.placed[k].joint):
             if other == k:
                 break
             torque = effect.torque(torque, s, self.states(other, x), self.parameters(other))

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import final
 
-from stribeck.model.effect import ActuatorEffect
+from stribeck.model.effect import ActuatorEffect, Along
 from stribeck.model.values import PROMPT, Expression, Parameter, Parameters, Scale, Signals, States
 
 
@@ -17,6 +17,7 @@ class ActuatorLag(ActuatorEffect):
     name = "actuator_lag"
     law = "one_pole"
     channel = "actuator"
+    along = Along.CURRENT
     equation = r"T \dot\tau = u - \tau"
     symptom = "a residual in proportion to the rate of the command"
     shows = "command rate"

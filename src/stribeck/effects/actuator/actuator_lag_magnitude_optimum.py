@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import final
 
-from stribeck.model.effect import ActuatorEffect
+from stribeck.model.effect import ActuatorEffect, Along
 from stribeck.model.values import PROMPT, Expression, Parameter, Parameters, Scale, Signals, States
 
 
@@ -20,6 +20,7 @@ class ActuatorLagMagnitudeOptimum(ActuatorEffect):
     name = "actuator_lag"
     law = "magnitude_optimum"
     channel = "actuator"
+    along = Along.CURRENT
     equation = r"\frac{T^2}{2} \ddot\tau + T \dot\tau + \tau = u"
     symptom = "a residual in proportion to the rate of the command, and to its second derivative where that is fast"
     shows = "command rate"

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import final
 
-from stribeck.model.effect import ActuatorEffect
+from stribeck.model.effect import ActuatorEffect, Along
 from stribeck.model.values import PROMPT, Expression, Parameter, Parameters, Scale, Signals, States
 
 
@@ -17,6 +17,7 @@ class ActuatorLagTwoPoles(ActuatorEffect):
     name = "actuator_lag"
     law = "two_poles"
     channel = "actuator"
+    along = Along.CURRENT
     equation = r"\frac{T}{2} \dot w = u - w, \quad \frac{T}{2} \dot\tau = w - \tau"
     symptom = "a residual in proportion to the rate of the command, and to its second derivative where that is fast"
     shows = "command rate"

@@ -9,7 +9,7 @@ from typing import final
 import casadi as ca
 import numpy as np
 
-from stribeck.model.effect import ActuatorEffect
+from stribeck.model.effect import ActuatorEffect, Along
 from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
 from stribeck.model.waves import Trace, strongest_waves
 
@@ -21,6 +21,7 @@ class Cogging(ActuatorEffect):
     name = "cogging"
     law = "one_wave"
     channel = "actuator"
+    along = Along.SHAFT
     equation = r"\tau = u + a \sin N q + b \cos N q"
     symptom = "a residual that repeats with position, of the same sign in both directions and at rest"
     shows = "position"

@@ -8,7 +8,7 @@ from typing import final
 
 import numpy as np
 
-from stribeck.model.effect import ActuatorEffect
+from stribeck.model.effect import ActuatorEffect, Along
 from stribeck.model.overtones import slower_wave, two_waves
 from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
 from stribeck.model.waves import Trace, strongest_waves
@@ -21,6 +21,7 @@ class CoggingTwoWaves(ActuatorEffect):
     name = "cogging"
     law = "two_waves"
     channel = "actuator"
+    along = Along.SHAFT
     equation = r"\tau = u + a \sin N q + b \cos N q + c \sin 2 N q + d \cos 2 N q"
     symptom = "a residual that repeats with position, twice over, of the same sign in both directions and at rest"
     shows = "position"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import final
 
-from stribeck.model.effect import ActuatorEffect
+from stribeck.model.effect import ActuatorEffect, Along
 from stribeck.model.values import PROMPT, Parameter, Scale
 
 
@@ -15,6 +15,7 @@ class Delay(ActuatorEffect):
 
     name = "delay"
     channel = "actuator"
+    along = Along.COMMAND
     equation = r"\tau(t) = u(t - T)"
     symptom = "a residual in proportion to the rate of the command, with a phase that grows with frequency"
     shows = "command rate"

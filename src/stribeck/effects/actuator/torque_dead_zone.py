@@ -7,7 +7,7 @@ from typing import final
 
 import casadi as ca
 
-from stribeck.model.effect import ActuatorEffect
+from stribeck.model.effect import ActuatorEffect, Along
 from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
 
 
@@ -18,6 +18,7 @@ class TorqueDeadZone(ActuatorEffect):
     name = "torque_dead_zone"
     law = "shifted"
     channel = "actuator"
+    along = Along.COMMAND
     equation = r"\tau = \mathrm{sign}(u) \max(|u| - w, 0)"
     symptom = "a residual of constant size whose sign is that of the command, not that of the motion"
     shows = "command"

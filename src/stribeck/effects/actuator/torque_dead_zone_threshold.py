@@ -8,7 +8,7 @@ from typing import final
 import casadi as ca
 import numpy as np
 
-from stribeck.model.effect import ActuatorEffect
+from stribeck.model.effect import ActuatorEffect, Along
 from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
 from stribeck.model.waves import Trace
 
@@ -23,6 +23,7 @@ class TorqueDeadZoneThreshold(ActuatorEffect):
     name = "torque_dead_zone"
     law = "threshold"
     channel = "actuator"
+    along = Along.COMMAND
     equation = r"\tau = u \, \mathrm{clip}\left(\frac{|u| - 0.9\, w}{0.2\, w}, 0, 1\right)"
     symptom = "a residual that is the command itself where that is small, and nothing elsewhere"
     shows = "command"

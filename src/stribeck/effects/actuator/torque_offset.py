@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import final
 
-from stribeck.model.effect import ActuatorEffect
+from stribeck.model.effect import ActuatorEffect, Along
 from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
 
 
@@ -15,6 +15,7 @@ class TorqueOffset(ActuatorEffect):
 
     name = "torque_offset"
     channel = "actuator"
+    along = Along.SHAFT
     equation = r"\tau = u + \tau_0"
     symptom = "a constant residual, whatever the pose, the direction and the speed"
     shows = "position"

@@ -8,7 +8,7 @@ from typing import final
 
 import casadi as ca
 
-from stribeck.model.effect import ActuatorEffect
+from stribeck.model.effect import ActuatorEffect, Along
 from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
 
 
@@ -19,6 +19,7 @@ class TorqueSaturation(ActuatorEffect):
     name = "torque_saturation"
     law = "constant"
     channel = "actuator"
+    along = Along.COMMAND
     equation = r"\tau = \max(-L, \min(L, u))"
     symptom = "a residual only at the largest commands, towards zero torque, that grows with the command beyond a level"
     shows = "command"

@@ -8,7 +8,7 @@ from typing import final
 
 import casadi as ca
 
-from stribeck.model.effect import ActuatorEffect
+from stribeck.model.effect import ActuatorEffect, Along
 from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
 
 
@@ -22,6 +22,7 @@ class TorqueSaturationBackEmf(ActuatorEffect):
     name = "torque_saturation"
     law = "back_emf"
     channel = "actuator"
+    along = Along.COMMAND
     equation = r"|\tau| \leq L (1 - w \max(0, v\, \mathrm{sign}\, u))"
     symptom = "a residual only where a large command drives a fast joint"
     shows = "command"

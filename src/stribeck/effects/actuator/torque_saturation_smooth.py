@@ -8,7 +8,7 @@ from typing import final
 
 import casadi as ca
 
-from stribeck.model.effect import ActuatorEffect
+from stribeck.model.effect import ActuatorEffect, Along
 from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
 
 STRAIGHT = 0.02  # of a torque twice the typical one, by which iron takes from any motor's
@@ -21,6 +21,7 @@ class TorqueSaturationSmooth(ActuatorEffect):
     name = "torque_saturation"
     law = "smooth"
     channel = "actuator"
+    along = Along.COMMAND
     equation = r"\tau = L \tanh(u / L)"
     symptom = "a residual towards zero torque, that grows with the cube of the command"
     shows = "command"
