@@ -33,8 +33,8 @@ LIGHTEST = 0.01
 MOST_PERIODS = 60.0
 """Periods over the travel that are looked for on an axis in m: a screw or a magnet track may have as many."""
 
-LEAST_OF_PERIOD = 0.75
-"""Part of a period that must be covered: less is any curve over position, as of a spring that stiffens."""
+LEAST_OF_PERIOD = 1.0
+"""Part of a period that must be covered: less is any curve over position, a stiffening spring, an offset beside cables."""
 
 Parameters = Mapping[str, Expression]
 States = Mapping[str, Expression]

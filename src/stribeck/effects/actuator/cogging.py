@@ -43,7 +43,7 @@ class Cogging(ActuatorEffect):
         return tuple({"sine": -w.sine, "cosine": -w.cosine, "harmonic": w.rate} for w in waves)
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
-        # much less than a period is any curve over position: a spring that stiffens, a stop that is soft
+        # less than a period is any curve over position: a spring that stiffens, a stop that is soft
         return scale.shows(values["harmonic"])
 
     def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:

@@ -45,7 +45,7 @@ class CoggingTwoWaves(ActuatorEffect):
         return tuple(slower_wave(-w.sine, -w.cosine, w.rate) for w in waves)
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
-        # much less than a period is any curve over position: a spring that stiffens, a stop that is soft
+        # less than a period is any curve over position: a spring that stiffens, a stop that is soft
         return scale.shows(values["harmonic"])
 
     def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:

@@ -40,7 +40,7 @@ class TorqueRipple(ActuatorEffect):
         return tuple({"sine": _inside(-w.sine), "cosine": _inside(-w.cosine), "harmonic": w.rate} for w in waves)
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
-        # much less than a period is any gain that changes with position
+        # less than a period is any gain that changes with position
         return scale.shows(values["harmonic"])
 
     def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:

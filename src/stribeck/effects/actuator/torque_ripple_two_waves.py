@@ -41,7 +41,7 @@ class TorqueRippleTwoWaves(ActuatorEffect):
         return tuple(slower_wave(_inside(-w.sine), _inside(-w.cosine), w.rate) for w in waves)
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
-        # much less than a period is any gain that changes with position
+        # less than a period is any gain that changes with position
         return scale.shows(values["harmonic"])
 
     def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
