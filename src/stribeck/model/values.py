@@ -34,7 +34,7 @@ MOST_PERIODS = 60.0
 """Periods over the travel that are looked for on an axis in m: a screw or a magnet track may have as many."""
 
 LEAST_OF_PERIOD = 1.0
-"""Part of a period that must be covered: less is any curve over position, a stiffening spring, an offset beside cables."""
+"""Part of a period that must be covered: less is any curve over position, a stiffening spring, an offset and cables."""
 
 Parameters = Mapping[str, Expression]
 States = Mapping[str, Expression]
