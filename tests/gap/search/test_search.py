@@ -522,7 +522,7 @@ def test_the_search_ends_at_what_is_hardly_there(
     overall: float, t: float, steps: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(forward_module, "Tryout", lambda *_: None)
-    monkeypatch.setattr(forward_module, "_step", lambda *given: taken("frictional_lag", overall, t))
+    monkeypatch.setattr(forward_module, "_step", lambda *given: taken("dwell_time", overall, t))
     setting = SimpleNamespace(prepared=SimpleNamespace(scales=(SCALE,)), floor=FLOOR, pool=None)
     assert len(forward_module.forward(setting, SimpleNamespace(placed=()), {})) == steps  # type: ignore[arg-type]
 

@@ -8,7 +8,7 @@ from typing import ClassVar, final
 
 from stribeck.arm import Arm
 from stribeck.effects.rigid_body.payload import Payload
-from stribeck.model.effect import ActuatorEffect, RigidBodyEffect
+from stribeck.model.effect import ActuatorEffect, Along, RigidBodyEffect
 from stribeck.model.layout import Placed
 from stribeck.model.values import Body, Expression, Parameter, Parameters, Scale, Signals, States
 
@@ -53,12 +53,12 @@ class Raised(_Known, RigidBodyEffect):
         return replace(body, gravity=(body.gravity[0] + STANDARD_GRAVITY, body.gravity[1]))
 
 
-@final
 class Reversed(_Known, ActuatorEffect):
-    """The sign of the drive's torque turned; placed before and after a drive it turns the drive around."""
+    """The sign of the command turned; with the leads turned as well, it turns the drive around."""
 
     name = "reversed"
     channel = "actuator"
+    along = Along.COMMAND
 
     def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         """Return the torque with the other sign, N m."""
@@ -67,6 +67,14 @@ class Reversed(_Known, ActuatorEffect):
     def command_scale(self, position: Expression, p: Parameters) -> Expression:
         """Return the sign."""
         return -1.0
+
+
+@final
+class ReversedLeads(Reversed):
+    """The sign of the motor's torque turned."""
+
+    name = "reversed_leads"
+    along = Along.SHAFT
 
 
 @final
@@ -105,9 +113,8 @@ def changes(arm: Arm, joints: Sequence[int]) -> tuple[Change, ...]:
     last = arm.n - 1
     out = []
     for j in dict.fromkeys(joints):
-        turn = Placed(Reversed(), j)
         what = f"reverse the polarity of the drive of joint {arm.names[j]} (motor leads, and the command's sign)"
-        out.append(Change(what, (turn,), (turn,)))
+        out.append(Change(what, (Placed(Reversed(), j),), (Placed(ReversedLeads(), j),)))
     if arm.joints[0].kind == "revolute":
         mass = float(f"{PAYLOAD * arm.joints[last].mass:.2g}")
         out.append(Change(f"fix a known payload of {mass:g} kg at the tip", (), (Placed(Loaded(mass), last),)))
