@@ -77,3 +77,14 @@ def test_noise_in_the_torque_is_judged_by_models_without_a_compliance() -> None:
     assert noise_of_best(floor, [soft], prepared, np.array([9.0])) == [9.0]
     assert noise_of_best(floor, [soft], prepared) == pytest.approx([0.3 * size], rel=0.1)
     assert noise_of_best(np.array([7.0]), [stiff], prepared) == [7.0]
+
+
+def test_a_drives_noise_is_found_where_its_joint_rests_most_of_the_time() -> None:
+    """Stiction holds it at rest: it shows in two seconds of five, and that is how much of it there is."""
+    t = np.arange(20000) / 500.0
+    q = np.cumsum(0.5 * np.sin(2.0 * np.pi * t) * (np.floor(t) % 5 < 2))[:, None] / 500.0
+    run = condition(TRUE, Run("to and fro", t, q, np.zeros_like(q)), CUTOFF, thin=True)
+    resting = run.stuck[run.analysis_index, 0]
+    assert 0.5 < np.mean(resting) < 0.65
+    seen = run.filtered((noise(11)[: len(run.time)] * (np.floor(run.time) % 5 < 2))[:, None])[:, 0]
+    assert white_rms(seen, [run], CUTOFF) == pytest.approx(np.sqrt(np.mean(seen**2)), rel=0.15)

@@ -21,6 +21,8 @@ NARROWER = (0.6, 0.35, 0.2, 0.1, 0.05, 0.02)  # bandwidths of residuals with a m
 SEGMENT = 16  # rows
 UPPER = (0.55, 0.95)  # of the cutoff: the band where motions leave least
 STEADY = 1.5  # a moment's violence (stops, knocks) is no noise: it may exceed the median moment's by this much
+LEAST_MOTION = 200  # rows: less has no median that one could go by
+MOSTLY, PARTLY = 0.5, 0.1  # of a short stretch, and of a run, that must be motion
 
 
 def noise_of_best(
@@ -46,11 +48,11 @@ def noise_of_best(
     runs = (*prepared.fit, *prepared.held)
     whole = [model.whole for model in models]
     best = np.argmin([np.mean(residual**2, axis=0) for residual in whole], axis=0)
-    white = [white_rms(whole[best[j]][:, j], runs, prepared.cutoff) for j in range(len(floor))]
+    white = [white_rms(whole[best[j]][:, j], runs, prepared.cutoff, j) for j in range(len(floor))]
     return np.asarray(np.maximum(floor, white))
 
 
-def white_rms(residual: np.ndarray, runs: Sequence[Conditioned], cutoff: float) -> float:
+def white_rms(residual: np.ndarray, runs: Sequence[Conditioned], cutoff: float, joint: int = 0) -> float:
     """Return the root mean square of a residual's white part.
 
     Parameters
@@ -60,12 +62,15 @@ def white_rms(residual: np.ndarray, runs: Sequence[Conditioned], cutoff: float) 
     runs : sequence of Conditioned
     cutoff : float
         Of the analysis, Hz.
+    joint : int
+        Whose residual it is.
 
     Notes
     -----
     The residual's autocorrelation is decomposed, with weights that are not negative (Lawson & Hanson 1974), into that
     of noise through the filter and those of narrower spectra. The median power of short stretches in the upper band
-    bounds the former, for bursts may look white as well.
+    bounds the former, for bursts may look white as well. Of a joint that rests, they are those of motion, and count for
+    as much of the time: stiction holds the torque's noise, too.
     """
     pieces = _pieces(residual, runs)
     if not pieces:
@@ -76,7 +81,8 @@ def white_rms(residual: np.ndarray, runs: Sequence[Conditioned], cutoff: float) 
         return 0.0
     share, _ = optimize.nnls(_atoms(runs[0], cutoff), correlation / power)
     rms = float(np.sqrt(min(share[0], 1.0) * power / sum(map(len, pieces))))
-    return min(rms, STEADY * _steady_rms(pieces, runs[0], cutoff))
+    resting = np.concatenate([run.stuck[run.analysis_index, joint] for run in runs])
+    return min(rms, STEADY * _steady_rms(pieces, _pieces(resting, runs), runs[0], cutoff))
 
 
 def _pieces(residual: np.ndarray, runs: Sequence[Conditioned]) -> list[np.ndarray]:
@@ -103,23 +109,32 @@ def _atoms(run: Conditioned, cutoff: float) -> np.ndarray:
     return np.array([*columns, np.ones(LAGS)]).T
 
 
-def _steady_rms(pieces: Sequence[np.ndarray], run: Conditioned, cutoff: float) -> float:
+def _steady_rms(pieces: Sequence[np.ndarray], resting: Sequence[np.ndarray], run: Conditioned, cutoff: float) -> float:
     """Return the rms of white noise with the median power in the upper part of the band.
 
     Of short stretches, which bursts do not fill, or of whole runs, where a tone is but a line: what is less.
+    ``resting`` tells of each row whether its joint is stuck, 1, or moves, 0.
     """
     step = run.sample_time
+    moves = [stuck < 0.5 for stuck in resting]
+    if sum(int(np.sum(own)) for own in moves) < LEAST_MOTION:
+        moves = [np.ones(len(piece), dtype=bool) for piece in pieces]
     densities = []
-    for rows in (SEGMENT, None):
+    for rows, least in ((SEGMENT, MOSTLY), (None, PARTLY)):
         powers = []
-        for piece in pieces:
+        for piece, own in zip(pieces, moves, strict=True):
             length = rows or len(piece)
             frequency, _, power = signal.spectrogram(
                 piece, fs=1.0 / (step * run.decimation), window="hann", nperseg=length, noverlap=length // 2
             )
             band = (frequency >= UPPER[0] * cutoff) & (frequency <= UPPER[1] * cutoff)
             passed = np.abs(signal.freqz(run.taps, worN=2 * np.pi * frequency[band] * step)[1]) ** 2
-            powers.append((power[band] / passed[:, None]).ravel())
-        densities.append(float(np.median(np.concatenate(powers))))
-    density = min(densities) / np.log(2.0)  # the median of chi-square with two degrees
-    return float(np.sqrt(0.5 * density * np.sum(run.taps**2) / step))
+            starts = np.arange(power.shape[1]) * (length - length // 2)
+            part = np.array([np.mean(own[start : start + length]) for start in starts])
+            kept = part > least
+            powers.append((power[band][:, kept] / passed[:, None] / part[kept]).ravel())
+        inside = np.concatenate(powers)
+        if len(inside):
+            densities.append(float(np.median(inside)))
+    density = min(densities, default=0.0) / np.log(2.0)  # the median of chi-square with two degrees
+    return float(np.sqrt(0.5 * density * np.mean(np.concatenate(moves)) * np.sum(run.taps**2) / step))
