@@ -142,7 +142,7 @@ def test_stages_filter_to_the_residual() -> None:
 def test_states_are_those_of_the_law() -> None:
     """A bristle's torque, by plain Euler steps of the same motion: dz = sigma (v - |v| z / G)."""
     run = condition(pendulum(), recorded(rate=1000.0, duration=2.0), 20.0)
-    residual = Residual(path(("presliding", BRISTLE)), [run], ())
+    residual = Residual(path(("presliding", BRISTLE)), [run], (), observe=False)
     states = residual.states(run, values_of(residual.path.entries))
     assert residual.path.state_names == ("0.torque",)
     torque, bristle = 0.0, []

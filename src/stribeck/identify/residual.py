@@ -33,7 +33,8 @@ class Residual:
         States along each run at the only values that all other parameters will have: they are taken as they are where
         the path has no further state and none of the ``columns`` changes one.
     observe : bool
-        Whether the links of flexible joints are corrected by the residual (:mod:`stribeck.model.observer`).
+        Whether links and bristles at rest are corrected by the residual (:mod:`stribeck.model.observer`,
+        :mod:`stribeck.model.resting`).
     """
 
     dear = False

@@ -17,6 +17,7 @@ from stribeck.model.balance import Balance
 from stribeck.model.drive import Drive
 from stribeck.model.observer import observed
 from stribeck.model.path import SignalPath
+from stribeck.model.resting import resting, settled
 from stribeck.model.sensitivity import Sensitivity
 
 
@@ -31,7 +32,8 @@ class Cut:
     columns : sequence of int or None
         Parameters whose derivatives are wanted; all where None.
     observe : bool
-        Whether links are corrected by the residual (:mod:`stribeck.model.observer`).
+        Whether links and bristles at rest are corrected by the residual (:mod:`stribeck.model.observer`,
+        :mod:`stribeck.model.resting`).
 
     Attributes
     ----------
@@ -60,6 +62,7 @@ class Cut:
         moved = self._later(self.drive, after, carried)
         if self.observe:
             moved = observed(self._sample, self.sample_time, self.drive, carried, moved)
+            moved = settled(self._sample, self.sample_time, self.drive, carried, moved)
         return carried, after, moved
 
     @cached_property
@@ -69,8 +72,9 @@ class Cut:
             return ()
         sample, drive = self._sample, self.drive
         moves = [sample.derivatives(drive, sample.x), sample.start(drive)]
-        if self.observe and self.path.flexible:
-            moves.append(sample.residual(drive, sample.x, settled=False)[0][list(self.path.flexible)])
+        told = [*self.path.flexible, *resting(self.path)]
+        if self.observe and told:
+            moves.append(sample.residual(drive, sample.x, settled=False)[0][told])
         rows = ca.jacobian_sparsity(ca.vertcat(*moves), self.path.p)
         return tuple(sorted({int(c) for c in rows.get_triplet()[1]} & set(self.columns)))
 

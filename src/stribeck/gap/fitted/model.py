@@ -29,10 +29,10 @@ class Model:
     """A fitted model: its effects with fitted values, the fit, and the residual (K, n) on held-out runs, N m.
 
     ``noise`` (2, n) is what the encoder's noise, and 1 N m of white noise in the commands, add to that residual, N m
-    rms, where the model has a compliance. ``absorbed`` counts the constants of a law outside the library that has taken
-    what it can. ``rows`` (M + K, n) is what the encoder's noise adds to each row of the residual on all runs, N^2 m^2,
-    of a model that has states but no compliance: it pulls at a stiff bristle while a joint is at rest, where friction
-    alone takes up any torque.
+    rms, where the model has a compliance; nan at joints with a bristle. ``absorbed`` counts the constants of a law
+    outside the library that has taken what it can. ``rows`` (M + K, n) is what the encoder's noise adds to each row of
+    the residual on all runs, N^2 m^2, of a model that has states; beside a compliance, at joints with a bristle alone.
+    Noise pulls at a stiff bristle while a joint is at rest, where friction alone takes up any torque.
     """
 
     placed: tuple[Placed, ...]
@@ -99,9 +99,15 @@ def referred(prepared: Prepared, base: Model) -> Prepared:
 def with_noise(model: Model, residual: Residual, whole: np.ndarray, prepared: Prepared) -> Model:
     """Return a model that knows what noise adds to its residual, ``whole`` (M + K, n) on all runs, N m."""
     path, p = residual.path, model.fit.p
-    if path.flexible:
-        return replace(model, noise=noise_in(residual, p, whole[-len(model.held) :], prepared))
-    return replace(model, rows=noise_in_rows(residual, p, whole, prepared)) if path.x.numel() else model
+    if not path.x.numel():
+        return model
+    bristles = [path.bristle(j) is not None for j in range(path.n)]
+    rows = noise_in_rows(residual, p, whole, prepared) if not path.flexible or any(bristles) else None
+    if not path.flexible:
+        return replace(model, rows=rows)
+    noise = noise_in(residual, p, whole[-len(model.held) :], prepared)
+    noise[:, bristles] = np.nan  # a contact that gives passes on less of it than the sign of a velocity
+    return replace(model, noise=noise, rows=None if rows is None else np.where(bristles, rows, 0.0))
 
 
 def noise_in(judged: Residual, p: np.ndarray, held: np.ndarray, prepared: Prepared) -> np.ndarray:

@@ -18,6 +18,7 @@ from stribeck.identify.residual import Residual
 from stribeck.model.effect import Effect
 from stribeck.model.layout import Placed
 from stribeck.model.path import SignalPath
+from stribeck.model.resting import resting
 from stribeck.model.waves import Reach, Trace
 
 REACH = 50.0  # typical sizes that one step may go: far, for it is taken back where it does not help
@@ -61,9 +62,9 @@ def screen(
     some = [prepared.fit[i] for i in runs]
     # a first compliance is tried without its observer, which takes noise from a residual besides
     residual = Residual(path, some, own, same, observe=False)
-    first = not SignalPath(prepared.arm, base.placed).flexible
-    if not residual.reuses and (path.rough or set(own) & set(path.shifts) or not first):
-        residual = differentiable(path, prepared, some, own, observe=not first, far=True)
+    watched = bool(resting(path) or SignalPath(prepared.arm, base.placed).flexible)
+    if not residual.reuses and (path.rough or set(own) & set(path.shifts) or watched):
+        residual = differentiable(path, prepared, some, own, observe=watched, far=True)
     unit = _units(path, prepared, own)
     projector = Projector(base.fit, weights, _rows_of(prepared, runs))
     names = [path.entries[i].name for i in own]
