@@ -18,7 +18,7 @@ from stribeck.gap.search import screen as screening
 from stribeck.gap.search import search as search_module
 from stribeck.gap.search import tryout as tryout_module
 from stribeck.gap.search.beside import idle as idle_of
-from stribeck.gap.search.beside import misleading, weighed, without_each
+from stribeck.gap.search.beside import misleading, stands_in, weighed, without_each
 from stribeck.gap.search.candidates import Trial, candidates
 from stribeck.gap.search.families import best_laws, best_of_each, close_laws, laws_instead, relawed
 from stribeck.gap.search.forward import _survivors
@@ -805,3 +805,23 @@ def test_what_promised_far_more_or_less_is_not_the_same_in_disguise(late: tuple[
     tried = [Trial(taken.effect, 0, {}, 1.0), *(Trial(registry()[name], 0, {}, promise) for name, promise in others)]
     assert [trial.effect.name for trial in as_hopeful(tried, {taken.key}, judged)] == ["cogging", "contact"]
     assert as_hopeful(tried, {taken.key}, judged._replace(passing=())) == []
+
+
+@pytest.mark.parametrize(
+    ("gain", "first", "last", "found"),
+    [
+        (0.997, 0.45, 0.52, True),  # a cable; what is left of it a wave takes, and most of the cable's as well
+        (0.997, 0.97, 0.52, False),  # a cable, and a wave that is no cable
+        (0.6, 0.05, 0.95, False),  # a cable that followed the wave in part: needless, and the wave is there
+        (0.6, 0.55, 0.1, False),  # next to nothing beside what is there
+    ],
+)
+def test_of_two_that_do_the_same_work_the_first_is_believed(
+    gain: float, first: float, last: float, found: bool
+) -> None:
+    def step(own: float, worth: float) -> Any:
+        ranking, beside = (SimpleNamespace(best=1, overall=np.array([0.0, part])) for part in (own, worth))
+        return SimpleNamespace(ranking=ranking, worth=beside)
+
+    assert stands_in((step(gain, first), step(last, last))) is found
+    assert not stands_in((step(gain, first),))

@@ -22,6 +22,7 @@ from stribeck.model.layout import Placed
 MUCH_LEFT = 2.5  # of the noise floor's power, beside an effect that alone was taken: another one may be the true one
 NEARLY = 0.6  # of what it gains, in logarithms, that the other one gains
 WEIGHING = 40  # evaluations of the last model without one of its effects
+STANDS_IN = 1 / 3  # of what an effect gained, in logarithms: two of which each alone does the rest are one, twice
 
 
 def without_each(prepared: Prepared, steps: Sequence[Step], pool: Any) -> list[Model]:
@@ -72,6 +73,28 @@ def idle(steps: Sequence[Step]) -> tuple[str, int] | None:
     return None
 
 
+def stands_in(steps: Sequence[Step]) -> bool:
+    """Return whether what the last of some steps took does the work of an earlier one: each alone does most of it.
+
+    What a cable leaves of its own law a wave over position takes, and then most of the cable's as well. Beside each
+    other neither is worth much, though one of them is surely there.
+    """
+    last = steps[-1]
+    if last.worth is None:
+        return False
+    mine = _saved(last.worth.overall[1])
+    return any(
+        step.worth is not None
+        and max(mine, _saved(step.worth.overall[1])) < STANDS_IN * _saved(step.ranking.overall[step.ranking.best])
+        for step in steps[:-1]
+    )
+
+
+def _saved(gain: float) -> float:
+    """Return a gain in logarithms: equal steps are equal factors of what is left."""
+    return -float(np.log(max(1.0 - gain, 1e-12)))
+
+
 def misleading(steps: Sequence[Step]) -> tuple[str, int] | None:
     """Return the one effect that was taken where it leaves much, nothing helps it, and another came near it; or None.
 
@@ -82,11 +105,9 @@ def misleading(steps: Sequence[Step]) -> tuple[str, int] | None:
         return None
     ranking, worth = taken[0].ranking, taken[0].worth
     left = ranking.power[ranking.best] if worth is None else worth.power[1]
-    gains = -np.log(np.maximum(1.0 - ranking.overall, 1e-12))
+    near = NEARLY * _saved(ranking.overall[ranking.best])
     names = {
-        taken[0].rivals[k - 1].placed[-1].effect.name
-        for k in taken[0].passing
-        if gains[k] > NEARLY * gains[ranking.best]
+        taken[0].rivals[k - 1].placed[-1].effect.name for k in taken[0].passing if _saved(ranking.overall[k]) > near
     }
     place = taken[0].best.placed[-1]
     return place.key if left.max() > MUCH_LEFT and names - {place.effect.name} else None

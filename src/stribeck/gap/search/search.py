@@ -12,7 +12,7 @@ from stribeck.effects.registry import placed_effects
 from stribeck.gap.fitted.clocks import in_step_beside
 from stribeck.gap.fitted.model import Model, referred, retune
 from stribeck.gap.records.prepare import Prepared
-from stribeck.gap.search.beside import idle, misleading, weighed, without_each
+from stribeck.gap.search.beside import idle, misleading, stands_in, weighed, without_each
 from stribeck.gap.search.each_joint import with_lags
 from stribeck.gap.search.forward import forward, hardly
 from stribeck.gap.search.gates import LEAST_GAIN
@@ -84,13 +84,14 @@ def search(
 def _believed(setting: Setting, steps: tuple[Step, ...]) -> tuple[tuple[Step, ...], list[Model]]:
     """Return the steps with what each effect is worth, without a last one that is hardly there beside the others.
 
-    Beside what does the same work as well, an effect is worth little. With them, the last model without each effect.
+    Nor one that stands in for another: beside what does the same work as well, an effect is worth little. With them,
+    the last model without each effect.
     """
     prepared, pool, seed = setting.prepared, setting.pool, setting.seed
     without = without_each(prepared, steps, pool)
     steps = weighed(prepared, steps, without, seed)
     taken = sum(step.taken for step in steps)
-    if taken > 1 and hardly(steps[taken - 1]):
+    if taken > 1 and (hardly(steps[taken - 1]) or stands_in(steps[:taken])):
         steps = (*steps[: taken - 1], replace(steps[taken - 1], passing=(), worth=None))
         without = without_each(prepared, steps, pool)
         steps = weighed(prepared, steps, without, seed)
