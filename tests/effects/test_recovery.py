@@ -83,6 +83,8 @@ CASES = {
     "history/running_in": Case(
         "A", {"change": 0.5, "work": 20.0}, {"change": (0.5, 0.1), "distance": (2.5, 0.5), "kept": (1.0, 0.15)}, 0.3, 2
     ),
+    # settled again when the next recording starts, and not before
+    "history/thixotropy": Case("A", {"change": 0.5, "work": 20.0, "lost": 1.0}, {"distance": (2.5, 0.5)}, 0.3, 2),
     "load_dependent_friction/proportional": Case("A", {"ratio": 0.2}, {"ratio": (0.2, 0.015)}, 0.3),
     "load_dependent_friction/directional": Case("A", {"ratio": 0.3, "input": 1.0}, {"ratio": (0.3, 0.006)}, 0.1),
     "load_dependent_friction/motor": Case("A", {"ratio": 0.3, "input": 2.0}, {"ratio": (0.3, 0.006)}, 0.1),

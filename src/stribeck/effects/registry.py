@@ -42,6 +42,7 @@ from stribeck.effects.friction.frictional_lag_delay import FrictionalLagDelay
 from stribeck.effects.friction.history import History
 from stribeck.effects.friction.history_in_time import HistoryInTime
 from stribeck.effects.friction.history_running_in import HistoryRunningIn
+from stribeck.effects.friction.history_thixotropy import HistoryThixotropy
 from stribeck.effects.friction.load_dependent_friction import LoadDependentFriction
 from stribeck.effects.friction.load_dependent_friction_directional import LoadDependentFrictionDirectional
 from stribeck.effects.friction.load_dependent_friction_motor import LoadDependentFrictionMotor
@@ -83,6 +84,7 @@ _OWN: tuple[type[Effect], ...] = (
     History,
     HistoryRunningIn,
     HistoryInTime,
+    HistoryThixotropy,
     LoadDependentFriction,
     LoadDependentFrictionDirectional,
     LoadDependentFrictionMotor,

@@ -21,6 +21,9 @@ GIVES = 2e-5
 ARM_OF_CONTACT = 0.05
 """Radius at which the contacts of a joint that turns lie, m: of its bearings and gears."""
 
+RENEWS = 0.02
+"""Slide that renews any contact, m: what takes longer is the grease's structure, not the contact's age."""
+
 STRAY = 0.015
 """Part of its torque by which any drive or gear strays: offsets, slots, ripples, sides that are not quite alike."""
 
@@ -137,6 +140,11 @@ class Scale:
     def gives(self) -> float:
         """Way by which any contact gives before it slides, rad: GIVES, for a joint that turns at ARM_OF_CONTACT."""
         return GIVES if self.prismatic else GIVES / ARM_OF_CONTACT
+
+    @property
+    def renews(self) -> float:
+        """Slide that renews any contact, rad: RENEWS, for a joint that turns at ARM_OF_CONTACT."""
+        return RENEWS if self.prismatic else RENEWS / ARM_OF_CONTACT
 
 
 @dataclass(frozen=True)

@@ -45,7 +45,7 @@ class DwellTime(FrictionEffect):
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
         # a high one that any slide renews at once is friction that falls as 1 / v
-        return values["rise"] < MOST_RISE * max(scale.friction, scale.torque)
+        return values["rise"] < MOST_RISE * max(scale.friction, scale.torque) and values["distance"] < scale.renews
 
     def constants(self, constants: Parameters, s: Signals, x: States, p: Parameters) -> Parameters:
         return {**constants, "C1": constants["C1"] + p["rise"] * x["age"]}

@@ -13,7 +13,6 @@ from stribeck.model.values import Expression, Parameter, Parameters, Scale, Sign
 
 STILL = 1e-3  # rad/s (m/s on an axis in m), up to which a joint rests
 SETTLES = 0.01  # s, within which a rest is known for one, and forgotten
-OLDEST = 0.98  # part of the rise that any rest has left, however long
 MOST_RISE = 2.0  # of friction, or of the torque where that is more
 
 
@@ -37,7 +36,7 @@ class DwellTimeFrozen(FrictionEffect):
     parameters = (
         Parameter("rise", "N m", "rise of the break-away torque after a long rest", 0.0, 0.0),
         Parameter("time", "s", "rest after which half of it is there", 0.5, 0.02, 1e3, log=True),
-        Parameter("start", "1", "part of the rise with which a recording starts", 0.0, 0.0, 2.0),
+        Parameter("start", "s", "rest before a recording", 0.0, 0.0, 1e5),
     )
     states = ("rest", "grown")
     state_units = MappingProxyType({"rest": "s", "grown": "1"})
@@ -61,5 +60,5 @@ class DwellTimeFrozen(FrictionEffect):
         }
 
     def initial(self, s: Signals, p: Parameters) -> dict[str, Expression]:
-        grown = ca.if_else(s.lead > 0.0, 0.0, ca.fmin(p["start"], OLDEST))
-        return {"rest": p["time"] * grown / (1.0 - grown), "grown": grown}
+        rest = ca.if_else(s.lead > 0.0, 0.0, p["start"])
+        return {"rest": rest, "grown": rest / (rest + p["time"])}
