@@ -21,7 +21,7 @@ GIVES = 2e-5
 ARM_OF_CONTACT = 0.05
 """Radius at which the contacts of a joint that turns lie, m: of its bearings and gears."""
 
-RENEWS = 0.02
+RENEWS = 0.005
 """Slide that renews any contact, m: what takes longer is the grease's structure, not the contact's age."""
 
 STRAY = 0.015
@@ -32,6 +32,9 @@ UNEVEN = 0.02
 
 LIGHTEST = 0.01
 """Least part of a joint's inertia that is taken to lie beyond its transmission."""
+
+MOST_A_TURN = 240.0
+"""Cycles a turn that are looked for: magnets on slots, and the two a turn of a wave generator behind 100:1."""
 
 MOST_PERIODS = 60.0
 """Periods over the travel that are looked for on an axis in m: a screw or a magnet track may have as many."""
@@ -111,7 +114,7 @@ class Scale:
     rotor: float = 0.0
     covered: float = 0.0
 
-    def rates(self, most: float) -> tuple[float, float]:
+    def rates(self, most: float = MOST_A_TURN) -> tuple[float, float]:
         """Return the range of cycles per radian of phase, 1/rad, in which a periodic law may start.
 
         From one to ``most`` a turn; on an axis in m from half a period over the travel to MOST_PERIODS of them.

@@ -66,17 +66,24 @@ def test_nothing_is_nothing() -> None:
 
 
 def test_noise_in_the_torque_is_judged_by_models_without_a_compliance() -> None:
-    """These hold all of it. Where there is none, what an earlier step's models told stands."""
+    """These hold all of it. Where there is none, what an earlier step's models told stands.
+
+    But what looks as white and is gone with a compliance that takes no noise was its ringing.
+    """
     whole, part = rows(noise(8)), 0.3 * rows(noise(9))
+    through = np.array([[0.01], [1.0]])  # what noise adds to the re-tuned model's residual
     stiff: Any = SimpleNamespace(whole=whole[:, None], noise=None)
-    soft: Any = SimpleNamespace(whole=part[:, None], noise=np.zeros((2, 1)))
-    prepared: Any = SimpleNamespace(fit=(still(),), held=(), cutoff=CUTOFF)
+    soft: Any
+    rings: Any
+    soft, rings = (SimpleNamespace(whole=part[:, None], noise=part_of_it * through) for part_of_it in (0.3, 1.0))
+    prepared: Any = SimpleNamespace(fit=(still(),), held=(), cutoff=CUTOFF, reference=through, noise=None)
     floor, size = np.array([0.01]), np.sqrt(np.mean(whole**2))
     assert noise_of_best(floor, [soft, stiff], prepared) == pytest.approx([size], rel=0.1)
     assert noise_of_best(floor, [soft, stiff], prepared, np.array([9.0])) == pytest.approx([size], rel=0.1)
     assert noise_of_best(floor, [soft], prepared, np.array([9.0])) == [9.0]
     assert noise_of_best(floor, [soft], prepared) == pytest.approx([0.3 * size], rel=0.1)
-    assert noise_of_best(np.array([7.0]), [stiff], prepared) == [7.0]
+    assert noise_of_best(floor, [rings, stiff], prepared) == pytest.approx([0.3 * size], rel=0.1)
+    assert noise_of_best(np.array([7.0]), [stiff, rings], prepared) == [7.0]
 
 
 def test_a_drives_noise_is_found_where_its_joint_rests_most_of_the_time() -> None:

@@ -39,7 +39,7 @@ class Cogging(ActuatorEffect):
         return tuple({"sine": size, "cosine": size, "harmonic": max(n, seen)} for n in (4.0, 6.0, 8.0, 12.0, 24.0))
 
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
-        waves = strongest_waves(trace.position, np.ones_like(trace.position), trace, scale.rates(60.0))
+        waves = strongest_waves(trace.position, np.ones_like(trace.position), trace, scale.rates())
         return tuple({"sine": -w.sine, "cosine": -w.cosine, "harmonic": w.rate} for w in waves)
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:

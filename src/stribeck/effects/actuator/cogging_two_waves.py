@@ -41,7 +41,7 @@ class CoggingTwoWaves(ActuatorEffect):
         return tuple(slower_wave(size, size, max(n, seen)) for n in (4.0, 6.0, 12.0))
 
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
-        waves = strongest_waves(trace.position, np.ones_like(trace.position), trace, scale.rates(60.0), 1)
+        waves = strongest_waves(trace.position, np.ones_like(trace.position), trace, scale.rates(), 1)
         return tuple(slower_wave(-w.sine, -w.cosine, w.rate) for w in waves)
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:

@@ -36,7 +36,7 @@ class TorqueRipple(ActuatorEffect):
         return tuple({"sine": 0.05, "cosine": 0.05, "harmonic": max(n, seen)} for n in (4.0, 6.0, 8.0, 12.0))
 
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
-        waves = strongest_waves(trace.position, trace.command, trace, scale.rates(60.0))
+        waves = strongest_waves(trace.position, trace.command, trace, scale.rates())
         return tuple({"sine": _inside(-w.sine), "cosine": _inside(-w.cosine), "harmonic": w.rate} for w in waves)
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:

@@ -37,7 +37,7 @@ class TorqueRippleTwoWaves(ActuatorEffect):
         return tuple(slower_wave(0.05, 0.05, max(n, seen)) for n in (4.0, 6.0, 12.0))
 
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
-        waves = strongest_waves(trace.position, trace.command, trace, scale.rates(60.0), 1)
+        waves = strongest_waves(trace.position, trace.command, trace, scale.rates(), 1)
         return tuple(slower_wave(_inside(-w.sine), _inside(-w.cosine), w.rate) for w in waves)
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:

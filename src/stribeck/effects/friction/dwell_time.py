@@ -40,7 +40,7 @@ class DwellTime(FrictionEffect):
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         size = 0.5 * max(scale.friction, 0.02 * scale.torque)
-        distances = (max(part * scale.travel, 2e-3) for part in (0.003, 0.01))
+        distances = (min(max(part * scale.travel, 2e-3), 0.5 * scale.renews) for part in (0.003, 0.01))
         return tuple({"rise": size, "time": 0.7, "distance": distance, "start": 0.5} for distance in distances)
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:

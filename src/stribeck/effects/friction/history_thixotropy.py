@@ -44,7 +44,7 @@ class HistoryThixotropy(FrictionEffect):
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         return tuple(
             {"change": 0.5, "time": time, "distance": part * time * scale.speed, "start": 0.9}
-            for time, part in ((4.0, 0.5), (12.0, 0.3))
+            for time, part in ((4.0, 0.5), (12.0, 0.3), (4.0, 0.1))
         )
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:

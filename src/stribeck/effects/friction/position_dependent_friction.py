@@ -39,7 +39,7 @@ class PositionDependentFriction(FrictionEffect):
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
         if not scale.prismatic:
             return self.starts(scale)
-        waves = strongest_waves(trace.position, np.sign(trace.velocity), trace, scale.rates(60.0))
+        waves = strongest_waves(trace.position, np.sign(trace.velocity), trace, scale.rates())
         size = max(scale.friction, 0.02 * scale.torque)
         return tuple(
             {"sine": _inside(w.sine / size), "cosine": _inside(w.cosine / size), "harmonic": w.rate} for w in waves

@@ -45,7 +45,7 @@ class PositionDependentFrictionHarmonics(FrictionEffect):
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
         if not scale.prismatic:
             return self.starts(scale)
-        waves = strongest_waves(trace.position, np.sign(trace.velocity), trace, scale.rates(60.0))
+        waves = strongest_waves(trace.position, np.sign(trace.velocity), trace, scale.rates())
         return tuple(_from(wave.rate / multiple) for wave in waves[:2] for multiple in (1.0, 2.0))
 
     def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:

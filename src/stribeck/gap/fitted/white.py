@@ -13,6 +13,7 @@ import numpy as np
 from scipy import optimize, signal
 
 from stribeck.gap.fitted.model import Model
+from stribeck.gap.fitted.noisy import put_back
 from stribeck.gap.records.prepare import Prepared
 from stribeck.identify.conditioning import Conditioned
 
@@ -36,7 +37,8 @@ def noise_of_best(
         What encoder noise and filters leave, N m rms.
     models : sequence of Model
         Fitted to the same runs; each joint is judged by the one that leaves it least, of those without a compliance:
-        noise in the torque is whole in these alone.
+        noise in the torque is whole in these alone. But what rings in a band as wide looks as white: what one with a
+        compliance does not leave, with the noise that it takes put back, is none.
     prepared : Prepared
     before : array (n,) or None
         The floor as other models told it, which stands where all of these have a compliance.
@@ -44,12 +46,15 @@ def noise_of_best(
     stiff = [model for model in models if model.noise is None]
     if before is not None and not stiff:
         return before
-    models = stiff or models
     runs = (*prepared.fit, *prepared.held)
-    whole = [model.whole for model in models]
+    whole = [model.whole for model in stiff or models]
     best = np.argmin([np.mean(residual**2, axis=0) for residual in whole], axis=0)
     white = [white_rms(whole[best[j]][:, j], runs, prepared.cutoff, j) for j in range(len(floor))]
-    return np.asarray(np.maximum(floor, white))
+    raised = np.maximum(floor, white)
+    for model in (model for model in models if stiff and model.noise is not None):
+        left = put_back(prepared, model.whole, model.noise, raised)
+        raised = np.maximum(floor, np.minimum(raised, np.sqrt(np.mean(left**2, axis=0))))
+    return np.asarray(raised)
 
 
 def white_rms(residual: np.ndarray, runs: Sequence[Conditioned], cutoff: float, joint: int = 0) -> float:
