@@ -106,7 +106,7 @@ def searched(
     if own:  # one of them may read the clock
         base = retune(replace(prepared, noise=noise), noise.rms, own)
     noise = _noise_along(path, base.fit.p, prepared, seed)
-    drawn = noise_in_rows(Residual(path, prepared.held, ()), base.fit.p, base.whole, prepared)
+    drawn = noise_in_rows(Residual(path, prepared.held, ()), base.fit.p, base.whole, prepared.moved)
     prepared = replace(prepared, noise=replace(noise, drawn=drawn))
     base = on_time(prepared, base, noise.rms, seed, leave_out)
     prepared, steps = search(prepared, base, noise.rms, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)

@@ -207,6 +207,10 @@ class FrictionEffect(Effect):
         """Return the friction torque without B that replaces sign(v) G (only where ``bristle``)."""
         raise NotImplementedError
 
+    def bristle_stiffness(self, p: Parameters) -> Expression:
+        """Return the torque per way of a bristle that sticks, N m/rad (only where ``bristle``)."""
+        return p["stiffness"]
+
     def bristle_derivatives(self, level: Expression, s: Signals, x: States, p: Parameters) -> dict[str, Expression]:
         """Return the derivatives of the bristle's states, given the level for the present direction."""
         raise NotImplementedError

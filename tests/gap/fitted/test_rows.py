@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from stribeck.effects.registry import laws, registry
-from stribeck.gap.fitted.model import Model, fit_model, noise_in_rows, retune, weights_of
+from stribeck.gap.fitted.model import Bristled, Model, fit_model, noise_in_rows, retune, start_values, weights_of
 from stribeck.gap.records.floor import noise_of_rows
 from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.records.spread import Noise, noise_power
@@ -31,7 +31,9 @@ def seen() -> tuple[Prepared, Model, np.ndarray]:
         for runs in (prepared.fit, prepared.held)
     ))  # fmt: skip
     stuck = np.concatenate([run.stuck[run.analysis_index, 0] for run in (*prepared.fit, *prepared.held)])
-    drawn = noise_in_rows(Residual(SignalPath(prepared.arm, ()), prepared.held, ()), base.fit.p, base.whole, prepared)
+    drawn = noise_in_rows(
+        Residual(SignalPath(prepared.arm, ()), prepared.held, ()), base.fit.p, base.whole, prepared.moved
+    )
     return replace(prepared, noise=replace(noise, drawn=drawn)), base, stuck.astype(bool)
 
 
@@ -73,7 +75,7 @@ def test_a_bristle_takes_up_the_noise_of_a_joint_at_rest(law: str) -> None:
     for observe in (False, True):
         judged = Residual(path, prepared.held, (), observe=observe)
         whole = np.concatenate([judged.along(runs)(p)[0] for runs in (prepared.fit, prepared.held)])
-        told[observe] = noise_with(noise_in_rows(judged, p, whole, prepared))
+        told[observe] = noise_with(noise_in_rows(judged, p, whole, prepared.moved))
     plain = noise_with(None)
     for own in told.values():
         assert np.median(own[stuck]) > 2.0 * np.median(plain[stuck])
@@ -129,4 +131,21 @@ def test_of_a_state_that_runs_away_no_noise_is_known(monkeypatch: pytest.MonkeyP
     prepared, base, _ = seen()
     judged = Residual(SignalPath(prepared.arm, ()), prepared.held, ())
     monkeypatch.setattr(Residual, "__call__", lambda self, p: (np.full_like(base.whole, np.nan), None))
-    assert noise_in_rows(judged, base.fit.p, base.whole, prepared) is None
+    assert noise_in_rows(judged, base.fit.p, base.whole, prepared.moved) is None
+
+
+@pytest.mark.parametrize("law", ["lugre", "maxwell_slip"])
+def test_a_bristle_is_tried_by_weights_that_know_what_noise_it_takes_up(law: str) -> None:
+    """Before it is fitted, too: at rest, by more than its encoder misses of a stop; in motion as without."""
+    prepared, base, _ = seen()
+    weights = weights_of(base, prepared, floor_of(prepared))
+    path = SignalPath(prepared.arm, (bristle(law),))
+    p = start_values(path, base.fit, bristle(law).values)
+    counted = Bristled(prepared, path, weights).at(p)
+    stuck = np.concatenate([run.stuck[run.analysis_index, 0] for run in prepared.fit]).astype(bool)
+    missed = STIFFNESS * prepared.fit[0].noise[0]
+    assert missed == pytest.approx(STIFFNESS * NOISE, rel=0.3)
+    assert np.median(counted.sd[stuck, 0] / np.hypot(missed, weights.sd[stuck, 0])) == pytest.approx(1.0, abs=0.1)
+    assert np.median(counted.sd[~stuck, 0]) == pytest.approx(np.median(weights.sd[~stuck, 0]), rel=0.05)
+    plain = SignalPath(prepared.arm, ())
+    assert Bristled(prepared, plain, weights).at(values_of(plain.entries)) is weights

@@ -14,6 +14,7 @@ from stribeck.gap.records.blocks import correlation_rows
 from stribeck.gap.records.floor import over_neighbours
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.records.spread import noise_power, spread
+from stribeck.identify.conditioning import Conditioned
 from stribeck.identify.map_fit import Fit, fit
 from stribeck.identify.problem import Weights
 from stribeck.identify.residual import Residual
@@ -102,7 +103,7 @@ def with_noise(model: Model, residual: Residual, whole: np.ndarray, prepared: Pr
     if not path.x.numel():
         return model
     bristles = [path.bristle(j) is not None for j in range(path.n)]
-    rows = noise_in_rows(residual, p, whole, prepared) if not path.flexible or any(bristles) else None
+    rows = noise_in_rows(residual, p, whole, prepared.moved) if not path.flexible or any(bristles) else None
     if not path.flexible:
         return replace(model, rows=rows)
     noise = noise_in(residual, p, whole[-len(model.held) :], prepared)
@@ -117,13 +118,59 @@ def noise_in(judged: Residual, p: np.ndarray, held: np.ndarray, prepared: Prepar
     return np.array([moved, pushed / prepared.push])
 
 
-def noise_in_rows(residual: Residual, p: np.ndarray, whole: np.ndarray, prepared: Prepared) -> np.ndarray | None:
-    """Return what encoder noise adds to each row of a residual, ``whole`` (M + K, n) on all runs, N^2 m^2.
+def noise_in_rows(
+    residual: Residual, p: np.ndarray, whole: np.ndarray, moved: Sequence[Conditioned]
+) -> np.ndarray | None:
+    """Return what encoder noise, as ``moved`` runs have it, adds to each row of a residual, ``whole`` (M, n), N^2 m^2.
 
-    None where a state runs away: nothing is known of its noise then.
+    None where a state runs away: nothing is known of its noise then. What a coarse encoder misses of a stop is no noise
+    that goes to and fro: all the rest long a bristle is bent by so much more or less.
     """
-    added = residual.along(prepared.moved)(p)[0] - whole
-    return over_neighbours(added**2, prepared.moved, NEIGHBOURS) if np.all(np.abs(added) < HUGE) else None
+    added = residual.along(moved)(p)[0] - whole
+    if not np.all(np.abs(added) < HUGE):
+        return None
+    missed = np.concatenate([_missed(residual.path, p, run) for run in moved])
+    return np.asarray(over_neighbours(added**2, moved, NEIGHBOURS) + missed)
+
+
+def _missed(path: SignalPath, p: np.ndarray, run: Conditioned) -> np.ndarray:
+    """Return by how much (M, n) the bristles of joints at rest may be bent wrongly, N^2 m^2."""
+    out = np.zeros((len(run.analysis_index), path.n))
+    for j in range(path.n):
+        bristle = path.bristle(j)
+        if bristle is not None:
+            k, effect = bristle
+            values = {entry.name: float(p[i]) for i, entry in enumerate(path.entries) if entry.owner == k}
+            out[:, j] = run.stuck[run.analysis_index, j] * (effect.bristle_stiffness(values) * run.noise[j]) ** 2
+    return out
+
+
+class Bristled:
+    """Weights for a model whose bristle is not fitted yet: encoder noise pulls at it where friction alone holds still.
+
+    Parameters
+    ----------
+    prepared : Prepared
+    path : SignalPath
+    weights : Weights
+        Of the fitted runs, by a model without that bristle.
+    """
+
+    def __init__(self, prepared: Prepared, path: SignalPath, weights: Weights) -> None:
+        self._prepared, self._weights = prepared, weights
+        self._joints = [path.bristle(j) is not None for j in range(path.n)]
+        self._residual = Residual(path, prepared.fit, ()) if any(self._joints) else None
+
+    def at(self, p: np.ndarray) -> Weights:
+        """Return the weights at the path's values (p,)."""
+        noise, moved = self._prepared.noise, self._prepared.moved[: len(self._prepared.fit)]
+        if self._residual is None or noise is None or noise.drawn is None:
+            return self._weights
+        own = noise_in_rows(self._residual, p, self._residual.value(p), moved)
+        if own is None:
+            return self._weights
+        more = np.where(self._joints, np.maximum(own - noise.drawn[: len(own)], 0.0), 0.0)
+        return replace(self._weights, sd=np.sqrt(self._weights.sd**2 + more))
 
 
 def _with_values(placed: Sequence[Placed], fit: Fit) -> tuple[Placed, ...]:

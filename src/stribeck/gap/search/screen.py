@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stribeck.gap.fitted.differentiable import differentiable
-from stribeck.gap.fitted.model import HUGE, Model, start_values
+from stribeck.gap.fitted.model import HUGE, Bristled, Model, start_values
 from stribeck.gap.fitted.sizes import effect_scales
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.search.candidates import Trial
@@ -66,7 +66,15 @@ def screen(
     if not residual.reuses and (path.rough or set(own) & set(path.shifts) or watched):
         residual = differentiable(path, prepared, some, own, observe=watched, far=True)
     unit = _units(path, prepared, own)
-    projector = Projector(base.fit, weights, _rows_of(prepared, runs))
+    bristled, rows = Bristled(prepared, path, weights), _rows_of(prepared, runs)
+    plain = Projector(base.fit, weights, rows)
+    cost = plain.cost
+
+    def down(p: np.ndarray, steps: int) -> _Way:
+        counted = bristled.at(p)
+        projector = plain if counted is weights else Projector(base.fit, counted, rows)
+        return _descend(residual, projector, p, own, unit, steps)
+
     names = [path.entries[i].name for i in own]
     scale = prepared.scales[joint]
     best, sound = Trial(effect, joint, dict(effect.starts(scale)[0]), -np.inf), False
@@ -75,14 +83,14 @@ def screen(
     others = () if known and effect.nonlinear else effect.starts_from(scale, trace)
     if not (known and anew and others == effect.starts(scale)):
         starts += others
-    tried = [_descend(residual, projector, start_values(path, base.fit, start), own, unit, LOOK) for start in starts]
+    tried = [down(start_values(path, base.fit, start), LOOK) for start in starts]
     # by where they are about to go: what has run away to nothing loses nothing either, and leads nowhere
-    hopeful = [way for way in tried if way.ahead > -HOPELESS * projector.cost]
+    hopeful = [way for way in tried if way.ahead > -HOPELESS * cost]
     # what a law that takes long comes to is the only start of later steps; a value e times as large is not seen ahead
     sought = (effect.nonlinear and not known) or any(path.entries[i].log for i in own)
     for way in sorted(hopeful, key=lambda way: -way.ahead)[:FOLLOWED]:
-        if sought or way.ahead > WORTH * projector.cost / prepared.arm.n:
-            way = _descend(residual, projector, way.p, own, unit, STEPS)
+        if sought or way.ahead > WORTH * cost / prepared.arm.n:
+            way = down(way.p, STEPS)
         values = dict(zip(names, map(float, way.p[own]), strict=True))
         plausible = effect.plausible(values, scale)  # else it stands for another law, which is tried itself
         if (plausible, way.saved) > (sound, best.promise):

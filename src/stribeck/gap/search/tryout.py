@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from joblib import delayed
 
-from stribeck.gap.fitted.model import Model, finite, fit_model, weights_of
+from stribeck.gap.fitted.model import Bristled, Model, finite, fit_model, start_values, weights_of
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.search.candidates import Trial, candidates
 from stribeck.gap.search.screen import screen
@@ -91,6 +91,8 @@ def _states(prepared: Prepared, base: Model) -> tuple[np.ndarray, ...] | None:
 
 def _fit_trial(prepared: Prepared, base: Model, weights: Weights, trial: Trial, floor: np.ndarray) -> Model | None:
     placed = (*base.placed, Placed(trial.effect, trial.joint))
+    path = SignalPath(prepared.arm, placed)
+    weights = Bristled(prepared, path, weights).at(start_values(path, base.fit, trial.start))
     far = trial.effect.rescales and bool(base.fit.at_limit)
     model = fit_model(prepared, placed, weights, base.fit, trial.start, evaluations=60 if far else 20)
     if not finite(model):
