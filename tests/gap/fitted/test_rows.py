@@ -136,7 +136,7 @@ def test_of_a_state_that_runs_away_no_noise_is_known(monkeypatch: pytest.MonkeyP
 
 @pytest.mark.parametrize("law", ["lugre", "maxwell_slip"])
 def test_a_bristle_is_tried_by_weights_that_know_what_noise_it_takes_up(law: str) -> None:
-    """Before it is fitted, too: at rest, by more than its encoder misses of a stop; in motion as without."""
+    """Before it is fitted, too: at rest, what its encoder misses of a stop; in motion little more than without."""
     prepared, base, _ = seen()
     weights = weights_of(base, prepared, floor_of(prepared))
     path = SignalPath(prepared.arm, (bristle(law),))
@@ -146,6 +146,7 @@ def test_a_bristle_is_tried_by_weights_that_know_what_noise_it_takes_up(law: str
     missed = STIFFNESS * prepared.fit[0].noise[0]
     assert missed == pytest.approx(STIFFNESS * NOISE, rel=0.3)
     assert np.median(counted.sd[stuck, 0] / np.hypot(missed, weights.sd[stuck, 0])) == pytest.approx(1.0, abs=0.1)
-    assert np.median(counted.sd[~stuck, 0]) == pytest.approx(np.median(weights.sd[~stuck, 0]), rel=0.05)
+    assert 1.0 <= np.median(counted.sd[~stuck, 0] / weights.sd[~stuck, 0]) < 1.5
+    assert np.median(counted.sd[stuck, 0] / weights.sd[stuck, 0]) > 3.0
     plain = SignalPath(prepared.arm, ())
     assert Bristled(prepared, plain, weights).at(values_of(plain.entries)) is weights
