@@ -146,19 +146,22 @@ def _missed(path: SignalPath, p: np.ndarray, run: Conditioned) -> np.ndarray:
 
 
 class Bristled:
-    """Weights for a model whose bristle is not fitted yet: encoder noise pulls at it where friction alone holds still.
+    """Weights for a model whose last effect, a bristle, is not fitted yet.
+
+    Encoder noise pulls at it where friction alone holds still.
 
     Parameters
     ----------
     prepared : Prepared
     path : SignalPath
     weights : Weights
-        Of the fitted runs, by a model without that bristle.
+        Of the fitted runs, by a model without that effect: they serve as they are if it is no bristle.
     """
 
     def __init__(self, prepared: Prepared, path: SignalPath, weights: Weights) -> None:
         self._prepared, self._weights = prepared, weights
-        self._joints = [path.bristle(j) is not None for j in range(path.n)]
+        last = len(path.placed) - 1
+        self._joints = [(found := path.bristle(j)) is not None and found[0] == last for j in range(path.n)]
         self._residual = Residual(path, prepared.fit, ()) if any(self._joints) else None
 
     def at(self, p: np.ndarray) -> Weights:
