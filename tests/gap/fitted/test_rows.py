@@ -8,6 +8,7 @@ import pytest
 
 from stribeck.effects.registry import laws, registry
 from stribeck.gap.fitted.model import Bristled, Model, fit_model, noise_in_rows, retune, start_values, weights_of
+from stribeck.gap.fitted.noisy import quieter
 from stribeck.gap.records.floor import noise_of_rows
 from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.records.spread import Noise, noise_power
@@ -150,3 +151,25 @@ def test_a_bristle_is_tried_by_weights_that_know_what_noise_it_takes_up(law: str
     assert np.median(counted.sd[stuck, 0] / weights.sd[stuck, 0]) > 3.0
     plain = SignalPath(prepared.arm, ())
     assert Bristled(prepared, plain, weights).at(values_of(plain.entries)) is weights
+
+
+def test_beside_a_compliance_a_bristle_is_counted_as_it_is_alone() -> None:
+    """It passes on less noise than the sign of a velocity, which is no merit of the compliance: none is put back."""
+    prepared, base, stuck = seen()
+    floor = floor_of(prepared)
+    shaft = Placed(registry()["joint_flexibility"], 0, {"stiffness": 2000.0, "damping": 0.5})
+    weights = weights_of(base, prepared, floor)
+    soft, both = (
+        fit_model(prepared, placed, weights, base.fit, evaluations=1)
+        for placed in ((shaft,), (shaft, bristle("lugre")))
+    )
+    assert soft.noise is not None
+    assert np.all(np.isfinite(soft.noise))
+    assert soft.rows is None
+    assert both.noise is not None
+    assert np.all(np.isnan(both.noise))
+    known = replace(prepared, reference=np.array([[1.0], [1.0]]))
+    assert quieter(known, both.noise, floor) == [1.0]
+    assert quieter(known, 0.1 * known.reference, floor) == pytest.approx([0.1])
+    assert both.rows is not None
+    assert np.median(both.rows[stuck, 0]) > np.median(drawn_of(prepared)[stuck, 0])
