@@ -75,3 +75,17 @@ def test_an_axis_in_metres_is_searched_by_its_travel() -> None:
     rough = replace(trace, residual=trace.residual * np.sign(trace.velocity))
     starts = effect_named("position_dependent_friction").starts_from(axis, rough)
     assert min(abs(s["harmonic"] / rate - 1.0) for s in starts) < 0.01
+
+
+@pytest.mark.parametrize("name", ["cogging", "torque_ripple"])
+def test_a_wave_generator_of_a_gear_is_in_sight(name: str) -> None:
+    """100 and 200 cycles a turn, over slow strokes to and fro: one of the starts has them."""
+    t = STEP * np.arange(3000)
+    position = 0.8 * np.sin(0.15 * t)
+    velocity, command = np.gradient(position, STEP), np.cos(0.4 * t)
+    carrier = {"cogging": np.ones_like(t), "torque_ripple": command}[name]
+    scale = Scale(1.0, 1.0, 0.1, 1.6, 1.0, 1e-3, covered=1.6)
+    for rate in (100.0, 200.0):
+        trace = Trace(t, position, velocity, command, carrier * np.sin(rate * position + 0.4), ())
+        found = [start["harmonic"] for start in effect_named(name).starts_from(scale, trace)]
+        assert min(found, key=lambda harmonic: abs(harmonic - rate)) == pytest.approx(rate, abs=0.5)

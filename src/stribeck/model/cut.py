@@ -17,7 +17,7 @@ from stribeck.model.balance import Balance
 from stribeck.model.drive import Drive
 from stribeck.model.observer import observed
 from stribeck.model.path import SignalPath
-from stribeck.model.resting import resting, settled
+from stribeck.model.resting import rested, resting
 from stribeck.model.sensitivity import Sensitivity
 
 
@@ -62,7 +62,7 @@ class Cut:
         moved = self._later(self.drive, after, carried)
         if self.observe:
             moved = observed(self._sample, self.sample_time, self.drive, carried, moved)
-            moved = settled(self._sample, self.sample_time, self.drive, carried, moved)
+            moved = rested(self._sample, self.sample_time, self.drive, carried, moved)
         return carried, after, moved
 
     @cached_property

@@ -28,7 +28,7 @@ def resting(path: SignalPath) -> tuple[int, ...]:
     return tuple(j for j in range(path.n) if path.bristle(j) is not None and j not in path.flexible)
 
 
-def settled(balance: Balance, sample_time: float, now: Drive, carried: Sensitivity, moved: Sensitivity) -> Sensitivity:
+def rested(balance: Balance, sample_time: float, now: Drive, carried: Sensitivity, moved: Sensitivity) -> Sensitivity:
     """Return states one sample later (``moved``), with the bristles of joints that rested at ``carried`` corrected."""
     path, x, p = balance.path, carried.states, balance.path.p
     joints = resting(path)

@@ -57,7 +57,7 @@ def noise_of_best(
     return np.asarray(raised)
 
 
-def white_rms(residual: np.ndarray, runs: Sequence[Conditioned], cutoff: float, joint: int = 0) -> float:
+def white_rms(residual: np.ndarray, runs: Sequence[Conditioned], cutoff: float, joint: int) -> float:
     """Return the root mean square of a residual's white part.
 
     Parameters
