@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from types import SimpleNamespace
 from typing import Any
 
@@ -26,14 +27,19 @@ NOMINAL = misinformed(TRUE, np.random.default_rng(3), 0.03, 0.2)
 def recorded(
     *effects: tuple[str, dict[str, float]], noise: float = 1e-5, channels: Sequence[str] = ()
 ) -> tuple[Run, ...]:
-    """Four runs of a pendulum, 4 s each, with effects hidden in it."""
+    """Four runs of a pendulum, 4 s each, with effects hidden in it; recorded once and frozen."""
+    return _recorded(tuple((name, tuple(values.items())) for name, values in effects), noise, tuple(channels))
+
+
+@cache
+def _recorded(
+    effects: tuple[tuple[str, tuple[tuple[str, float], ...]], ...], noise: float, channels: tuple[str, ...]
+) -> tuple[Run, ...]:
     kinds = ("slow reversals", "multisine", "via points", "point to point")
     motions = programme(NOMINAL, np.random.default_rng(1), kinds, 4.0)
-    hidden = [Injection(name, "A", values) for name, values in effects]
+    hidden = [Injection(name, "A", dict(values)) for name, values in effects]
     gains = default_gains(NOMINAL, 3.0)
-    return record(
-        TRUE, hidden, motions, rate=250.0, noise=noise, gains=gains, model=NOMINAL, seed=5, channels=tuple(channels)
-    )
+    return record(TRUE, hidden, motions, rate=250.0, noise=noise, gains=gains, model=NOMINAL, seed=5, channels=channels)
 
 
 def sines(seconds: float, rate: float = 200.0, seed: int = 0, size: float = 1.0, name: str = "run") -> Run:

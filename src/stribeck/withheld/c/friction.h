@@ -58,14 +58,14 @@ static Level level_now(const Joint *j, const Friction *f, int forward, double an
 }
 
 /* Set-valued law: sticks exactly (v = 0) while |b| / a stays below break-away, else Newton on the sliding branch. */
-static double slide(const Friction *f, double a, double b, double *torque) {
+static double slide(const Friction *f, double guess, double a, double b, double *torque) {
     const Level *l = b >= 0.0 ? &f->forward : &f->backward;
     double slope, slope2, size = fabs(b);
     if (size <= a * dry(l, 0.0, &slope)) {
         *torque = b / a;
         return 0.0;
     }
-    double low = 0.0, high = size, u = fmax(0.0, size - a * f->forward.constant), value = 0.0;
+    double low = 0.0, high = size, u = guess * b > 0.0 ? fmin(fabs(guess), size) : fmax(0.0, size - a * l->constant), value = 0.0;
     for (int k = 0; k < 60; k++) {
         value = dry(l, u, &slope) + wet(l, u, &slope2);
         double miss = u + a * value - size;

@@ -146,7 +146,7 @@ static int rigid(const Plant *p, const double *x, const double *v, double *neede
 }
 
 static double one_joint(const Joint *j, const Friction *f, double guess, double a, double b, double h, double *torque) {
-    return j->bristle_stiffness > 0.0 ? stretch(j, f, guess, a, b, h, torque) : slide(f, a, b, torque);
+    return j->bristle_stiffness > 0.0 ? stretch(j, f, guess, a, b, h, torque) : slide(f, guess, a, b, torque);
 }
 
 /* New velocities from the friction-free ones. */
