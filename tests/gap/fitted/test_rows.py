@@ -108,6 +108,19 @@ def test_rows_count_by_what_the_model_itself_adds_to_them() -> None:
     assert told.overall[1] > blind.overall[1]
 
 
+def test_a_gap_shows_where_only_the_sign_of_a_velocity_is_noisy() -> None:
+    """Around its reversals a contact that gives passes on little of the noise, which may hide no gap that it closes."""
+    prepared, base, _ = seen()
+    floor, draw = floor_of(prepared), np.random.default_rng(0).standard_normal(base.whole.shape)
+    plain, drawn = noise_power(prepared.noise, floor, len(base.whole)), drawn_of(prepared)
+    loud = drawn > 4.0 * np.median(drawn)
+    own = np.where(loud, 0.04 * plain, plain)
+    gap = np.where(loud, np.sqrt(plain) * np.sin(np.arange(len(draw)) / 15.0)[:, None], 0.0)
+    without, law = (with_residual(base, residual) for residual in (gap + draw * np.sqrt(own), draw * np.sqrt(own)))
+    blind, told = (rank(prepared, [without, replace(law, rows=rows)], floor, 0) for rows in (None, drawn + own - plain))
+    assert told.overall[1] > 5.0 * blind.overall[1]
+
+
 def test_rows_are_fitted_by_what_the_model_itself_adds_to_them() -> None:
     prepared, base, stuck = seen()
     floor = floor_of(prepared)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stribeck.gap.records.spread import Noise, levels, noise_power, spread
+from stribeck.gap.records.spread import LEAST, Noise, levels, noise_power, spread
 
 ROWS = 4000
 LOUD = np.arange(ROWS) % 10 < 3  # as many rows lie near a reversal
@@ -34,15 +34,15 @@ def test_noise_that_is_next_to_nothing_leaves_the_gap(seed: int) -> None:
     """Where rounding decides whether the gap alone explains the residual."""
     residual = np.random.default_rng(seed).standard_normal((ROWS, 1))
     found = spread(residual, np.full((ROWS, 1), 1e-18))
-    assert found == pytest.approx(np.full((ROWS, 1), np.sqrt(np.mean(residual**2))), rel=1e-6)
+    np.testing.assert_allclose(found, np.sqrt(np.mean(residual**2)), rtol=1e-6)
 
 
 def test_levels_leave_the_floor() -> None:
     """Mere noise keeps the floor's mean square, and every row of it the same."""
     level = levels(0.5 * drawn(0.0), NOISE**2, FLOOR)
-    assert level * NOISE == pytest.approx(np.full_like(NOISE, FLOOR[0]))
+    np.testing.assert_allclose(level * NOISE, FLOOR[0], rtol=1e-6)
     alike = levels(drawn(100.0), NOISE**2, FLOOR)
-    assert alike == pytest.approx(np.ones_like(alike), rel=1e-3)
+    np.testing.assert_allclose(alike, 1.0, rtol=1e-3)
 
 
 def test_a_small_gap_in_quiet_rows_shows() -> None:
@@ -64,4 +64,8 @@ def test_power_of_all_rows() -> None:
     higher = noise.power(np.sqrt(noise.rms**2 + 0.25))
     assert higher == pytest.approx(NOISE**2 + 0.25)
     assert noise_power(noise, noise.rms, 1000) == pytest.approx(NOISE[:1000] ** 2)
+    told = Noise(NOISE[:1000], NOISE[1000:], NOISE**2)
+    own = np.where(np.arange(ROWS) % 3, 0.25, 2.25)[:, None] * NOISE**2
+    assert told.power(noise.rms, own) == pytest.approx(np.maximum(own, (LEAST * noise.rms) ** 2), rel=0.02)
+    assert told.power(noise.rms, np.full_like(own, np.nan)) == pytest.approx(NOISE**2)
     assert (noise_power(None, np.array([0.2]), 5) == np.full((5, 1), 0.2**2)).all()

@@ -32,7 +32,7 @@ class Model:
     ``noise`` (2, n) is what the encoder's noise, and 1 N m of white noise in the commands, add to that residual, N m
     rms, where the model has a compliance; nan at joints with a bristle. ``absorbed`` counts the constants of a law
     outside the library that has taken what it can. ``rows`` (M + K, n) is what the encoder's noise adds to each row of
-    the residual on all runs, N^2 m^2, of a model that has states; beside a compliance, at joints with a bristle alone.
+    the residual on all runs, N^2 m^2, of a model that has states; beside a compliance, nan at joints without a bristle.
     Noise pulls at a stiff bristle while a joint is at rest, where friction alone takes up any torque.
     """
 
@@ -108,7 +108,7 @@ def with_noise(model: Model, residual: Residual, whole: np.ndarray, prepared: Pr
         return replace(model, rows=rows)
     noise = noise_in(residual, p, whole[-len(model.held) :], prepared)
     noise[:, bristles] = np.nan  # a contact that gives passes on less of it than the sign of a velocity
-    return replace(model, noise=noise, rows=None if rows is None else np.where(bristles, rows, 0.0))
+    return replace(model, noise=noise, rows=None if rows is None else np.where(bristles, rows, np.nan))
 
 
 def noise_in(judged: Residual, p: np.ndarray, held: np.ndarray, prepared: Prepared) -> np.ndarray:

@@ -13,13 +13,13 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from stribeck.arm import Arm
+from stribeck.gap.records.spread import LEAST
 from stribeck.identify.conditioning import Conditioned, condition, shaken
 from stribeck.identify.residual import Residual
 from stribeck.model.path import SignalPath
 
 DRAWS = 3
 NEIGHBOURS = 7  # rows, over which a row's noise is averaged
-LEAST = 0.1  # of a joint's noise, that every row has: what is quieter still is not counted on
 TINY = 1e-12  # N m
 SOFTER = 0.6  # of the motion filter's cutoff
 BLUR = 1.0 / SOFTER**2 - 1.0  # change at that cutoff over the error at the full one, where it falls with its square

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import optimize
 
+LEAST = 0.1  # of a joint's noise, that every row has: what is quieter still is not counted on
+
 
 @dataclass(frozen=True)
 class Noise:
@@ -32,12 +34,16 @@ class Noise:
     def power(self, floor: np.ndarray, own: np.ndarray | None = None) -> np.ndarray:
         """Return the noise (M + K, n) of all rows, N^2 m^2; what a floor (n,) has beyond it is spread evenly.
 
-        A model in whose rows there is more by the same draw, its ``own`` (M + K, n), has so much more.
+        A model in whose rows there is more or less by the same draw, its ``own`` (M + K, n; nan: not known), has so
+        much more or less:
+        a contact that gives passes on little of what the sign of a velocity makes of it. That is no way for a bristle
+        to gain where there is none: of any size, on arms without one, it leaves several times as much as the sign.
         """
-        more = np.maximum(floor**2 - self.rms**2, 0.0)
+        known = np.concatenate([self.fit, self.held]) ** 2
         if own is not None and self.drawn is not None:
-            more = more + np.maximum(own - self.drawn, 0.0)
-        return np.asarray(np.concatenate([self.fit, self.held]) ** 2 + more)
+            change = np.where(np.isfinite(own), own - self.drawn, 0.0)
+            known = np.maximum(known + change, LEAST**2 * np.mean(known, axis=0))
+        return np.asarray(known + np.maximum(floor**2 - self.rms**2, 0.0))
 
 
 def noise_power(noise: Noise | None, floor: np.ndarray, rows: int, own: np.ndarray | None = None) -> np.ndarray:
