@@ -92,6 +92,19 @@ def test_a_model_with_states_knows_its_rows() -> None:
     assert model.rows.shape == model.whole.shape
 
 
+def test_a_law_that_is_weak_near_rest_is_no_less_noisy_there() -> None:
+    """It would gain by what the noise does to the sign of a velocity, which a contact that gives does not have."""
+    prepared, base, _ = seen()
+    drawn = drawn_of(prepared)
+    gives = fit_model(prepared, (bristle("lugre"),), weights_of(base, prepared, drawn[0]), base.fit, evaluations=1)
+    weak = Placed(registry()["dwell_time"], 0, {"rise": -2.0, "time": 1.0})
+    law = fit_model(prepared, (weak,), weights_of(base, prepared, drawn[0]), base.fit, evaluations=1)
+    assert gives.rows is not None
+    assert law.rows is not None
+    assert np.mean(gives.rows < drawn) > 0.1
+    assert np.all(law.rows >= drawn)
+
+
 def test_rows_count_by_what_the_model_itself_adds_to_them() -> None:
     """Noise of its own at rest is no gap that a law leaves; where it is not known for noise, it is taken for one."""
     prepared, base, stuck = seen()

@@ -104,6 +104,9 @@ def with_noise(model: Model, residual: Residual, whole: np.ndarray, prepared: Pr
         return model
     bristles = [path.bristle(j) is not None for j in range(path.n)]
     rows = noise_in_rows(residual, p, whole, prepared.moved) if not path.flexible or any(bristles) else None
+    if rows is not None and prepared.noise is not None and prepared.noise.drawn is not None:
+        # a law that bends the level near rest has less noise there too, but would gain it of noise alone
+        rows = np.where(bristles, rows, np.maximum(rows, prepared.noise.drawn))
     if not path.flexible:
         return replace(model, rows=rows)
     noise = noise_in(residual, p, whole[-len(model.held) :], prepared)
