@@ -39,6 +39,7 @@ from stribeck.effects.friction.dwell_time_ageing import DwellTimeAgeing
 from stribeck.effects.friction.dwell_time_frozen import DwellTimeFrozen
 from stribeck.effects.friction.frictional_lag import FrictionalLag
 from stribeck.effects.friction.frictional_lag_delay import FrictionalLagDelay
+from stribeck.effects.friction.frictional_lag_whole_curve import FrictionalLagWholeCurve
 from stribeck.effects.friction.history import History
 from stribeck.effects.friction.history_in_time import HistoryInTime
 from stribeck.effects.friction.history_running_in import HistoryRunningIn
@@ -78,6 +79,7 @@ _OWN: tuple[type[Effect], ...] = (
     PreslidingMaxwellSlip,
     FrictionalLag,
     FrictionalLagDelay,
+    FrictionalLagWholeCurve,
     DwellTime,
     DwellTimeAgeing,
     DwellTimeFrozen,
