@@ -115,6 +115,7 @@ def test_starts_are_plausible(effect: Effect, scale: Scale) -> None:
         ("joint_flexibility", {"stiffness": 40.0, "damping": 0.3}),  # half as much again as would let it ring
         ("negative_damping", {"amount": 47.0, "velocity": 0.002}),  # the same at rest
         ("dwell_time", {"rise": 0.7, "time": 1.3, "distance": 3e-4}),  # a fall as 1 / v, by a rise beyond all torque
+        ("dwell_time/at_rest", {"rise": 0.7, "time": 1.3, "distance": 3e-4}),
         ("dwell_time/frozen", {"rise": 0.7, "time": 1.3}),
         ("contact", {"stiffness": 1.0, "position": 0.1, "damping": 2.0 / SMALL.speed}),  # at usual speed a damper
         ("cogging", {"sine": 0.02, "cosine": 0.0, "harmonic": 15.0}),  # two thirds of a period: any curve over position

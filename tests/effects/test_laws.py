@@ -165,30 +165,47 @@ def test_stiff_contact_does_not_throw_the_link(damping: float) -> None:
     assert np.sqrt(np.mean(r**2)) < np.sqrt(np.mean(torque**2))
 
 
+def aged(law: str, trial: dict[str, float], seconds: float, slide: float, start: Sequence[float]) -> Sequence[float]:
+    """States of a law of dwell time after so long at one speed."""
+    effect = laws()["dwell_time", law]
+
+    def rate(_: float, x: Sequence[float]) -> list[float]:
+        rates = effect.derivatives(SimpleNamespace(slide=slide), dict(zip(effect.states, x, strict=True)), trial)
+        return [float(rates[state]) for state in effect.states]
+
+    ends: Sequence[float] = solve_ivp(rate, (0.0, seconds), start, method="LSODA", rtol=1e-8, atol=1e-10).y[:, -1]
+    return ends
+
+
 def test_frozen_dwell_keeps_what_a_rest_has_left() -> None:
     """A rest of 1 s leaves 1 / (1 + T) of the rise, no slide takes it back, and the next rest starts anew."""
-    law = laws()["dwell_time", "frozen"]
     trial, half = {"rise": 1.0, "time": 0.5}, 0.5
-
-    def after(seconds: float, slide: float, start: Sequence[float]) -> Sequence[float]:
-        def rate(_: float, x: Sequence[float]) -> list[float]:
-            rates = law.derivatives(SimpleNamespace(slide=slide), dict(zip(law.states, x, strict=True)), trial)
-            return [float(rates[state]) for state in law.states]
-
-        ends: Sequence[float] = solve_ivp(rate, (0.0, seconds), start, method="LSODA", rtol=1e-8, atol=1e-10).y[:, -1]
-        return ends
-
-    rested = after(1.0, 0.0, [0.0, 0.0])
+    rested = aged("frozen", trial, 1.0, 0.0, [0.0, 0.0])
     assert rested[1] == pytest.approx(1.0 / (1.0 + half), abs=0.01)
-    slid = after(2.0, 0.5, rested)
+    slid = aged("frozen", trial, 2.0, 0.5, rested)
     assert slid[1] == pytest.approx(rested[1], abs=1e-3)
-    again = after(0.1, 0.0, slid)
+    again = aged("frozen", trial, 0.1, 0.0, slid)
     assert again[1] == pytest.approx(0.1 / (0.1 + half), abs=0.02)
+
+
+@pytest.mark.parametrize("slide", [0.02, 0.5])
+def test_a_contact_that_ages_at_rest_loses_it_by_distance_alone(slide: float) -> None:
+    trial = {"rise": 1.0, "time": 0.5, "distance": 0.03}
+    (rested,) = aged("at_rest", trial, 0.8, 0.0, [0.0])
+    assert rested == pytest.approx(1.0 - np.exp(-0.8 / 0.5))
+    (slid,) = aged("at_rest", trial, 0.05 / slide, slide, [rested])
+    assert slid == pytest.approx(rested * np.exp(-0.05 / 0.03), rel=1e-3)
 
 
 @pytest.mark.parametrize(
     ("law", "state", "grown"),
-    [("break_away", "age", 0.7), ("ageing", "age", 0.7), ("frozen", "rest", 0.7), ("frozen", "grown", 0.7 / 1.2)],
+    [
+        ("break_away", "age", 0.7),
+        ("ageing", "age", 0.7),
+        ("at_rest", "age", 0.7),
+        ("frozen", "rest", 0.7),
+        ("frozen", "grown", 0.7 / 1.2),
+    ],
 )
 def test_a_recording_starts_as_old_as_the_rest_before_it(law: str, state: str, grown: float) -> None:
     """Which no record shows but by its first break-away; what goes on in a recording has just slid."""

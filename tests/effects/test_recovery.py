@@ -69,6 +69,8 @@ CASES = {
     "frictional_lag/delay": Case("A", {"time": 0.05}, {"time": (0.05, 0.006)}, 0.6, 2),
     "dwell_time/break_away": Case("A", {"rise": 4.0, "time": 0.5, "distance": 0.02}, {"rise": (4.0, 1.5)}, 0.7),
     "dwell_time/ageing": Case("A", {"rise": 4.0, "time": 0.5, "distance": 0.02}, {"rise": (4.0, 2.0)}, 0.7),
+    # the plant's contact ages in motion as well
+    "dwell_time/at_rest": Case("A", {"rise": 4.0, "time": 0.5, "distance": 0.02}, {"rise": (4.0, 2.0)}, 0.7),
     # in the plant at once, in the library within 10 ms
     "dwell_time/frozen": Case("A", {"rise": 4.0, "time": 0.3, "distance": 0.0}, {"rise": (4.0, 0.8)}, 0.7),
     # warmed by power in the plant, by speed in the library

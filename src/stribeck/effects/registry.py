@@ -36,6 +36,7 @@ from stribeck.effects.external.input_disturbance_harmonics import InputDisturban
 from stribeck.effects.friction.asymmetric_friction import AsymmetricFriction
 from stribeck.effects.friction.dwell_time import DwellTime
 from stribeck.effects.friction.dwell_time_ageing import DwellTimeAgeing
+from stribeck.effects.friction.dwell_time_at_rest import DwellTimeAtRest
 from stribeck.effects.friction.dwell_time_frozen import DwellTimeFrozen
 from stribeck.effects.friction.frictional_lag import FrictionalLag
 from stribeck.effects.friction.frictional_lag_delay import FrictionalLagDelay
@@ -82,6 +83,7 @@ _OWN: tuple[type[Effect], ...] = (
     FrictionalLagWholeCurve,
     DwellTime,
     DwellTimeAgeing,
+    DwellTimeAtRest,
     DwellTimeFrozen,
     History,
     HistoryRunningIn,

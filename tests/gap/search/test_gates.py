@@ -65,7 +65,7 @@ def test_a_bound_is_a_strain_but_for_one_that_stands_for_none() -> None:
 
 def test_contacts_that_any_slide_renews_are_no_strain() -> None:
     """They are of some ten micrometres: less than a sample of slow motion, which no recording resolves."""
-    for law in ("break_away", "ageing"):
+    for law in ("break_away", "ageing", "at_rest"):
         rest = effect_named("dwell_time", law)
         bounds = {parameter.name: (parameter.lower, parameter.upper) for parameter in rest.parameters}
         fitted = {"rise": 1.0, "time": 0.8, "distance": bounds["distance"][0]}
