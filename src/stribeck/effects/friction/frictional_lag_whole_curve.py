@@ -18,8 +18,7 @@ SAMPLES = 2.0  # by which what sets in between two of them, seen through a filte
 class FrictionalLagWholeCurve(FrictionEffect):
     """The whole curve, viscous part and all, is read at a speed that follows by one pole.
 
-    As simulators have it that put a filtered speed into a friction curve. Long lags part it from a delay: its tail
-    lasts, and the viscous part trails with the rest.
+    As simulators have it that put a filtered speed into a friction curve. What parts it from a delay is its long tail.
     """
 
     name = "frictional_lag"

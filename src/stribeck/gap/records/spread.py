@@ -35,9 +35,8 @@ class Noise:
         """Return the noise (M + K, n) of all rows, N^2 m^2; what a floor (n,) has beyond it is spread evenly.
 
         A model in whose rows there is more or less by the same draw, its ``own`` (M + K, n; nan: not known), has so
-        much more or less:
-        a contact that gives passes on little of what the sign of a velocity makes of it. That is no way for a bristle
-        to gain where there is none: of any size, on arms without one, it leaves several times as much as the sign.
+        much more or less. A bristle has less around a reversal, where noise turns the sign of a velocity; it cannot
+        gain by that where there is none: of any size, on arms without one, it leaves several times as much.
         """
         known = np.concatenate([self.fit, self.held]) ** 2
         if own is not None and self.drawn is not None:
