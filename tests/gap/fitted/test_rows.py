@@ -16,6 +16,7 @@ from stribeck.gap.search.rank import rank
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
+from stribeck.withheld.example import example_runs, nominal_arm
 
 from ..conftest import NOMINAL, recorded
 
@@ -199,3 +200,17 @@ def test_beside_a_compliance_a_bristle_is_counted_as_it_is_alone() -> None:
     assert quieter(known, 0.1 * known.reference, floor) == pytest.approx([0.1])
     assert both.rows is not None
     assert np.median(both.rows[stuck, 0]) > np.median(drawn_of(prepared)[stuck, 0])
+
+
+def test_of_a_joint_without_a_bristle_beside_a_compliance_no_rows_are_known() -> None:
+    """The re-tuned model's are counted there; zeros would make a joint without noise of it."""
+    arm = nominal_arm()
+    prepared = prepare(arm, example_runs()[:3])
+    floor = np.full(2, 0.05)
+    base = retune(prepared, floor, rounds=1)
+    weights = weights_of(base, prepared, floor)
+    placed = (bristle("lugre"), Placed(registry()["joint_flexibility"], 1, {"stiffness": 5000.0, "damping": 1.0}))
+    model = fit_model(prepared, placed, weights, base.fit, evaluations=1)
+    assert model.rows is not None
+    assert np.all(np.isfinite(model.rows[:, 0]))
+    assert np.all(np.isnan(model.rows[:, 1]))
