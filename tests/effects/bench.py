@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import inspect
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
 
 from stribeck.arm import Arm, Friction, Joint
+from stribeck.effects.registry import laws
 from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.identify.conditioning import Conditioned, condition
 from stribeck.identify.residual import Residual
@@ -24,6 +26,27 @@ from stribeck.withheld.recorder import default_gains, record
 
 RATE, NOISE, RESOLUTION = 250.0, 1e-5, 2e-5
 A, B = Friction(4.6, 1.65, 1.4, 0.06), Friction(2.2, 0.6, 0.8, 0.04)
+
+
+def every_effect(check: Callable[..., None]) -> Callable[..., None]:
+    """One test that checks every law, quick as each is: what fails says of which law it is."""
+    asked = inspect.signature(check)
+
+    def test(**fixtures: object) -> None:
+        failed: list[Exception] = []
+        for effect in laws().values():
+            try:
+                check(effect=effect, **fixtures)
+            except Exception as problem:
+                problem.add_note(f"of {effect.label}")
+                failed.append(problem)
+        if failed:
+            raise ExceptionGroup(f"{check.__name__}: {len(failed)} of {len(laws())} laws", failed)
+
+    test.__name__, test.__doc__ = check.__name__, check.__doc__
+    others = [parameter for name, parameter in asked.parameters.items() if name != "effect"]
+    test.__signature__ = asked.replace(parameters=others)  # type: ignore[attr-defined]
+    return test
 
 
 def true_arm(bend: bool = True) -> Arm:
