@@ -199,8 +199,10 @@ def test_only_the_plants_own_of_two_laws_is_held_to_it(name, shared, further, pl
     assert [(item["inside"], item["same_law"]) for item in row["intervals"]] == [(False, is_further == said_further)]
 
 
-@pytest.mark.parametrize(("number", "own"), [(0.0, "proportional"), (1.0, "directional"), (2.0, "motor")])
-@pytest.mark.parametrize("said", ["proportional", "directional", "motor"])
+@pytest.mark.parametrize(
+    ("number", "own"), [(0.0, "proportional"), (1.0, "directional"), (2.0, "motor"), (3.0, "weight")]
+)
+@pytest.mark.parametrize("said", ["proportional", "directional", "motor", "weight"])
 def test_of_several_further_laws_each_has_its_number(number, own, said):
     assert same_law("load_dependent_friction", {"ratio": 0.3, "input": number}, said) == (said == own)
 

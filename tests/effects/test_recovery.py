@@ -67,6 +67,7 @@ CASES = {
     # a delay of 0.05 s in the plant; one pole of the whole curve is as late at slow changes
     "frictional_lag/whole_curve": Case("A", {"time": 0.05}, {"time": (0.06, 0.02)}, 0.7, 2),
     "frictional_lag/delay": Case("A", {"time": 0.05}, {"time": (0.05, 0.006)}, 0.6, 2),
+    "frictional_lag/falling_part": Case("A", {"time": 0.05, "drop": 1.0}, {"time": (0.05, 0.01)}, 0.8, 2),
     "dwell_time/break_away": Case("A", {"rise": 4.0, "time": 0.5, "distance": 0.02}, {"rise": (4.0, 1.5)}, 0.7),
     "dwell_time/ageing": Case("A", {"rise": 4.0, "time": 0.5, "distance": 0.02}, {"rise": (4.0, 2.0)}, 0.7),
     # the plant's contact ages in motion as well
@@ -92,6 +93,7 @@ CASES = {
     "load_dependent_friction/proportional": Case("A", {"ratio": 0.2}, {"ratio": (0.2, 0.015)}, 0.3),
     "load_dependent_friction/directional": Case("A", {"ratio": 0.3, "input": 1.0}, {"ratio": (0.3, 0.006)}, 0.1),
     "load_dependent_friction/motor": Case("A", {"ratio": 0.3, "input": 2.0}, {"ratio": (0.3, 0.006)}, 0.1),
+    "load_dependent_friction/weight": Case("A", {"ratio": 0.3, "input": 3.0}, {"ratio": (0.3, 0.015)}, 0.15),
     # N m in the plant, relative to the sliding level (here C0) in the library
     "position_dependent_friction/one_wave": Case(
         "A", {"amplitude": 2.0, "harmonic": 3.0, "phase": 0.7}, wave(2.0 / 4.6, 0.7, 3.0), 0.3

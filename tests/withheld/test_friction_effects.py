@@ -1,5 +1,7 @@
 """Friction effects: what each does to a sliding or a sticking joint."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -51,6 +53,15 @@ def test_frictional_lag_uses_the_speed_of_before(bench):
     expected = level(bench.A, np.interp(t - lag, t, v))
     assert trace.friction[100:, 0] == pytest.approx(expected[100:], abs=2e-3)
     assert np.abs(trace.friction[100:, 0] - level(bench.A, v)[100:]).max() > 0.3
+
+
+def test_the_viscous_part_may_keep_to_the_speed_of_now(bench):
+    lag, force = 0.05, lambda t: 300.0 * np.sin(8 * t)
+    t, trace = spin(bench, "frictional_lag", {"time": lag, "drop": 1.0}, force, speed=2.6, duration=3.0)
+    v = trace.link_rate[:, 0]
+    before = np.interp(t - lag, t, v)
+    expected = level(bench.A, before) + bench.A.C2 * (v - before)
+    assert trace.friction[100:, 0] == pytest.approx(expected[100:], abs=2e-3)
 
 
 def test_break_away_grows_with_the_time_at_rest(bench):
@@ -147,6 +158,20 @@ def test_friction_may_go_with_the_motor_s_torque(bench):
     )
     more = trace.friction[5:, 0] - level(bench.A, trace.link_rate[5:, 0])
     assert more == pytest.approx(0.3 * np.abs(trace.torque[5:, 0]), abs=0.02)
+
+
+def test_friction_may_go_with_the_weight_that_a_joint_holds(bench):
+    arm = replace(bench.one_link(friction=bench.A), gravity=(0.0, -9.81))
+    hidden = (Injection("load_dependent_friction", "A", {"ratio": 0.3, "input": 3.0}),)
+    _, trace = bench.open_loop(arm, lambda t: 30.0 * np.sin(6 * t)[:, None], 2.0, hidden, ((0.3, 2.0),))
+    moves = (np.abs(trace.link_rate[:, 0]) > 0.1) & (np.arange(len(trace.link_rate)) > 5)
+    more = np.abs(trace.friction[moves, 0]) - level(bench.A, trace.link_rate[moves, 0])
+    link = arm.joints[0]
+    weight = (
+        9.81 * link.mass * (link.com[0] * np.cos(trace.link[moves, 0]) - link.com[1] * np.sin(trace.link[moves, 0]))
+    )
+    assert np.ptp(np.abs(weight)) > 1.0
+    assert more == pytest.approx(0.3 * np.abs(weight), abs=0.02)
 
 
 def test_friction_jumps_stay_within_their_size(bench):

@@ -40,6 +40,7 @@ from stribeck.effects.friction.dwell_time_at_rest import DwellTimeAtRest
 from stribeck.effects.friction.dwell_time_frozen import DwellTimeFrozen
 from stribeck.effects.friction.frictional_lag import FrictionalLag
 from stribeck.effects.friction.frictional_lag_delay import FrictionalLagDelay
+from stribeck.effects.friction.frictional_lag_falling_part import FrictionalLagFallingPart
 from stribeck.effects.friction.frictional_lag_whole_curve import FrictionalLagWholeCurve
 from stribeck.effects.friction.history import History
 from stribeck.effects.friction.history_in_time import HistoryInTime
@@ -48,6 +49,7 @@ from stribeck.effects.friction.history_thixotropy import HistoryThixotropy
 from stribeck.effects.friction.load_dependent_friction import LoadDependentFriction
 from stribeck.effects.friction.load_dependent_friction_directional import LoadDependentFrictionDirectional
 from stribeck.effects.friction.load_dependent_friction_motor import LoadDependentFrictionMotor
+from stribeck.effects.friction.load_dependent_friction_weight import LoadDependentFrictionWeight
 from stribeck.effects.friction.negative_damping import NegativeDamping
 from stribeck.effects.friction.negative_damping_gaussian import NegativeDampingGaussian
 from stribeck.effects.friction.position_dependent_friction import PositionDependentFriction
@@ -80,6 +82,7 @@ _OWN: tuple[type[Effect], ...] = (
     PreslidingMaxwellSlip,
     FrictionalLag,
     FrictionalLagDelay,
+    FrictionalLagFallingPart,
     FrictionalLagWholeCurve,
     DwellTime,
     DwellTimeAgeing,
@@ -92,6 +95,7 @@ _OWN: tuple[type[Effect], ...] = (
     LoadDependentFriction,
     LoadDependentFrictionDirectional,
     LoadDependentFrictionMotor,
+    LoadDependentFrictionWeight,
     PositionDependentFriction,
     PositionDependentFrictionHarmonics,
     QuadraticDamping,

@@ -86,7 +86,7 @@ class Balance:
             else:
                 swing = own - slowing
             load = [load[j] + ca.mtimes(mass[j, list(path.flexible)], swing) for j in range(self.n)]
-        full = [s.at(load=load[j]) for j, s in enumerate(motion)]
+        full = [s.at(load=load[j]) for j, s in enumerate(path.weighed(motion, x, level=True))]
         full = [s.at(torque=path.actuated(j, self._told.command(d, j), s, x)) for j, s in enumerate(full)]
         return full, {j: swing[i] for i, j in enumerate(path.flexible)}
 

@@ -72,7 +72,7 @@ class Dynamics:
                 link = (x[path.state_index(f"link[{j}].position")], x[path.state_index(f"link[{j}].velocity")])
             s = Signals(self.time, q, dq, 0.0, *link)
             signals.append(s.at(torque=path.actuated(j, self.command[j], s, x)))
-        return signals
+        return path.weighed(signals, x)
 
     @cached_property
     def _mass(self) -> Any:

@@ -182,6 +182,7 @@ class FrictionEffect(Effect):
     """A change of joint friction, tau_f = sign(v) G + B with G the sliding level and B the rest."""
 
     uses_load: ClassVar[bool] = False
+    uses_weight: ClassVar[bool] = False
     uses_torque: ClassVar[bool] = False
     """True where the level goes with the motor's torque, by less than all of it."""
     bristle: ClassVar[bool] = False

@@ -130,6 +130,14 @@ class SignalPath(Symbols):
                     torques = [torque + rx * fy - ry * fx for torque, (rx, ry) in zip(torques, levers, strict=True)]
         return torques
 
+    def weighed(self, motion: Sequence[Signals], x: Any, *, level: bool = False) -> list[Signals]:
+        """Return the joints' signals with the torque that gravity asks for, where a law of friction goes with it."""
+        if not any(isinstance(place.effect, FrictionEffect) and place.effect.uses_weight for place in self.placed):
+            return list(motion)
+        still, q = [0.0] * self.n, self.angles(motion, x, level=level)[0]
+        weights = inverse_dynamics(self.body(), q, still, still, prismatic=self.prismatic)
+        return [s.at(weight=weight) for s, weight in zip(motion, weights, strict=True)]
+
     def stand(self, motion: Sequence[Signals], x: Any, *, level: bool = False) -> Stand | None:
         """Return the stand under the links as they move; None on firm ground. It may be taken as ``level``."""
         found = self.sliding

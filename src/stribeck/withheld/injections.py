@@ -6,7 +6,8 @@ What the names leave open:
 - ``presliding``: stiffness of the unloaded contact; it gives way along F (1 - exp(-stiffness x / F)), in closed loops;
 - ``load_dependent_friction``: ratio of friction to the torque that the rotor passes on to the link (the command less
   friction and less the rotor's own inertia); where ``input`` is 1, to what enters (friction not taken off), where it
-  is 2, to all that the motor gives;
+  is 2, to all that the motor gives, where it is 3, to what holds the link against gravity;
+- ``frictional_lag``: of all friction, or, where ``drop`` is 1, of the part that falls with the speed alone;
 - ``negative_damping``: falls as exp(-v / velocity), or, where ``squared`` is 1, as exp(-(v / velocity)^2);
 - ``asymmetric_friction``: forward minus backward constants, the mean stays;
 - ``history``: relative change of the level when as much friction power as `power` has flowed for long, or, where that
@@ -107,7 +108,7 @@ KNOWN: dict[str, Rule] = {
         {"amount": "stribeck_torque", "velocity": "stribeck_velocity", "squared": "stribeck_squared"},
     ),
     "presliding": Rule({"stiffness": math.inf}, {"damping": 0.0}, special.presliding),
-    "frictional_lag": Rule({"time": 0.0}, {}, {"time": "friction_lag"}),
+    "frictional_lag": Rule({"time": 0.0}, {"drop": 0.0}, {"time": "friction_lag", "drop": "friction_lag_drop"}),
     "dwell_time": Rule(
         {"rise": 0.0}, {"time": 2.0, "distance": 0.02},
         {"rise": "dwell_rise", "time": "dwell_time", "distance": "dwell_distance"},

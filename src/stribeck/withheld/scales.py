@@ -82,8 +82,14 @@ def _dwell(st: Stage) -> Params:
     return lambda s: {"rise": s * st.break_away, "time": time, "distance": renewed}
 
 
+def _trailing(st: Stage) -> Params:
+    part = st.one_of(0.0, 1.0)  # all friction, or what falls with the speed alone
+    return lambda s: {"time": s, "drop": part}
+
+
 def _load(st: Stage) -> Params:
-    of = st.one_of(0.0, 1.0, 2.0)  # what leaves the gear, what enters it, what the motor gives
+    # what leaves the gear, what enters it, what the motor gives, what holds the link against gravity
+    of = st.one_of(0.0, 1.0, 2.0, *([3.0] if st.vertical else []))
     return lambda s: {"ratio": s, "input": of}
 
 
@@ -203,7 +209,7 @@ SCALES: dict[str, Scale] = {
         _presliding, levels={"clear": (3e-3, 1.2e-2), "medium": (1e-3, 3e-3), "weak": (3e-4, 1e-3)}
     ),  # rad to give way
     "frictional_lag": Scale(
-        _simple("time"), levels={"clear": (0.04, 0.1), "medium": (0.015, 0.04), "weak": (0.004, 0.015)}
+        _trailing, levels={"clear": (0.04, 0.1), "medium": (0.015, 0.04), "weak": (0.004, 0.015)}
     ),
     "dwell_time": Scale(_dwell, levels={"clear": (0.5, 1.0), "medium": (0.25, 0.5), "weak": (0.1, 0.25)}),
     "history": Scale(_history, (0.03, 0.7)),

@@ -74,7 +74,7 @@ def test_what_strays_by_a_per_cent_is_ordinary(name: str, law: str | None, littl
             assert not effect.ordinary(little | {part: 2.0 * little[part]}, SCALE)
 
 
-@pytest.mark.parametrize("law", ["one_pole", "delay", "whole_curve"])
+@pytest.mark.parametrize("law", ["one_pole", "delay", "falling_part", "whole_curve"])
 def test_friction_that_trails_by_two_samples_is_ordinary(law: str) -> None:
     effect = effect_named("frictional_lag", law)
     assert effect.ordinary({"time": 1.9 * SCALE.sample_time}, SCALE)

@@ -12,7 +12,7 @@
     X(f_C0) X(f_C1) X(f_C2) X(f_alpha) X(b_C0) X(b_C1) X(b_C2) X(b_alpha)                                        \
     /* additions to the friction level */                                                                        \
     X(stribeck_torque) X(stribeck_velocity) X(stribeck_squared)                                                  \
-    X(bristle_stiffness) X(bristle_damping) X(friction_lag)                                                      \
+    X(bristle_stiffness) X(bristle_damping) X(friction_lag) X(friction_lag_drop)                                 \
     X(dwell_rise) X(dwell_time) X(dwell_distance) X(warm_change) X(warm_time) X(warm_power) X(wear_work) X(wear_lost) \
     X(wave_amplitude) X(wave_harmonic) X(wave_phase) X(wave_overtone) X(wave_overtone_phase)                     \
     X(load_ratio) X(load_input) X(quadratic)                                                                     \

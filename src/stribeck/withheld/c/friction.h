@@ -13,6 +13,7 @@ typedef struct {
     Level forward, backward;
     double slip[ELEMENTS]; /* deflection of the elements, rad */
     double dwell, rest, warmth, load;
+    double weight;         /* torque that holds the link against gravity */
     double drive;          /* torque of the rotor in the last step */
     double torque;         /* friction torque of the last step, opposing the motion */
 } Friction;
@@ -44,15 +45,19 @@ static Level level_now(const Joint *j, const Friction *f, int forward, double an
     if (j->wave_amplitude != 0.0) l.constant += j->wave_amplitude * sin(j->wave_harmonic * angle + j->wave_phase);
     if (j->wave_overtone != 0.0)
         l.constant += j->wave_overtone * sin(2.0 * j->wave_harmonic * angle + j->wave_overtone_phase);
-    if (j->load_ratio != 0.0) { /* of what leaves the gear, of what enters it (1), or of what the motor gives (2) */
-        double passed = j->load_input > 1.5 ? f->drive : f->load + j->load_input * f->torque;
+    if (j->load_ratio != 0.0) { /* of what leaves the gear, what enters it (1), what the motor gives (2), the weight (3) */
+        double passed = j->load_input > 2.5 ? f->weight : j->load_input > 1.5 ? f->drive : f->load + j->load_input * f->torque;
         l.constant += j->load_ratio * fabs(passed);
     }
     if (j->sticky_torque != 0.0 && fabs(angle - j->sticky_centre) < j->sticky_width && fabs(f->load) > j->sticky_load)
         l.constant += j->sticky_torque;
     if (j->friction_lag > 0.0) { /* Hess & Soom: the level follows the speed of a moment ago */
-        l.constant += l.drop * exp(-old_speed / l.scale) + l.viscous * old_speed;
-        l.drop = l.viscous = 0.0;
+        l.constant += l.drop * exp(-old_speed / l.scale);
+        l.drop = 0.0;
+        if (j->friction_lag_drop == 0.0) { /* else the viscous part keeps to the speed of now */
+            l.constant += l.viscous * old_speed;
+            l.viscous = 0.0;
+        }
     }
     return l;
 }

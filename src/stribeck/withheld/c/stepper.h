@@ -229,6 +229,19 @@ static void push_joint(Plant *p, int k, double t, double h, double command, doub
     p->omega[k] += h / j->rotor * (torque - twist);
 }
 
+/* What holds the links against gravity at the position x, for joints whose friction goes with it. */
+static void weigh(Plant *p, const double *x) {
+    Pose pose;
+    double rest[MAX_BODIES] = {0.0}, spin[MAX_BODIES], held[MAX_BODIES];
+    int asked = 0;
+    for (int k = 0; k < p->n; k++) asked += p->joint[k].load_ratio != 0.0 && p->joint[k].load_input > 2.5;
+    if (!asked) return;
+    outwards(&p->tree, (Vec){p->world->gravity_x, p->world->gravity_y}, x, rest, NULL, &pose, spin);
+    inwards(&p->tree, &pose, spin, NULL, held);
+    if (p->world->prismatic > 0.0) held[0] = -p->tree.mass[0] * p->world->gravity_x;
+    for (int k = 0; k < p->n; k++) p->friction[k].weight = held[p->base + k];
+}
+
 /* One step. `command` is the mean amplifier input of the step, `push` a torque from outside, `factor` scales friction. */
 static int step(Plant *p, double t, double h, const double *command, const double *push, const double *factor,
                 const double *old_speed) {
@@ -241,6 +254,7 @@ static int step(Plant *p, double t, double h, const double *command, const doubl
     }
     if (!rigid(p, mid, glide, needed, inverse)) return SINGULAR;
     passive(p, mid, glide, force);
+    weigh(p, mid);
     for (int k = 0; k < p->n; k++) {
         Friction *f = &p->friction[k];
         double angle = p->flexible[k] ? p->theta[k] + 0.5 * h * p->omega[k] : mid[base + k];
