@@ -1,5 +1,6 @@
 """What only fills in for a stronger effect of its own phenomenon is not named; what is of another kind, is."""
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -71,6 +72,19 @@ def test_it_keeps_half_of_its_presence_and_no_name() -> None:
     assert presences["actuator_lag"] > NAMED_OVER > presences["delay"]
     assert presences["delay"] == pytest.approx(0.5 * (alone[0].presence or 0.0), rel=0.01)
     assert left + sum(cause.probability for cause in causes) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("as_good", "named"), [("torque_offset", True), ("gravity_tilt", False), ("contact", False)])
+def test_what_a_simpler_law_of_another_kind_does_as_well_does_not_fill_in(as_good: str, named: bool) -> None:
+    """A spring that pulls alike everywhere is an offset beside a stop, whichever of them the search took."""
+    stop = Placed(effect_named("contact", "linear"), 0, {"stiffness": 5.0, "position": 0.5})
+    spring = Placed(effect_named("cable_spring"), 0, {"stiffness": 5.0, "rest": -9.0})
+    steps = taken_steps([stop, spring], [9.0, 5.0], gap=FLOOR, floor=FLOOR, left=4.0)
+    steps[1].as_good = (SimpleNamespace(placed=(Placed(effect_named(as_good), 0),)),)
+    causes, _ = causes_of(steps, ("A", "B"), SCALES)
+    (found,) = (cause for cause in causes if cause.effect == "cable_spring")
+    assert as_good in found.equivalent
+    assert ((found.presence or 0.0) > NAMED_OVER) == named
 
 
 @pytest.mark.parametrize("effect", ["delay", "actuator_lag", "time_shift"])
