@@ -30,6 +30,14 @@ def test_sines_keep_amplitude_and_phase(rate: float) -> None:
         assert found[kept, 0] == pytest.approx(true[kept], abs=error * np.abs(true).max())
 
 
+def test_filters_that_runs_share_cannot_be_changed_by_one_of_them() -> None:
+    first, again = (condition(pendulum(), recorded(), 15.0) for _ in range(2))
+    assert first.taps is again.taps
+    with pytest.raises(ValueError, match="read-only"):
+        first.taps[0] = 0.0
+    assert (first.position == again.position).all()
+
+
 @pytest.mark.parametrize("rate", [200.0, 1000.0])
 def test_no_phase_shift(rate: float) -> None:
     """A sine near the edge of the pass band may shrink but not shift: its quadrature stays empty."""

@@ -6,6 +6,7 @@ Motion and torque pass the same zero-phase filters, so that filtering changes th
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from scipy import signal
@@ -24,6 +25,7 @@ STUCK_TIME = 0.04  # s
 WITHIN = 4.0  # standard deviations of noise, from end to end, that a record may stray at rest: one step of an encoder
 SURE = 2.0  # standard deviations of the record's own differences, that the smoothed velocity may be off them
 STILL = 1e-3  # of the rms speed: slower is at rest
+DESIGNS = 256  # of filters that are kept: a run's noise is drawn and filtered over and over
 INSTANT = (0.5, 0.1)  # of a sample, and of the period of the motion's filter: a reversal is as near as that to its own
 
 
@@ -198,7 +200,7 @@ def at_rest(run: Run, noise: np.ndarray) -> np.ndarray:
 
 def _smoother(cutoff: float, h: float):  # type: ignore[no-untyped-def]
     """Return a zero-phase low-pass for positions, and what unit position noise leaves in position and velocity."""
-    sos = signal.butter(3, cutoff, fs=1.0 / h, output="sos")
+    sos = _butterworth(cutoff, h).copy()  # scipy's filter takes none that is frozen
     frequency = np.linspace(0.0, 0.5 / h, 400)
     amplitude = 1.0 / (1.0 + (frequency / cutoff) ** 6)
     slope = amplitude * 2 * np.pi * frequency
@@ -209,6 +211,17 @@ def _smoother(cutoff: float, h: float):  # type: ignore[no-untyped-def]
         return np.asarray(signal.sosfiltfilt(sos, values, axis=0, padlen=pad))
 
     return smooth, passed, gain
+
+
+@lru_cache(maxsize=DESIGNS)
+def _butterworth(cutoff: float, h: float) -> np.ndarray:
+    return _frozen(signal.butter(3, cutoff, fs=1.0 / h, output="sos"))
+
+
+def _frozen(values: np.ndarray) -> np.ndarray:
+    """Return values that many may share: none can change them."""
+    values.flags.writeable = False
+    return values
 
 
 def held_command(tau: np.ndarray) -> np.ndarray:
@@ -228,10 +241,11 @@ def emphasised(values: np.ndarray) -> np.ndarray:
     return out
 
 
+@lru_cache(maxsize=DESIGNS)
 def _low_pass(cutoff: float, h: float) -> np.ndarray:
     length = int(3.3 / (cutoff * h)) | 1
     taps = signal.firwin(max(length, 3), cutoff, fs=1.0 / h, window=("kaiser", 5.0))
-    return np.asarray(taps)
+    return _frozen(np.asarray(taps))
 
 
 def _stuck(velocity: np.ndarray, threshold: np.ndarray, h: float) -> np.ndarray:
