@@ -182,7 +182,9 @@ class FrictionEffect(Effect):
     """A change of joint friction, tau_f = sign(v) G + B with G the sliding level and B the rest."""
 
     uses_load: ClassVar[bool] = False
+    """True where the level goes with the torque that the link takes: it depends on the acceleration then."""
     uses_weight: ClassVar[bool] = False
+    """True where it goes with the torque that gravity asks for, which the pose alone tells."""
     uses_torque: ClassVar[bool] = False
     """True where the level goes with the motor's torque, by less than all of it."""
     bristle: ClassVar[bool] = False
