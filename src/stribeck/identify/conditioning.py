@@ -6,7 +6,6 @@ Motion and torque pass the same zero-phase filters, so that filtering changes th
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 from scipy import signal
@@ -15,6 +14,7 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from stribeck.arm import Arm
 from stribeck.identify.cutoff import MOST_OF_MOTION, motion_cutoff
+from stribeck.identify.filters import low_pass, smoother
 from stribeck.identify.noise import position_noise
 from stribeck.identify.sliding import sliding
 from stribeck.run import Run
@@ -25,7 +25,6 @@ STUCK_TIME = 0.04  # s
 WITHIN = 4.0  # standard deviations of noise, from end to end, that a record may stray at rest: one step of an encoder
 SURE = 2.0  # standard deviations of the record's own differences, that the smoothed velocity may be off them
 STILL = 1e-3  # of the rms speed: slower is at rest
-DESIGNS = 256  # of filters that are kept: a run's noise is drawn and filtered over and over
 INSTANT = (0.5, 0.1)  # of a sample, and of the period of the motion's filter: a reversal is as near as that to its own
 
 
@@ -135,7 +134,7 @@ def condition(
     if noise is None:
         noise = np.array([position_noise(run.q[:, j], h, arm.joints[j].encoder_resolution) for j in range(run.n)])
     sharp = min(motion_cutoff(run, noise, cutoff), MOST_OF_MOTION / (keep * h))
-    smooth, passed, gain = _smoother(sharpness * sharp, h)
+    smooth, passed, gain = smoother(sharpness * sharp, h)
     position = smooth(run.q)
     curve = make_interp_spline(run.t, position, k=5)
     velocity, acceleration = curve(run.t, 1), curve(run.t, 2)
@@ -160,7 +159,7 @@ def condition(
         instant=INSTANT[0] * keep * h + INSTANT[1] / (sharpness * sharp),
         stuck=stuck[::keep],
         noise=noise,
-        taps=_low_pass(cutoff, keep * h),
+        taps=low_pass(cutoff, keep * h),
         decimation=max(1, int(1.0 / (OVERSAMPLING * cutoff * keep * h))),
         run=run,
     )
@@ -198,32 +197,6 @@ def at_rest(run: Run, noise: np.ndarray) -> np.ndarray:
     return np.asarray(maximum_filter1d(still, width, axis=0, mode="constant"))
 
 
-def _smoother(cutoff: float, h: float):  # type: ignore[no-untyped-def]
-    """Return a zero-phase low-pass for positions, and what unit position noise leaves in position and velocity."""
-    sos = _butterworth(cutoff, h).copy()  # scipy's filter takes none that is frozen
-    frequency = np.linspace(0.0, 0.5 / h, 400)
-    amplitude = 1.0 / (1.0 + (frequency / cutoff) ** 6)
-    slope = amplitude * 2 * np.pi * frequency
-    passed, gain = (float(np.sqrt(np.mean(part**2))) for part in (amplitude, slope))
-
-    def smooth(values: np.ndarray) -> np.ndarray:
-        pad = min(len(values) - 1, int(3.0 / (cutoff * h)) + 1)
-        return np.asarray(signal.sosfiltfilt(sos, values, axis=0, padlen=pad))
-
-    return smooth, passed, gain
-
-
-@lru_cache(maxsize=DESIGNS)
-def _butterworth(cutoff: float, h: float) -> np.ndarray:
-    return _frozen(signal.butter(3, cutoff, fs=1.0 / h, output="sos"))
-
-
-def _frozen(values: np.ndarray) -> np.ndarray:
-    """Return values that many may share: none can change them."""
-    values.flags.writeable = False
-    return values
-
-
 def held_command(tau: np.ndarray) -> np.ndarray:
     """Return a zero-order-hold command (N, n) as the continuous signal that it is, at the samples.
 
@@ -239,13 +212,6 @@ def emphasised(values: np.ndarray) -> np.ndarray:
     out = values.copy()
     out[1:-1] -= np.diff(values, 2, axis=0) / 12.0
     return out
-
-
-@lru_cache(maxsize=DESIGNS)
-def _low_pass(cutoff: float, h: float) -> np.ndarray:
-    length = int(3.3 / (cutoff * h)) | 1
-    taps = signal.firwin(max(length, 3), cutoff, fs=1.0 / h, window=("kaiser", 5.0))
-    return _frozen(np.asarray(taps))
 
 
 def _stuck(velocity: np.ndarray, threshold: np.ndarray, h: float) -> np.ndarray:

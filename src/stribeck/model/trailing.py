@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 import casadi as ca
@@ -10,6 +11,9 @@ import casadi as ca
 from stribeck.model.effect import FrictionEffect
 from stribeck.model.values import Expression, Parameters, Scale, Signals, States
 
+# poles that stand for a delay of the same mean: simulation, linearisation and export have states and no memory
+DELAY = ("first", "second", "third")
+DELAY_UNITS = MappingProxyType(dict.fromkeys(DELAY, "rad/s"))
 SAMPLES = 2.0  # by which what sets in between two of them, seen through a filter, trails the speed in any recording
 
 

@@ -2,30 +2,23 @@
 
 from __future__ import annotations
 
-from types import MappingProxyType
 from typing import final
 
-from stribeck.model.trailing import TrailingFriction
+from stribeck.model.trailing import DELAY, DELAY_UNITS, TrailingFriction
 from stribeck.model.values import Parameter, Parameters, Signals, States
-
-NAMES = ("first", "second", "third")  # of the poles
 
 
 @final
 class FrictionalLagDelay(TrailingFriction):
-    """All friction, its viscous part too, follows the speed by a delay: the source's own law.
-
-    The delay is a chain of three poles of the same mean delay, so that simulation, linearisation and export have
-    states and no memory.
-    """
+    """All friction, its viscous part too, follows the speed by a delay: the source's own law."""
 
     law = "delay"
     equation = r"G = C_0 + C_1 e^{-w/\alpha} + C_2 w, \quad B = 0, \quad w(t) \approx |v(t - T)|"
     symptom = "a residual that differs between speeding up and slowing down, at low and at high speed"
     source = "Hess & Soom (1990)"
     parameters = (Parameter("time", "s", "delay of friction behind the speed", 0.0, 1e-4, 1.0),)
-    states = NAMES
-    state_units = MappingProxyType(dict.fromkeys(NAMES, "rad/s"))
+    states = DELAY
+    state_units = DELAY_UNITS
 
     def constants(self, constants: Parameters, s: Signals, x: States, p: Parameters) -> Parameters:
         return self.with_viscous(constants, x)

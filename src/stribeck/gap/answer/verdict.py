@@ -13,10 +13,9 @@ from stribeck.effects.registry import registry
 from stribeck.gap.records.blocks import block_sums
 from stribeck.gap.records.spread import Noise, noise_power
 from stribeck.gap.result import Cause, Estimate
-from stribeck.gap.search.kin import FILLING, filling_in
+from stribeck.gap.search.kin import FILLING, filling_in, simpler_than
 from stribeck.gap.search.presence import evidence, presence
 from stribeck.gap.search.step import Step, alike, last_model
-from stribeck.model.effect import Effect
 from stribeck.model.layout import Placed
 from stribeck.model.values import Scale
 
@@ -113,16 +112,11 @@ def _found(step: Step, steps: Sequence[Step], fills: bool, scales: Sequence[Scal
     shown = r.overall[r.best] if step.worth is None else step.worth.overall[1]
     share = -float(np.log(np.clip(1.0 - shown, 1e-6, 0.99)))  # each has some: the gates saw a gain
     ordinary = place.effect.ordinary(place.values, scales[place.joint])
-    kept = ORDINARY if ordinary else FILLING if fills and not _simpler(place.effect, (*twins, *beside)) else 1.0
+    kept = ORDINARY if ordinary else FILLING if fills and not simpler_than(place.effect, (*twins, *beside)) else 1.0
     also = [name for name in place.effect.also(place.values, scales[place.joint]) if name in _tried(step)]
     equivalent = tuple(dict.fromkeys([place.effect.name, *(law.name for law in (*twins, *beside)), *also]))
     decoy = step.look_alike.chance if step.look_alike else 0.0
     return _Found(place, ordinary, presence(evidence(step)) * kept * (1.0 - decoy), share, equivalent)
-
-
-def _simpler(effect: Effect, others: Sequence[Effect]) -> bool:
-    """Return whether a law of fewer parameters and no kin of an effect does as well: such a one does not fill in."""
-    return any(len(o.parameters) < len(effect.parameters) and not set(o.kin) & set(effect.kin) for o in others)
 
 
 def _late_as_one(steps: Sequence[Step], joints: int) -> tuple[str, ...]:

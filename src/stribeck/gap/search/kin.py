@@ -12,6 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from stribeck.gap.search.step import Step
+from stribeck.model.effect import Effect
 from stribeck.model.layout import Placed
 from stribeck.model.values import Scale
 
@@ -35,6 +36,11 @@ def filling_in(steps: Sequence[Step], scales: Sequence[Scale]) -> list[bool]:
         or any(_kin(mine, other) - SLIGHT for other in known)
         for mine, size, ends in found
     ]
+
+
+def simpler_than(effect: Effect, others: Sequence[Effect]) -> bool:
+    """Return whether one that does as well has fewer parameters and is no kin: such a one fills in nothing."""
+    return any(len(o.parameters) < len(effect.parameters) and not set(o.kin) & set(effect.kin) for o in others)
 
 
 def _kin(one: Placed, other: Placed) -> set[str]:
