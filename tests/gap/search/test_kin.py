@@ -74,16 +74,25 @@ def test_it_keeps_half_of_its_presence_and_no_name() -> None:
     assert left + sum(cause.probability for cause in causes) == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize(("as_good", "named"), [("torque_offset", True), ("gravity_tilt", False), ("contact", False)])
-def test_what_a_simpler_law_of_another_kind_does_as_well_does_not_fill_in(as_good: str, named: bool) -> None:
+@pytest.mark.parametrize(
+    ("law", "as_good", "named"),
+    [
+        ("linear", "torque_offset", True),
+        ("linear", "gravity_tilt", False),  # as many parameters
+        ("hardening", "gravity_tilt", True),
+        ("hardening", "contact/linear", False),  # fewer, but the stop's kin too
+    ],
+)
+def test_what_a_simpler_law_of_another_kind_does_as_well_does_not_fill_in(law: str, as_good: str, named: bool) -> None:
     """A spring that pulls alike everywhere is an offset beside a stop, whichever of them the search took."""
     stop = Placed(effect_named("contact", "linear"), 0, {"stiffness": 5.0, "position": 0.5})
-    spring = Placed(effect_named("cable_spring"), 0, {"stiffness": 5.0, "rest": -9.0})
+    spring = Placed(effect_named("cable_spring", law), 0, {"stiffness": 5.0, "rest": -9.0, "cubic": 9.0})
+    other = effect_named(*as_good.split("/"))
     steps = taken_steps([stop, spring], [9.0, 5.0], gap=FLOOR, floor=FLOOR, left=4.0)
-    steps[1].as_good = (SimpleNamespace(placed=(Placed(effect_named(as_good), 0),)),)
+    steps[1].as_good = (SimpleNamespace(placed=(Placed(other, 0),)),)
     causes, _ = causes_of(steps, ("A", "B"), SCALES)
     (found,) = (cause for cause in causes if cause.effect == "cable_spring")
-    assert as_good in found.equivalent
+    assert other.name in found.equivalent
     assert ((found.presence or 0.0) > NAMED_OVER) == named
 
 
