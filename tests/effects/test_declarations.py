@@ -133,6 +133,9 @@ def test_a_drive_may_be_at_its_limit_most_of_the_time(law: str) -> None:
     """Its controller then asks for ever more: the command is no measure of what the motion needs."""
     values = {"limit": 0.5 * SMALL.torque, "fade": 0.0}
     assert effect_named("torque_saturation", law).plausible(values, SMALL)
+    wound_up = replace(SMALL, torque=8.0 * SMALL.torque, needed=SMALL.torque)
+    assert effect_named("torque_saturation", law).plausible(values, wound_up)
+    assert not effect_named("torque_saturation", law).plausible({"limit": 0.02, "fade": 0.0}, wound_up)
 
 
 @pytest.mark.parametrize("name", ["cogging", "torque_ripple", "cogging/two_waves", "torque_ripple/two_waves"])

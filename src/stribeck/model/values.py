@@ -42,6 +42,9 @@ MOST_PERIODS = 60.0
 LEAST_OF_PERIOD = 1.0
 """Part of a period that must be covered: less is any curve over position, a stiffening spring, an offset and cables."""
 
+LEAST_DRIVE = 0.4
+"""Part of the torque that a motion needs (root mean square): a drive with a lower limit would hardly drive."""
+
 Parameters = Mapping[str, Expression]
 States = Mapping[str, Expression]
 
@@ -85,8 +88,8 @@ class Scale:
 
     Attributes
     ----------
-    torque, friction : float
-        Root mean square command and Coulomb friction, N m.
+    torque, needed, friction : float
+        Root mean square command, and torque that the nominal arm needs for the motion, and Coulomb friction, N m.
     speed : float
         Root mean square velocity, rad/s.
     travel, covered, middle : float
@@ -113,6 +116,14 @@ class Scale:
     distance: float = math.inf
     rotor: float = 0.0
     covered: float = 0.0
+    needed: float = math.inf
+
+    def may_limit(self, torque: float) -> bool:
+        """Return whether a drive that gives no more than a torque, N m, drives the motion.
+
+        A controller whose drive is at its limit asks for ever more: its command alone would be no measure.
+        """
+        return torque > LEAST_DRIVE * min(self.torque, self.needed)
 
     def rates(self, most: float = MOST_A_TURN) -> tuple[float, float]:
         """Return the range of cycles per radian of phase, 1/rad, in which a periodic law may start.

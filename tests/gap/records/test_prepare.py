@@ -11,7 +11,7 @@ from stribeck.gap.records.prepare import moved_inertia, prepare
 from stribeck.identify.stretches import part
 from stribeck.run import Run
 
-from ..conftest import TRUE, sines
+from ..conftest import TRUE, recorded, sines
 
 
 def test_part_cuts_every_channel() -> None:
@@ -42,6 +42,16 @@ def test_typical_magnitudes() -> None:
     assert scale.inertia == pytest.approx(about_the_axis + 0.15)
     assert moved_inertia(TRUE, runs) == pytest.approx([about_the_axis + 0.15])
     assert math.isfinite(prepared.cutoff)
+
+
+def test_the_torque_that_a_motion_needs_is_what_a_sound_drive_gives() -> None:
+    """Of the arm as it is; a command that no motion follows asks for it in vain."""
+    runs = recorded()
+    (scale,) = prepare(TRUE, runs).scales
+    assert scale.needed == pytest.approx(scale.torque, rel=0.1)
+    (wound_up,) = prepare(TRUE, [replace(run, tau=9.0 * run.tau) for run in runs]).scales
+    assert wound_up.needed == pytest.approx(scale.needed)
+    assert wound_up.torque == pytest.approx(9.0 * scale.torque)
 
 
 @pytest.mark.parametrize("seconds", [20.0, 400.0])

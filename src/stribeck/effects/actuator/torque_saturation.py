@@ -32,7 +32,7 @@ class TorqueSaturation(ActuatorEffect):
         return tuple({"limit": times * scale.torque} for times in (1.2, 1.8, 2.6))
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
-        return values["limit"] > 0.4 * scale.torque  # less would be a drive that hardly drives
+        return scale.may_limit(values["limit"])
 
     def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         return ca.fmax(ca.fmin(torque, p["limit"]), -p["limit"])

@@ -37,7 +37,7 @@ class TorqueSaturationBackEmf(ActuatorEffect):
         return tuple({"limit": times * scale.torque, "fade": 0.2 / scale.speed} for times in (1.5, 2.5, 4.0))
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
-        return values["limit"] > 0.4 * scale.torque  # less would be a drive that hardly drives
+        return scale.may_limit(values["limit"])
 
     def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         ahead, back = (p["limit"] * ca.fmax(1.0 - p["fade"] * ca.fmax(v, 0.0), 0.0) for v in (s.velocity, -s.velocity))

@@ -33,7 +33,7 @@ class TorqueSaturationSmooth(ActuatorEffect):
         return tuple({"limit": times * scale.torque} for times in (1.5, 3.0))
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
-        return values["limit"] > 0.4 * scale.torque  # less would be a drive that hardly drives
+        return scale.may_limit(values["limit"])
 
     def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
         much = 2.0 * scale.torque / values["limit"]

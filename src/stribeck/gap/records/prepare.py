@@ -21,7 +21,7 @@ from stribeck.identify.cutoff import cutoff_frequency
 from stribeck.identify.stretches import shortened
 from stribeck.model.layout import values_of
 from stribeck.model.path import SignalPath
-from stribeck.model.rigid_body import mass_matrix
+from stribeck.model.rigid_body import inverse_dynamics, mass_matrix
 from stribeck.model.values import Scale
 from stribeck.run import Run
 
@@ -126,6 +126,23 @@ def moved_inertia(arm: Arm, runs: Sequence[Run]) -> np.ndarray:
     return np.asarray(values.mean(axis=1))
 
 
+def needed_torque(arm: Arm, runs: Sequence[Conditioned]) -> np.ndarray:
+    """Return the torque (n,) that the nominal arm needs at each joint for the motion of the runs, N m rms."""
+    path = SignalPath(arm)
+    motion = [ca.SX.sym(name, arm.n) for name in ("position", "velocity", "acceleration")]
+    q, dq, ddq = (ca.vertsplit(values) for values in motion)
+    torque = inverse_dynamics(path.body(), q, dq, ddq, prismatic=path.prismatic)
+    turning = [torque[j] + path.rotor(j) * ddq[j] for j in range(arm.n)]
+    function = ca.Function("needed", [*motion, path.p], [ca.vertcat(*turning)])
+    names = ("position", "velocity", "acceleration")
+    rows = [np.concatenate([getattr(run, name)[run.analysis_index] for run in runs]) for name in names]
+    constants = [joint.friction for joint in arm.joints]
+    level, viscous = np.array([f.C0 for f in constants]), np.array([f.C2 for f in constants])
+    friction = level * np.sign(rows[1]) + viscous * rows[1]
+    values = function(*[row.T for row in rows], values_of(path.entries)).full().T + friction
+    return np.asarray(np.sqrt(np.mean(values**2, axis=0)))
+
+
 def typical(arm: Arm, runs: Sequence[Conditioned], inertia: np.ndarray, gone: np.ndarray) -> tuple[Scale, ...]:
     """Return the typical magnitudes of each joint in conditioned runs, of joints that have ``gone`` (n,) so far."""
 
@@ -135,9 +152,11 @@ def typical(arm: Arm, runs: Sequence[Conditioned], inertia: np.ndarray, gone: np
     def travel(j: int) -> float:
         return max(float(np.ptp(run.position[:, j])) for run in runs)
 
+    needed = needed_torque(arm, runs)
     return tuple(
         Scale(
             torque=rms("command", j) + 1e-9,
+            needed=float(needed[j]),
             friction=arm.joints[j].friction.C0,
             speed=rms("velocity", j) + 1e-6,
             travel=travel(j) + 1e-6,
