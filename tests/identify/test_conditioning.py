@@ -126,7 +126,7 @@ def test_a_filter_that_rings_after_a_stop_tells_no_direction() -> None:
     rate, step = 125.0, 5e-5
     t = np.arange(1000) / rate
     q = step * np.round(0.3 * np.cos(2 * np.pi * np.minimum(t, 4.0)) / step)
-    run = condition(pendulum(), Run("stop", t, q[:, None], np.zeros((1000, 1))), 10.0)
+    run = condition(pendulum(), Run("stop", t, q[:, None], np.zeros((1000, 1))), 10.0, np.array([7.6e-6]))
     after = (t > 4.005) & (t < 6.0)
     assert run.velocity[after].min() < -5.0 * np.min(run.velocity_sd)
     assert (np.abs(run.velocity) <= run.velocity_sd)[after].all()
@@ -174,11 +174,11 @@ def test_velocity_uncertainty_is_that_of_the_noise() -> None:
 
 def test_cutoff_follows_the_noise() -> None:
     inertia = np.array([0.16])
-    quiet = cutoff_frequency(pendulum(), [recorded()], inertia)
-    loud = cutoff_frequency(pendulum(), [recorded(noise=1e-3)], inertia)
-    assert quiet == 40.0
-    assert 5.0 <= loud < 20.0
-    slow = cutoff_frequency(pendulum(), [recorded(rate=50.0)], inertia)
-    assert slow <= 0.2 * 50.0
-    both = cutoff_frequency(pendulum(), [recorded(noise=1e-3), recorded()], inertia)
-    assert both == loud
+
+    def cutoff(noise: float, rate: float = 500.0) -> float:
+        return cutoff_frequency(pendulum(), [recorded(rate=rate)], inertia, np.array([noise]))
+
+    assert cutoff(1e-7) == 40.0
+    assert 5.0 <= cutoff(1e-3) < 20.0
+    assert cutoff(1e-3) < cutoff(1e-4) < 40.0
+    assert cutoff(1e-7, rate=50.0) <= 0.2 * 50.0

@@ -63,7 +63,7 @@ def test_recovers_an_effect_in_its_logarithm() -> None:
     start[-2:] = 1200.0, 0.5
     found = fit(Residual(path, [clean(path, truth)]), SURE, start, {}, tolerance=1e-8)
     assert found.ok
-    assert found.p[-2:] == pytest.approx([350.0, 2.0], rel=1e-5)
+    assert found.p[-2:] == pytest.approx([350.0, 2.0], rel=1e-4)
 
 
 def rougher(factor: float) -> tuple[SignalPath, Fit, Entry]:

@@ -1,9 +1,10 @@
-"""Noise read off a record: right within a tenth for any rate and quantisation, blind to the motion."""
+"""Noise read off records: right within a tenth for any rate and quantisation, blind to the motion and its blows."""
 
 import numpy as np
 import pytest
 
-from stribeck.identify.noise import position_noise, smallest_step
+from stribeck.grid import smallest_step
+from stribeck.identify.noise import position_noise
 
 
 def record(rate: float, noise: float, step: float, seed: int = 0, duration: float = 10.0) -> np.ndarray:
@@ -18,7 +19,7 @@ def record(rate: float, noise: float, step: float, seed: int = 0, duration: floa
 @pytest.mark.parametrize("step", [0.0, 1.0])
 def test_white_noise(rate: float, noise: float, step: float) -> None:
     """With quantisation of `step` standard deviations its own noise adds, step / sqrt(12) (Widrow & Kollar)."""
-    found = [position_noise(record(rate, noise, step * noise, seed), 1.0 / rate) for seed in range(3)]
+    found = [position_noise([record(rate, noise, step * noise, seed)], [1.0 / rate]) for seed in range(3)]
     expected = noise * np.hypot(1.0, step / np.sqrt(12.0))
     assert np.mean(found) == pytest.approx(expected, rel=0.1)
 
@@ -26,7 +27,7 @@ def test_white_noise(rate: float, noise: float, step: float) -> None:
 @pytest.mark.parametrize("rate", [250.0, 1000.0])
 def test_quantisation_alone(rate: float) -> None:
     step = 1e-4
-    found = position_noise(record(rate, 0.0, step), 1.0 / rate, step)
+    found = position_noise([record(rate, 0.0, step)], [1.0 / rate], step)
     assert found >= step / np.sqrt(12.0) * (1 - 1e-9)
     assert found < 1.3 * step / np.sqrt(12.0)
 
@@ -34,8 +35,8 @@ def test_quantisation_alone(rate: float) -> None:
 def test_joint_that_hardly_moves_has_at_least_the_noise_of_its_encoder() -> None:
     q = np.zeros(2000)
     q[1000:] = 1e-3
-    assert position_noise(q, 1e-3, resolution=1e-3) == pytest.approx(1e-3 / np.sqrt(12.0), rel=0.05)
-    assert position_noise(np.zeros(2000), 1e-3) == 1e-12  # nothing known, nothing divided by zero
+    assert position_noise([q], [1e-3], resolution=1e-3) == pytest.approx(1e-3 / np.sqrt(12.0), rel=0.05)
+    assert position_noise([np.zeros(2000)], [1e-3]) == 1e-12  # nothing known, nothing divided by zero
 
 
 def test_resonance_does_not_pass_for_noise() -> None:
@@ -43,7 +44,36 @@ def test_resonance_does_not_pass_for_noise() -> None:
     rate = 500.0
     t = np.arange(5000) / rate
     q = record(rate, 1e-5, 0.0) + 3e-5 * np.sin(2 * np.pi * 200.0 * t)
-    assert position_noise(q, 1.0 / rate) == pytest.approx(1e-5, rel=0.15)
+    assert position_noise([q], [1.0 / rate]) == pytest.approx(1e-5, rel=0.15)
+
+
+@pytest.mark.parametrize("rate", [125.0, 500.0])
+def test_a_blow_is_no_noise(rate: float) -> None:
+    """A play that hits now and then bends the position; its velocity leaps by a tenth of the joint's."""
+    t = np.arange(round(10.0 * rate)) / rate
+    beaten = 0.05 * np.abs(((0.7 * t) % 2.0) - 1.0) / 0.7
+    q = record(rate, 2e-5, 0.0) + beaten
+    assert position_noise([q], [1.0 / rate]) == pytest.approx(2e-5, rel=0.15)
+
+
+def test_a_quiet_run_tells_of_the_encoder() -> None:
+    """What one run shows beyond the others is how its joint moved: chatter, say."""
+    chatter = 1e-3 * np.random.default_rng(1).standard_normal(2000)
+    calm = record(200.0, 2e-5, 0.0)
+    assert position_noise([calm + chatter, calm, calm[::-1]], [0.005] * 3) == pytest.approx(2e-5, rel=0.15)
+    assert position_noise([calm + chatter], [0.005]) > 1e-4
+
+
+def test_a_rest_does_not_hide_the_noise_of_motion() -> None:
+    """At rest a coarse encoder shows one count; most of this record rests."""
+    moving = record(500.0, 1e-4, 1e-4)
+    q = np.concatenate([moving, np.full(20_000, moving[-1])])
+    assert position_noise([q], [0.002], 1e-4) == pytest.approx(1e-4 * np.hypot(1.0, 1.0 / np.sqrt(12.0)), rel=0.1)
+
+
+def test_runs_of_unlike_rates_have_one_encoder() -> None:
+    fine, coarse = record(1000.0, 2e-5, 0.0), record(100.0, 2e-5, 0.0)
+    assert position_noise([fine, coarse], [1e-3, 1e-2]) == pytest.approx(2e-5, rel=0.1)
 
 
 def test_smallest_step() -> None:

@@ -94,7 +94,7 @@ class Rough(Residual):
 
 def test_a_fit_that_leads_nowhere_ends_and_says_so() -> None:
     """And gives the best that it met."""
-    run = condition(pendulum(), recorded(duration=3.0, noise=1e-5), 20.0)
+    run = condition(pendulum(), recorded(duration=3.0, noise=1e-5), 20.0, np.full(1, 1e-5))
     path = SignalPath(pendulum(), [Placed(registry()["actuator_lag"], 0, {"time_constant": 0.02})])
     weights = Weights(np.full(1, 0.01), np.ones(1))
     rough = Rough(path, [run])

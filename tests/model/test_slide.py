@@ -9,6 +9,7 @@ from stribeck.arm import Arm, EffectEntry, Friction, Joint
 from stribeck.errors import StribeckError
 from stribeck.identify.conditioning import Past, condition
 from stribeck.identify.cutoff import cutoff_frequency
+from stribeck.identify.noise import encoder_noise
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
@@ -49,7 +50,9 @@ def left(step: float, *effects: EffectEntry, told: EffectEntry | None = None) ->
         command[:, joint] += size * np.sin(2.0 * np.pi * hertz * t + phase)
     traced = engine.run(engine.p, engine.start(engine.p, np.array([0.2, 0.4])), t, command)
     run = Run("moved", t, traced.q, command)
-    conditioned = condition(moving, run, cutoff_frequency(moving, [run], engine.moved_inertia(traced.q[0])))
+    noise = encoder_noise(moving, [run])
+    cutoff = cutoff_frequency(moving, [run], engine.moved_inertia(traced.q[0]), noise)
+    conditioned = condition(moving, run, cutoff, noise)
     known = engine if told is None else Engine(path_of(arm(step, told)))
     return float(np.sqrt(np.mean(Residual(known.path, [conditioned], ()).value(known.p) ** 2)))
 

@@ -15,7 +15,7 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from stribeck.arm import Arm
 from stribeck.identify.cutoff import MOST_OF_MOTION, motion_cutoff
 from stribeck.identify.filters import low_pass, smoother
-from stribeck.identify.noise import position_noise
+from stribeck.identify.noise import encoder_noise
 from stribeck.identify.sliding import sliding
 from stribeck.run import Run
 
@@ -132,7 +132,7 @@ def condition(
     h = run.sample_time
     keep = max(1, int(1.0 / (RATE_OVER_CUTOFF * cutoff * h))) if thin else 1
     if noise is None:
-        noise = np.array([position_noise(run.q[:, j], h, arm.joints[j].encoder_resolution) for j in range(run.n)])
+        noise = encoder_noise(arm, [run])
     sharp = min(motion_cutoff(run, noise, cutoff), MOST_OF_MOTION / (keep * h))
     smooth, passed, gain = smoother(sharpness * sharp, h)
     position = smooth(run.q)

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from stribeck.arm import Arm
-from stribeck.identify.noise import position_noise
 from stribeck.run import Run
 
 NOISE_SHARE = 0.015  # encoder noise after filtering may be this share of the torque
@@ -19,22 +18,22 @@ VELOCITY_NOISE = 0.0015  # of the rms speed
 MOST_OF_MOTION = 0.35  # the motion's filter as a share of the sample rate, at most
 
 
-def cutoff_frequency(arm: Arm, runs: Sequence[Run], inertia: np.ndarray) -> float:
+def cutoff_frequency(arm: Arm, runs: Sequence[Run], inertia: np.ndarray, noise: np.ndarray) -> float:
     """Return the analysis cutoff (Hz): as high as encoder noise, differentiated twice, allows.
 
     Parameters
     ----------
     inertia : array (n,)
         Inertia that each joint moves, kg m^2.
+    noise : array (n,)
+        Of the recorded positions, rad.
     """
     rate = min(1.0 / run.sample_time for run in runs)
     best = min(CUTOFF_RANGE[1], MOST_OF_RATE * rate)
     for j in range(arm.n):
         torque = float(np.sqrt(np.mean(np.concatenate([run.tau[:, j] for run in runs]) ** 2)))
-        for run in runs:
-            noise = position_noise(run.q[:, j], run.sample_time, arm.joints[j].encoder_resolution)
-            ratio = (NOISE_SHARE * torque + 1e-12) / (SKIRT * inertia[j] * noise * (2 * np.pi) ** 2)
-            best = min(best, float((ratio**2 * 2.5 / run.sample_time) ** 0.2))
+        ratio = (NOISE_SHARE * torque + 1e-12) / (SKIRT * inertia[j] * noise[j] * (2 * np.pi) ** 2)
+        best = min(best, float((ratio**2 * 2.5 * rate) ** 0.2))
     return max(best, min(CUTOFF_RANGE[0], MOST_OF_RATE * rate))
 
 

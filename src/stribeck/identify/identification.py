@@ -17,6 +17,7 @@ from stribeck.identify.curve import Point, read_points
 from stribeck.identify.cutoff import cutoff_frequency
 from stribeck.identify.doubts import left_open
 from stribeck.identify.findings import WAYS, Direction, Identification, JointFriction
+from stribeck.identify.noise import encoder_noise
 from stribeck.identify.run_fit import RunFit, fit_runs
 from stribeck.identify.section3 import section3
 from stribeck.identify.stretches import shortened
@@ -53,15 +54,16 @@ def identify(arm: Arm, runs: Sequence[Run], progress: Callable[[str], None] = la
     even = _even(runs, notes)
     engine = Engine(path_of(arm))
     inertia = engine.moved_inertia(np.median(np.concatenate([run.q for run in even]), axis=0))
-    cutoff = cutoff_frequency(arm, even, inertia)
+    noise = encoder_noise(arm, even)
+    cutoff = cutoff_frequency(arm, even, inertia, noise)
     notes.append(f"analysed up to {cutoff:.3g} Hz")
     progress("fitting whole recordings")
-    thin = [condition(arm, run, cutoff, thin=True) for run in shortened(even, notes)]
+    thin = [condition(arm, run, cutoff, noise, thin=True) for run in shortened(even, notes)]
     moved = _moved(thin, arm.n)
     whole = fit_runs(arm, thin, moved)
     progress("reading the friction curve")
     body = path_of(whole.arm if whole.fit.ok else arm)
-    points = read_points(body, values_of(body.entries), [condition(arm, run, cutoff) for run in even])
+    points = read_points(body, values_of(body.entries), [condition(arm, run, cutoff, noise) for run in even])
     joints = tuple(_joint(arm, j, moved[j], points, whole) for j in range(arm.n))
     warnings = [f"{run.name}: {text}" for run in even for text in run.warnings] + left_open(joints, whole)
     names = tuple(run.name for run in runs)

@@ -1,38 +1,79 @@
-"""Noise of a recorded position, read off the part of its spectrum where an arm cannot move."""
+"""Noise of recorded positions, read off the part of their spectrum where an arm seldom moves."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 from scipy import signal
 
+from stribeck.arm import Arm
 from stribeck.grid import smallest_step
+from stribeck.run import Run
 
 BAND = (0.7, 0.98)  # share of the Nyquist frequency in which noise is looked for
+STRETCH = (0.5, 128)  # s, and samples at least, that have their say each: short, so that few hold a blow
+QUIET = 0.2  # of the stretches that are the quietest: blows, stops and chatter only ever add
+SHORT = 1.25  # by which white noise's quietest are short of its power, times the root of the frequencies in the band
+MOVES = 4.0  # encoder steps, within which a joint rests: its record then shows less noise than there is
+LEAST_STRETCHES = 4
 
 
-def position_noise(position: np.ndarray, sample_time: float, resolution: float | None = None) -> float:
-    """Return the standard deviation of white noise on a position record, rad.
+def encoder_noise(arm: Arm, runs: Sequence[Run]) -> np.ndarray:
+    """Return the standard deviation (n,) of white noise on the recorded positions of each joint, rad.
+
+    That of the encoder, the same in all uniform runs: what a run shows beyond the others is how its joints moved.
+    """
+    steps = [run.sample_time for run in runs]
+    return np.array(
+        [
+            position_noise([run.q[:, j] for run in runs], steps, joint.encoder_resolution)
+            for j, joint in enumerate(arm.joints)
+        ]
+    )
+
+
+def position_noise(
+    positions: Sequence[np.ndarray], sample_times: Sequence[float], resolution: float | None = None
+) -> float:
+    """Return the standard deviation of white noise on the position records of one joint, rad.
 
     Parameters
     ----------
-    position : array (N,)
-        Recorded position, rad, uniform in time.
-    sample_time : float
+    positions : sequence of array (N,)
+        Recorded positions, rad, each uniform in time.
+    sample_times : sequence of float
         s.
     resolution : float or None
-        Encoder resolution, rad, where known; the record's own smallest step where that is coarser.
+        Encoder resolution, rad, where known; the records' own smallest step where that is coarser.
 
     Notes
     -----
-    The median of the periodogram in the upper band is robust against resonances; quantisation gives at least
-    resolution / sqrt(12) (Widrow & Kollar 2008, *Quantization Noise*), also where the record hardly moves.
+    The median of a periodogram in the upper band is robust against resonances, and the quietest fifth of all
+    stretches against what is broad and short: where a play hits, or a joint stops, a position has a bend, which at
+    these frequencies is hundreds of times an encoder's noise. Quantisation gives at least resolution / sqrt(12)
+    (Widrow & Kollar 2008, *Quantization Noise*), also where the records hardly move.
     """
-    frequency, density = signal.welch(
-        np.diff(position, 2), fs=1.0 / sample_time, nperseg=min(512, len(position) - 2), detrend="constant"
+    step = max(resolution or 0.0, smallest_step(*positions)[0])
+    found = [_stretches(position, h) for position, h in zip(positions, sample_times, strict=True)]
+    power, reach = (np.concatenate(values) for values in zip(*found, strict=True))
+    moving = reach > MOVES * step
+    if np.sum(moving) >= LEAST_STRETCHES:
+        power = power[moving]
+    white = float(np.sqrt(np.quantile(power, QUIET)))
+    return float(max(white, step / np.sqrt(12.0), 1e-12))
+
+
+def _stretches(position: np.ndarray, sample_time: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return stretches that overlap by half: power of white noise, rad^2, if quiet, and how far the joint goes."""
+    length = min(max(round(STRETCH[0] / sample_time), STRETCH[1]), len(position) - 2)
+    frequency, _, density = signal.spectrogram(
+        np.diff(position, 2), fs=1.0 / sample_time, window="hann", nperseg=length, noverlap=length // 2
     )
     nyquist = 0.5 / sample_time
     band = (frequency > BAND[0] * nyquist) & (frequency < BAND[1] * nyquist)
     gain = (2 * np.sin(np.pi * frequency[band] * sample_time)) ** 4  # of the second difference
-    white = np.sqrt(float(np.median(density[band] / gain)) * nyquist)
-    step = max(resolution or 0.0, smallest_step(position)[0])
-    return float(max(white, step / np.sqrt(12.0), 1e-12))
+    power = np.median(density[band] / gain[:, None], axis=0) / np.log(2.0) * nyquist
+    power /= max(1.0 - SHORT / np.sqrt(np.sum(band)), 0.5)
+    starts = np.arange(density.shape[1]) * (length - length // 2)
+    return power, np.array([np.ptp(position[i : i + length]) for i in starts])

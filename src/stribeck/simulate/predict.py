@@ -13,6 +13,7 @@ from stribeck.errors import InputError
 from stribeck.grid import uniform
 from stribeck.identify.conditioning import Conditioned, condition
 from stribeck.identify.cutoff import cutoff_frequency
+from stribeck.identify.noise import encoder_noise
 from stribeck.identify.residual import Residual
 from stribeck.run import Run
 from stribeck.simulate.engine import Engine, path_of
@@ -74,8 +75,9 @@ def predict(arm: Arm, run: Run, horizon: float) -> Prediction:
         raise InputError(f"{run.name}: not a recording of this arm", f"{run.n} joints", f"the arm has {arm.n}")
     run, _ = uniform(run)
     engine = Engine(path_of(arm))
-    cutoff = cutoff_frequency(arm, [run], engine.moved_inertia(np.median(run.q, axis=0)))
-    return predict_conditioned(engine, engine.p, condition(arm, run, cutoff), horizon)
+    noise = encoder_noise(arm, [run])
+    cutoff = cutoff_frequency(arm, [run], engine.moved_inertia(np.median(run.q, axis=0)), noise)
+    return predict_conditioned(engine, engine.p, condition(arm, run, cutoff, noise), horizon)
 
 
 def predict_conditioned(engine: Engine, p: Floats, data: Conditioned, horizon: float) -> Prediction:

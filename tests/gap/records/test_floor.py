@@ -7,11 +7,14 @@ import numpy as np
 import pytest
 
 from stribeck.gap.records.floor import LEAST, noise_floor, noise_of_rows
+from stribeck.gap.records.prepare import prepare
 from stribeck.identify.conditioning import condition
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import values_of
 from stribeck.model.path import SignalPath
 from stribeck.run import Run
+from stribeck.withheld.excitation import programme
+from stribeck.withheld.recorder import default_gains, record
 
 from ..conftest import TRUE
 
@@ -56,6 +59,18 @@ def test_floor_of_a_noisy_record() -> None:
     assert noisy.noise == pytest.approx([size], rel=0.1)
     floors = [rms([noise_floor(TRUE, PATH, P, [run], CUTOFF, 0)]) for run in (noisy, stated)]
     assert floors[0] == pytest.approx(floors[1], rel=0.15)
+
+
+@pytest.mark.parametrize(("rate", "most"), [(100.0, 1.5), (125.0, 1.6), (200.0, 1.3)])
+def test_what_samples_miss_of_reversals_is_in_the_floor(rate: float, most: float) -> None:
+    """Friction turns within a sample: with the true parameters, all that is left comes of samples and filters."""
+    motions = programme(TRUE, np.random.default_rng(1), ("multisine", "multisine"), 6.0)
+    runs = record(TRUE, [], motions, rate=rate, noise=1e-5, gains=default_gains(TRUE, 3.0), model=TRUE, seed=5)
+    prepared = prepare(TRUE, runs)
+    every = (*prepared.fit, *prepared.held)
+    left = rms([Residual(PATH, every, ())(P)[0]])
+    floor = rms([noise_floor(TRUE, PATH, P, every, prepared.cutoff, 0)])
+    assert floor < left < most * floor
 
 
 def test_floor_grows_with_noise_and_is_repeatable() -> None:

@@ -18,6 +18,7 @@ from stribeck.gap.records.unsaid import with_unsaid
 from stribeck.grid import uniform
 from stribeck.identify.conditioning import Conditioned, condition, shaken
 from stribeck.identify.cutoff import cutoff_frequency
+from stribeck.identify.noise import encoder_noise
 from stribeck.identify.stretches import shortened
 from stribeck.model.layout import values_of
 from stribeck.model.path import SignalPath
@@ -95,9 +96,10 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = ()) -> Prep
     fit, held = shortened(fit, notes), shortened(held, notes)
     every = [*fit, *held]
     inertia = moved_inertia(arm, every)
-    cutoff = cutoff_frequency(arm, every, inertia)
+    noise = encoder_noise(arm, every)
+    cutoff = cutoff_frequency(arm, every, inertia, noise)
     notes.append(f"analysed up to {cutoff:.3g} Hz")
-    conditioned = in_sequence([condition(arm, run, cutoff, thin=True) for run in every], [*even, *kept_back])
+    conditioned = in_sequence([condition(arm, run, cutoff, noise, thin=True) for run in every], [*even, *kept_back])
     fitted, judged = conditioned[: len(fit)], conditioned[len(fit) :]
     for run in conditioned:
         if not len(run.analysis_index):
