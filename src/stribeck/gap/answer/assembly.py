@@ -45,6 +45,7 @@ from stribeck.gap.search.look_alike import doubt, told_alike
 from stribeck.gap.search.ordinary import told_ordinary
 from stribeck.gap.search.random_torque import added_power, loud, random_torque
 from stribeck.gap.search.step import Step, last_model
+from stribeck.model.layout import Placed
 
 
 class Assembly:
@@ -157,7 +158,7 @@ class Assembly:
     def _chain(self, named: Sequence[str], causes: Sequence[Cause]) -> list[Model]:
         """Return the models from the re-tuned one to that with all named effects, one effect more each.
 
-        Each at the joints that its cause tells of.
+        Each at the joints that its cause tells of. Those of the search, as far as it took the same.
         """
         first, names = len(self.base.placed), self.prepared.arm.names
         added = self.models[-1].placed[first:]
@@ -167,11 +168,16 @@ class Assembly:
             return self.models
         chain = [self.base]
         for i in range(len(kept)):
+            known = self.models[i + 1]
+            if _laws(known.placed[first:]) == _laws(kept[: i + 1]):
+                chain.append(known)
+                continue
             placed = (*self.base.placed, *kept[: i + 1])
-            model = chain[-1]
+            model, start = chain[-1], self.models[-1].fit  # what an effect that is missing bends leads astray
             for evaluations in (40, 20, 20):  # weights of what is left before, then of what is left after
                 weights = weights_of(model, self.prepared, self.floor)
-                model = fit_model(self.prepared, placed, weights, model.fit, evaluations=evaluations)
+                model = fit_model(self.prepared, placed, weights, start, evaluations=evaluations)
+                start = model.fit
             chain.append(model)
         return chain
 
@@ -225,6 +231,10 @@ class Assembly:
         value = sum(at[id(after)].value - at[id(before)].value for before, after in pairs)
         spread = max((at[id(after)].high - at[id(after)].low) / 2 for _, after in pairs)
         return Estimate(value, value - spread, value + spread)
+
+
+def _laws(placed: Sequence[Placed]) -> list[tuple[str, int, str]]:
+    return [(*place.key, place.effect.law) for place in placed]
 
 
 def gained(effect: str, chain: Sequence[Model]) -> float:
