@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from stribeck.effects.registry import effect_named
+from stribeck.gap.answer import assembly as module
 from stribeck.gap.answer.assembly import Assembly, gained
-from stribeck.gap.result import Estimate
+from stribeck.gap.result import Cause, Estimate
 from stribeck.model.layout import Placed
 
 CLOSES = {"delay": 0.9, "cogging": -0.02, "payload": 0.02, "torque_gain": 0.02}
@@ -36,3 +37,32 @@ def test_a_gain_counts_at_the_joint_that_gains_most() -> None:
     assert gained("delay", chain) == pytest.approx(1.0 - 0.3**2)
     assert gained("torque_gain", chain) == pytest.approx(1.0 - (1.0 / 1.09) ** 2)
     assert gained("backlash", chain) == -np.inf
+
+
+@pytest.mark.parametrize(
+    ("named", "taken_over", "fitted"),
+    [(("delay", "cogging"), 2, 0), (("delay", "payload"), 1, 3), (("cogging",), 0, 3), ((), 0, 0)],
+)
+def test_what_is_delivered_starts_from_what_the_search_came_to(
+    monkeypatch: pytest.MonkeyPatch, named: tuple[str, ...], taken_over: int, fitted: int
+) -> None:
+    """Its own models, as far as they are of the same effects; the others are fitted from its last one."""
+    found = [Placed(effect_named(name), 0) for name in ("delay", "cogging", "payload")]
+    answer = object.__new__(Assembly)
+    answer.models = [SimpleNamespace(placed=tuple(found[:k]), fit=f"fit {k}") for k in range(4)]  # type: ignore[misc]
+    answer.base, answer.floor = answer.models[0], np.ones(1)
+    answer.prepared = SimpleNamespace(arm=SimpleNamespace(names=("A",)))  # type: ignore[assignment]
+    starts: list[Any] = []
+
+    def fit_model(prepared: Any, placed: Any, weights: Any, known: Any, *, evaluations: int) -> Any:
+        starts.append(known)
+        return SimpleNamespace(placed=placed, fit="own")
+
+    monkeypatch.setattr(module, "fit_model", fit_model)
+    monkeypatch.setattr(module, "weights_of", lambda *_: None)
+    chain = answer._chain(named, [Cause(name, 0.9, ("A",), (name,)) for name in named])
+    assert [[place.key[0] for place in model.placed] for model in chain] == [
+        list(named[:k]) for k in range(len(named) + 1)
+    ]
+    assert chain[: taken_over + 1] == answer.models[: taken_over + 1]
+    assert starts == ["fit 3", "own", "own"][:fitted]
