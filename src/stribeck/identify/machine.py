@@ -1,8 +1,13 @@
-"""A cut's functions as programs of the vector machine: states along recordings, side by side."""
+"""A cut's functions as programs of the vector machine: states along recordings, side by side.
+
+To write the equations down and to put them in order takes as long as to run them along a short recording. They are the
+same for all values of the parameters, so that a search meets most of its models several times.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import OrderedDict
+from collections.abc import Hashable, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -11,6 +16,41 @@ from stribeck.identify.conditioning import emphasised
 from stribeck.identify.recursion import Recursion
 from stribeck.identify.tape import Tape
 from stribeck.model.cut import Cut
+from stribeck.model.path import SignalPath
+
+KEPT = 512  # machines, of the last that were asked for: a tenth of a megabyte each for two joints
+_kept: OrderedDict[Hashable, Machine] = OrderedDict()
+
+
+def machine_of(path: SignalPath, sample_time: float, columns: tuple[int, ...], *, observe: bool) -> Machine:
+    """Return the machine of a path's cut, the same for all paths of one structure; arguments as of Cut."""
+    key = path.structure, sample_time, columns, observe
+    machine = _kept.pop(key, None) or Machine(Cut(path, sample_time, columns, observe=observe))
+    _kept[key] = machine
+    while len(_kept) > KEPT:
+        _kept.popitem(last=False)
+    return machine
+
+
+class Abreast:
+    """Drives side by side; the last ones are kept, for a fit asks for the same ones again."""
+
+    def __init__(self) -> None:
+        self._last: tuple[tuple[np.ndarray, ...], np.ndarray] = ((), np.empty(0))
+
+    def of(self, machine: Machine, drives: Sequence[np.ndarray]) -> np.ndarray:
+        """Return drives as a machine takes them (rows, T, R), each ending with its last sample again and again."""
+        known, together = self._last
+        if len(known) == len(drives) and all(one is other for one, other in zip(known, drives, strict=True)):
+            return together
+        self._last = (), np.empty(0)  # its memory is free before it is needed again
+        lengths = [drive.shape[1] for drive in drives]
+        together = np.empty((drives[0].shape[0], max(lengths), len(drives)))
+        for i, drive in enumerate(drives):
+            together[:, : lengths[i], i] = machine.between(drive)
+            together[:, lengths[i] :, i] = together[:, lengths[i] - 1, None, i]
+        self._last = tuple(drives), together
+        return together
 
 
 class Machine:
@@ -18,7 +58,6 @@ class Machine:
 
     def __init__(self, cut: Cut) -> None:
         self.cut = cut
-        self._last: tuple[tuple[np.ndarray, ...], np.ndarray] = ((), np.empty(0))
 
     @cached_property
     def evaluate(self) -> Tape:
@@ -40,37 +79,25 @@ class Machine:
         """States one sample later, at values of each lane's own."""
         return Recursion(self.cut.follow, fixed=(4,))
 
-    def states(self, drives: Sequence[np.ndarray], p: np.ndarray, delays: np.ndarray) -> list[np.ndarray]:
+    def states(
+        self, drives: Sequence[np.ndarray], p: np.ndarray, delays: np.ndarray, abreast: Abreast
+    ) -> list[np.ndarray]:
         """Return states and sensitivities (nx (1 + active), N) for each drive, advanced side by side."""
         cut, lengths = self.cut, [drive.shape[1] for drive in drives]
         if cut.nx == 0 or not drives:
             return [np.zeros((0, length)) for length in lengths]
         start = np.hstack([cut.begin(drive[:, 0], p, delays).full() for drive in drives])
-        out = self.follow.march(start, self._together(drives), p, delays)
+        out = self.follow.march(start, abreast.of(self, drives), p, delays)
         return [cut.settled(out[:length, :, i].T) for i, length in enumerate(lengths)]
-
-    def _together(self, drives: Sequence[np.ndarray]) -> np.ndarray:
-        """Return drives side by side (rows, T, R), each as :meth:`_between`; the last ones are kept."""
-        known, together = self._last
-        if len(known) == len(drives) and all(one is other for one, other in zip(known, drives, strict=True)):
-            return together
-        self._last = (), np.empty(0)  # its memory is free before it is needed again
-        lengths = [drive.shape[1] for drive in drives]
-        together = np.empty((drives[0].shape[0], max(lengths), len(drives)))
-        for i, drive in enumerate(drives):
-            together[:, : lengths[i], i] = self._between(drive)
-            together[:, lengths[i] :, i] = together[:, lengths[i] - 1, None, i]
-        self._last = tuple(drives), together
-        return together
 
     def states_at(self, drive: np.ndarray, values: Sequence[np.ndarray], delays: np.ndarray) -> list[np.ndarray]:
         """Return states and sensitivities (nx (1 + active), N) along one drive at each of some parameter values."""
         cut = self.cut
         start = self.begin_each.map([drive[:, 0], np.transpose(values), delays])
-        out = self.follow_each.march(start, self._between(drive)[:, :, None], np.transpose(values), delays)
+        out = self.follow_each.march(start, self.between(drive)[:, :, None], np.transpose(values), delays)
         return [cut.settled(out[:, :, i].T) for i in range(len(values))]
 
-    def _between(self, drive: np.ndarray) -> np.ndarray:
+    def between(self, drive: np.ndarray) -> np.ndarray:
         """Return a drive (rows, N) whose acceleration does not droop between samples, where it runs straight."""
         rows = slice(1 + 3 * self.cut.n, 1 + 4 * self.cut.n)
         out = drive.copy()

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from stribeck.identify.conditioning import Conditioned
-from stribeck.identify.machine import Machine
+from stribeck.identify.machine import Abreast, Machine, machine_of
 from stribeck.model.cut import Cut
 from stribeck.model.drive import DRIVE, PAST, RATES
 from stribeck.model.path import SignalPath
@@ -53,6 +53,7 @@ class Residual:
         free = [i for i, entry in enumerate(path.entries) if entry.sd > 0.0]
         self.columns = tuple(free if columns is None else columns)
         self._machines: dict[float, Machine] = {}
+        self._abreast: dict[Machine, Abreast] = {}
         self._last: tuple[bytes, list[np.ndarray]] = (b"", [])
         self._curves: dict[tuple[int, str, int], tuple[Conditioned, CubicSpline]] = {}
 
@@ -60,10 +61,13 @@ class Residual:
         for step, machine in self._machines.items():
             if abs(run.sample_time - step) < SAME_STEP * step:
                 return machine
-        return self._machines.setdefault(run.sample_time, Machine(self._cut(run.sample_time)))
+        machine = machine_of(self.path, run.sample_time, self._derived, observe=self.observe)
+        return self._machines.setdefault(run.sample_time, machine)
 
-    def _cut(self, sample_time: float) -> Cut:
-        return Cut(self.path, sample_time, self.columns, observe=self.observe)
+    @property
+    def _derived(self) -> tuple[int, ...]:
+        """Parameters whose derivatives the machine gives."""
+        return self.columns
 
     @cached_property
     def rows(self) -> int:
@@ -75,7 +79,8 @@ class Residual:
         other = copy(self)
         for what in ("rows", "reuses", "_still"):
             other.__dict__.pop(what, None)
-        other.runs, other.known, other._last, other._curves = tuple(runs), None, (b"", []), {}
+        other.runs, other.known, other._last = tuple(runs), None, (b"", [])
+        other._curves, other._abreast = {}, {}
         return other
 
     def __call__(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -196,7 +201,8 @@ class Residual:
         machines = [self._machine(run) for run in runs]
         for machine in dict.fromkeys(machines):
             mine = [i for i, its in enumerate(machines) if its is machine]
-            for i, states in zip(mine, machine.states([drives[i] for i in mine], p, delays), strict=True):
+            abreast = self._abreast.setdefault(machine, Abreast())
+            for i, states in zip(mine, machine.states([drives[i] for i in mine], p, delays, abreast), strict=True):
                 out[i] = states
         return out
 

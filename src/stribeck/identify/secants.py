@@ -13,7 +13,6 @@ import numpy as np
 
 from stribeck.identify.conditioning import Conditioned
 from stribeck.identify.residual import Residual
-from stribeck.model.cut import Cut
 from stribeck.model.path import SignalPath
 
 
@@ -40,8 +39,9 @@ class Secants(Residual):
         super().__init__(path, runs, columns, observe=observe)
         self.steps = steps
 
-    def _cut(self, sample_time: float) -> Cut:
-        return Cut(self.path, sample_time, (), observe=self.observe)
+    @property
+    def _derived(self) -> tuple[int, ...]:
+        return ()
 
     def __call__(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the residual (M, n) and its Jacobian (M, n, columns) at physical parameter values (p,)."""

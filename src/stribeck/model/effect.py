@@ -81,6 +81,13 @@ class Effect(ABC):
         """Return whether the effect is a candidate for this arm and joint at all."""
         return True
 
+    def __eq__(self, other: object) -> bool:
+        """Return whether it is the same law: one that came from another process is."""
+        return type(self) is type(other) and vars(self) == vars(other)
+
+    def __hash__(self) -> int:
+        return hash(type(self))
+
     @abstractmethod
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         """Return trial values from which a fit starts, clear of the null, most likely first."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from typing import Any
 
 import casadi as ca
@@ -52,6 +52,12 @@ class Symbols:
         self.flexible = self._flexible()
         self.state_names = self._state_names()
         self.x = ca.SX.sym("x", len(self.state_names))
+
+    @property
+    def structure(self) -> Hashable:
+        """What the expressions hold beside the symbols: equal of two paths, they have the same equations."""
+        joints = tuple((joint.kind, joint.length, joint.backward != joint.friction) for joint in self.arm.joints)
+        return self.arm.gravity, joints, tuple((place.effect, place.joint) for place in self.placed)
 
     def _flexible(self) -> tuple[int, ...]:
         joints = [place.joint for place in self.placed if isinstance(place.effect, TransmissionEffect)]
