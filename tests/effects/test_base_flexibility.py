@@ -1,5 +1,7 @@
 """Bases: what is too light or too damped is none; one that slides keeps the energy and momentum of the whole."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -19,6 +21,8 @@ def test_a_base_as_heavy_as_the_arm_can_be_meant_and_a_light_one_not() -> None:
     base, values = registry()["base_flexibility"], {"stiffness": 300.0, "damping": 1.0}
     assert base.plausible({**values, "inertia": SCALE.inertia}, SCALE)
     assert not base.plausible({**values, "inertia": 0.5 * LIGHTEST * SCALE.inertia}, SCALE)
+    geared = replace(SCALE, rotor=0.6 * SCALE.inertia)  # which turns fast, and weighs little on the base
+    assert base.plausible({**values, "inertia": 0.5 * LIGHTEST * SCALE.inertia}, geared)
 
 
 def test_what_hardly_rings_is_no_stand() -> None:

@@ -261,7 +261,7 @@ def test_a_fit_that_was_stopped_short_goes_on(
         return model
 
     monkeypatch.setattr(tryout_module, "fit_model", fit_once)
-    model = _fit_trial(prepared, base, weights, trial, FLOOR)
+    model = _fit_trial(prepared, base, weights, trial, FLOOR, np.inf)
     assert (stopped[0].fit.cost > base.fit.cost) is (time > 0.05)
     assert not stopped[0].fit.ok
     assert model is not None
@@ -274,6 +274,32 @@ def trial_time(prepared: Prepared, base: Model, weights: Weights) -> float:
     return fit_model(prepared, [Placed(trial.effect, 0)], weights, base.fit, trial.start).placed[0].values["time"]
 
 
+@pytest.mark.parametrize(
+    ("promise", "best", "cost"), [(1.0, 9.0, 9.0), (0.1, 9.0, 50.0), (1.0, 70.0, 50.0)], ids=["better", "faint", "no better"]
+)
+def test_a_law_that_ends_where_it_cannot_be_meant_starts_elsewhere(
+    late: tuple[Prepared, Model, Weights], monkeypatch: pytest.MonkeyPatch, promise: float, best: float, cost: float
+) -> None:
+    """The best of its starts is taken that ends where it can be meant, if that is better and the gap is worth it."""
+    prepared, base, weights = late
+    shaft = effect_named("joint_flexibility")
+    starts = shaft.starts(prepared.scales[0])
+    ends = {start["stiffness"]: 80.0 for start in starts} | {starts[1]["stiffness"]: best, starts[2]["stiffness"]: 2.0}
+    damped = {"stiffness": 7.0, "damping": 1e4}
+
+    def fit_once(prepared: Prepared, placed: Any, weights: Weights, known: Any, start: Any, **_: Any) -> Any:
+        values = {**start, "damping": 1e4} if start["stiffness"] == starts[2]["stiffness"] else start
+        fit = SimpleNamespace(cost=ends.get(start["stiffness"], 50.0), ok=True)
+        return SimpleNamespace(placed=(Placed(shaft, 0, values),), fit=fit, held=np.zeros((3, 1)))
+
+    monkeypatch.setattr(tryout_module, "fit_model", fit_once)
+    monkeypatch.setattr(tryout_module, "weights_of", lambda *_: weights)
+    model = _fit_trial(prepared, base, weights, Trial(shaft, 0, damped, promise), FLOOR, 1.0)
+    assert model is not None
+    assert model.fit.cost == cost
+    assert shaft.plausible(model.placed[0].values, prepared.scales[0]) is (cost < 50.0)
+
+
 def test_a_large_gap_is_weighed_anew_as_it_closes() -> None:
     """Against a residual that is all gap, close tolerances count for more than the rows; they must not for good."""
     tight = replace(NOMINAL, tolerance=replace(NOMINAL.tolerance, friction=0.1))
@@ -282,7 +308,7 @@ def test_a_large_gap_is_weighed_anew_as_it_closes() -> None:
     weights = weights_of(base, prepared, FLOOR)
     trial = screen(prepared, base, weights, effect_named("asymmetric_friction"), 0)
     once = fit_model(prepared, [Placed(trial.effect, 0)], weights, base.fit, trial.start)
-    model = _fit_trial(prepared, base, weights, trial, FLOOR)
+    model = _fit_trial(prepared, base, weights, trial, FLOOR, np.inf)
     assert model is not None
     assert model.rms()[0] < 0.8 * once.rms()[0]
     assert model.placed[0].values["coulomb"] == pytest.approx(2.0, rel=0.1)

@@ -11,7 +11,7 @@ from stribeck.model.values import Expression, Parameter, Parameters, Scale
 from stribeck.model.waves import Trace, ringing
 
 DAMPED = 0.2  # of critical, as a stand on rubber may be: more is no stand, but a shaft's ringing that noise blurs
-LIGHTEST = 0.3  # of what the first joint moves: a stand, with the arm's own base on it, that rocks with less is none
+LIGHTEST = 0.3  # of the inertia of the links: a stand, with the arm's own base on it, that rocks with less is none
 
 
 @final
@@ -51,7 +51,7 @@ class BaseFlexibility(TransmissionEffect):
         # On a light base the law is that of a compliant first joint whose rotor takes part of the link's inertia: with
         # J the link's, J_b J / (J_b + J) of it. It then fits what the data sheet divides wrongly between the two.
         critical = 2.0 * math.sqrt(values["stiffness"] * values["inertia"])
-        return values["inertia"] > LIGHTEST * scale.inertia and values["damping"] < DAMPED * critical
+        return values["inertia"] > LIGHTEST * scale.link and values["damping"] < DAMPED * critical
 
     def transmitted(self, deflection: Expression, rate: Expression, p: Parameters) -> Expression:
         return p["stiffness"] * deflection + p["damping"] * rate

@@ -22,6 +22,7 @@ RELIEVED = 0.85  # of a joint's residual: an effect that leaves less is fitted o
 AGAIN = 4  # times at most
 SHORT = 0.5  # of what screening promised: a fit that was stopped and has found less goes on
 LONGER = 80  # evaluations, from where it is, or from where the effect is none
+MEANT = 0.2  # of a joint's cost promised by a law that ends in a corner where it cannot be meant: it starts elsewhere
 
 
 class Tryout:
@@ -77,7 +78,8 @@ class Tryout:
         prepared, floor = self._setting.prepared, self._setting.floor
         new = [trial for trial in trials if trial.law_key not in self._models]
         models = self._setting.pool(
-            delayed(_fit_trial)(prepared, self.base, self._weights, trial, floor) for trial in new
+            delayed(_fit_trial)(prepared, self.base, self._weights, trial, floor, float(self.cost[trial.joint]))
+            for trial in new
         )
         self._models |= {trial.law_key: model for trial, model in zip(new, models, strict=True)}
         return [self._models[trial.law_key] for trial in trials]
@@ -89,7 +91,9 @@ def _states(prepared: Prepared, base: Model) -> tuple[np.ndarray, ...] | None:
     return tuple(residual.states(run, base.fit.p) for run in prepared.fit) if residual.path.x.numel() else None
 
 
-def _fit_trial(prepared: Prepared, base: Model, weights: Weights, trial: Trial, floor: np.ndarray) -> Model | None:
+def _fit_trial(
+    prepared: Prepared, base: Model, weights: Weights, trial: Trial, floor: np.ndarray, cost: float
+) -> Model | None:
     placed = (*base.placed, Placed(trial.effect, trial.joint))
     path = SignalPath(prepared.arm, placed)
     weights = Bristled(prepared, path, weights).at(start_values(path, base.fit, trial.start))
@@ -103,6 +107,8 @@ def _fit_trial(prepared: Prepared, base: Model, weights: Weights, trial: Trial, 
         model = fit_model(prepared, placed, weights, known, start, evaluations=LONGER)
         if not finite(model):
             return None
+    if trial.effect.nonlinear and trial.promise > MEANT * cost and not _meant(model, prepared):
+        model = _from_elsewhere(prepared, base, weights, trial, model)
     # a gap that is gone had made the whole joint count for little: what is left deserves its own weights, in turn
     for _ in range(AGAIN):
         own = weights_of(model, prepared, floor)
@@ -113,3 +119,22 @@ def _fit_trial(prepared: Prepared, base: Model, weights: Weights, trial: Trial, 
             break
         model, weights = again, own
     return model
+
+
+def _meant(model: Model, prepared: Prepared) -> bool:
+    place = model.placed[-1]
+    return place.effect.plausible(place.values, prepared.scales[place.joint])
+
+
+def _from_elsewhere(prepared: Prepared, base: Model, weights: Weights, trial: Trial, model: Model) -> Model:
+    """Return the best model with values that can be meant, from any start of the law; the given one if it is better.
+
+    A compliance is screened without its observer, and lightly damped it then rings on beside a record that does not
+    know when it began: such starts seem hopeless there, and the way from a damped one ends damped.
+    """
+    found = [
+        fit_model(prepared, model.placed, weights, base.fit, start)
+        for start in trial.effect.starts(prepared.scales[trial.joint])
+    ]
+    sound = [other for other in found if finite(other) and _meant(other, prepared)]
+    return min((*sound, model), key=lambda other: other.fit.cost)
