@@ -275,7 +275,9 @@ def trial_time(prepared: Prepared, base: Model, weights: Weights) -> float:
 
 
 @pytest.mark.parametrize(
-    ("promise", "best", "cost"), [(1.0, 9.0, 9.0), (0.1, 9.0, 50.0), (1.0, 70.0, 50.0)], ids=["better", "faint", "no better"]
+    ("promise", "best", "cost"),
+    [(1.0, 9.0, 9.0), (0.1, 9.0, 50.0), (1.0, 70.0, 50.0)],
+    ids=["better", "faint", "no better"],
 )
 def test_a_law_that_ends_where_it_cannot_be_meant_starts_elsewhere(
     late: tuple[Prepared, Model, Weights], monkeypatch: pytest.MonkeyPatch, promise: float, best: float, cost: float
