@@ -1,5 +1,6 @@
 """What the search tries, and how it sorts what it has tried."""
 
+from collections import OrderedDict
 from dataclasses import replace
 from itertools import pairwise
 from types import SimpleNamespace
@@ -30,6 +31,7 @@ from stribeck.gap.search.screen import _loudest, screen
 from stribeck.gap.search.setting import Setting
 from stribeck.gap.search.step import Step
 from stribeck.gap.search.tryout import Tryout, _fit_trial, _states
+from stribeck.identify import machine as machine_module
 from stribeck.identify.problem import Weights
 from stribeck.identify.residual import Residual
 from stribeck.model import cut as cut_module
@@ -477,6 +479,7 @@ def test_known_states_change_no_trial(
     assert near[0].start == pytest.approx(near[1].start, rel=1e-4)
     assert near[0].promise == pytest.approx(near[1].promise, rel=1e-4)
     monkeypatch.setattr(cut_module, "observed", lambda balance, step, now, carried, moved: moved)
+    monkeypatch.setattr(machine_module, "_kept", OrderedDict())  # those with an observer
     states = _states(prepared, flexible)
     trials = [screen(prepared, flexible, weights, effect_named(name), 0, None, given) for given in (None, states)]
     assert trials[0].start == pytest.approx(trials[1].start, rel=1e-9, abs=1e-12)
