@@ -44,13 +44,23 @@ def test_the_weaker_of_two_of_a_kind_at_a_joint_fills_in(
     assert filling_in(taken(*found), SCALES) == fills
 
 
-def test_a_wave_that_ends_at_the_noise_is_there_beside_another() -> None:
-    """Two laws of lateness make up any third; two waves do not."""
-    waves = ("torque_ripple", 0, 20.0), ("encoder_eccentricity", 0, 9.0)
-    assert filling_in(taken(*waves, left=1.5), SCALES) == [False, False]
-    assert filling_in(taken(*waves, left=2.5), SCALES) == [False, True]
-    late = ("actuator_lag", 0, 20.0), ("delay", 0, 9.0)
-    assert filling_in(taken(*late, left=1.0), SCALES) == [False, True]
+@pytest.mark.parametrize(
+    ("larger", "smaller"),
+    [
+        ("torque_ripple", "encoder_eccentricity"),
+        ("negative_damping", "quadratic_damping"),
+        ("actuator_lag", "time_shift"),  # of the drive, and of the record
+    ],
+)
+def test_what_ends_at_the_noise_is_there_beside_its_kin(larger: str, smaller: str) -> None:
+    both = (larger, 0, 20.0), (smaller, 0, 9.0)
+    assert filling_in(taken(*both, left=1.5), SCALES) == [False, False]
+    assert filling_in(taken(*both, left=2.5), SCALES) == [False, True]
+
+
+@pytest.mark.parametrize(("larger", "smaller"), [("actuator_lag", "delay"), ("cable_spring", "cogging")])
+def test_two_of_a_kind_that_make_up_any_third_fill_in_wherever_they_end(larger: str, smaller: str) -> None:
+    assert filling_in(taken((larger, 0, 20.0), (smaller, 0, 9.0), left=1.0), SCALES) == [False, True]
 
 
 def test_what_is_kin_to_what_was_retuned_fills_in() -> None:

@@ -2,7 +2,8 @@
 
 Nature keeps to no library: a friction that is higher at one spot is not quite a wave over position, and a ripple takes
 what the wave leaves. Two kinds of lateness, or two waves, hardly ever meet in one joint; one that is no pure pole does.
-But what fills in leaves some in turn: a wave that ends at the noise what another one left is there.
+But what fills in leaves some in turn: one that ends at the noise what another one left is there. Not so a curve over
+position, for two waves bend like any, nor a second lateness of one channel: a pole and a delay make up most third ones.
 """
 
 from __future__ import annotations
@@ -16,9 +17,11 @@ from stribeck.model.effect import Effect
 from stribeck.model.layout import Placed
 from stribeck.model.values import Scale
 
-WAVE = frozenset({"wave"})
+WAVE = {"wave"}
+ENDING = WAVE | {"speed"}  # kinds of which only what is there ends at the noise what another one left
+ACROSS = {"late"}  # the same, where the other one is of another channel
 SLIGHT = WAVE | {"curve"}  # kinds of which what every arm has leaves nothing to fill in
-ENDED = 0.1  # of what a wave leaves beyond the noise: the most that may be left beside another that is there as well
+ENDED = 0.1  # of what such a one leaves beyond the noise: the most that may be left beside another that is there too
 FILLING = 0.5  # of the presence: of seven that came after their kin on cases of two plants, none was there
 
 
@@ -32,7 +35,7 @@ def filling_in(steps: Sequence[Step], scales: Sequence[Scale]) -> list[bool]:
     before = steps[0].base.placed if steps else ()
     known = [place for place in before if place.effect.ordinary(place.values, scales[place.joint])]
     return [
-        any(_kin(mine, other) - (WAVE if ends else set()) and size < larger for other, larger, _ in found)
+        any(size < larger and _kin(mine, other) - _ended(mine, other, ends) for other, larger, _ in found)
         or any(_kin(mine, other) - SLIGHT for other in known)
         for mine, size, ends in found
     ]
@@ -46,6 +49,16 @@ def simpler_than(effect: Effect, others: Sequence[Effect]) -> bool:
 def _kin(one: Placed, other: Placed) -> set[str]:
     """Return the kinds that two effects share at one joint."""
     return set(one.effect.kin) & set(other.effect.kin) if one.joint == other.joint else set()
+
+
+def _ended(one: Placed, other: Placed, ends: bool) -> set[str]:
+    """Return the kinds in which one that ends at the noise what another left fills in nothing; none where it does not.
+
+    A drive and a record that are late are two.
+    """
+    if not ends:
+        return set()
+    return ENDING if one.effect.channel == other.effect.channel else ENDING | ACROSS
 
 
 def _removed(step: Step) -> tuple[float, bool]:
