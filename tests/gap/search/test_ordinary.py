@@ -59,7 +59,7 @@ def test_a_contact_that_gives_way_by_no_more_than_any_does_is_ordinary(effect: E
             "two_waves",
             {"sine": 0.0, "cosine": 0.01, "second_sine": 0.01, "second_cosine": 0.0, "harmonic": 6.0},
         ),
-        ("asymmetric_friction", None, {"coulomb": -0.1, "viscous": 0.04}),
+        ("asymmetric_friction", None, {"coulomb": -0.1, "viscous": 0.09}),  # of 4 N m
         ("gravity_tilt", None, {"x": 0.04, "y": -0.02}),
         ("cable_spring", "linear", {"stiffness": 0.15, "rest": 0.3}),
         ("cable_spring", "hardening", {"stiffness": 0.06, "rest": 0.4, "cubic": 0.1}),

@@ -10,6 +10,8 @@ import casadi as ca
 from stribeck.model.effect import FrictionEffect
 from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
 
+UNLIKE = 0.05  # of a joint's friction, by which any two directions differ
+
 
 @final
 class AsymmetricFriction(FrictionEffect):
@@ -31,7 +33,8 @@ class AsymmetricFriction(FrictionEffect):
         return ({"coulomb": size, "viscous": 0.0}, {"coulomb": 0.0, "viscous": size / scale.speed})
 
     def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
-        return abs(values["coulomb"]) + abs(values["viscous"]) * scale.speed < scale.stray
+        unlike = abs(values["coulomb"]) + abs(values["viscous"]) * scale.speed
+        return unlike < max(scale.stray, UNLIKE * scale.friction)
 
     def level(self, level: Expression, direction: float, s: Signals, x: States, p: Parameters) -> Expression:
         return ca.fmax(level + direction * p["coulomb"], 0.0)
