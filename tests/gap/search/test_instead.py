@@ -128,7 +128,7 @@ def test_no_rival_is_tried_where_a_later_effect_has_its_place(monkeypatch: pytes
 
         def pool(fits: Any) -> list[Any]:
             seen.extend(given[1] for _, given, _ in fits)
-            return [SimpleNamespace(held=np.array([np.nan])) for _ in fits]
+            return [SimpleNamespace(whole=np.array([np.nan])) for _ in fits]
 
         assert instead(prepared, (first, second), pool) == []
         return seen

@@ -54,8 +54,8 @@ class Model:
 
 
 def finite(model: Model) -> bool:
-    """Return whether a model's held-out residual is a number everywhere."""
-    return bool(np.all(np.isfinite(model.held)))
+    """Return whether a model's residual is a number everywhere, and one that can be squared."""
+    return bool(np.all(np.abs(model.whole) < HUGE))
 
 
 def start_values(path: SignalPath, known: Fit | None, trial: dict[str, float] | None) -> np.ndarray:
