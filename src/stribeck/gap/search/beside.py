@@ -12,6 +12,7 @@ from joblib import delayed
 from stribeck.effects.registry import placed_effects
 from stribeck.gap.fitted.model import Model, finite, fit_model, weights_of
 from stribeck.gap.records.prepare import Prepared
+from stribeck.gap.search.families import left_by
 from stribeck.gap.search.gates import needed
 from stribeck.gap.search.ordinary import is_ordinary
 from stribeck.gap.search.rank import rank
@@ -28,16 +29,20 @@ STANDS_IN = 1 / 3  # of what an effect gained, in logarithms: two of which each 
 def without_each(prepared: Prepared, steps: Sequence[Step], pool: Any) -> list[Model]:
     """Return, for each effect that was taken, the last model fitted anew without it.
 
-    And without what every arm has some of, where that would grow to more in its place.
+    And without what every arm has some of, where that would grow to more in its place. The search has seen a model
+    without the last one: of the two the better, for a play that is fitted anew may end elsewhere.
     """
     final, own, count = last_model(steps), len(steps[0].base.placed), sum(step.taken for step in steps)
     if count < 2:
         return [steps[0].base] * count
-    weights = weights_of(final, prepared, steps[-1].floor)
+    floor = steps[-1].floor
+    weights = weights_of(final, prepared, floor)
     rests = [(*final.placed[:i], *final.placed[i + 1 :]) for i in range(own, own + count)]
     stated = {place.key for place in placed_effects(prepared.arm)}
     little = {place.key for place in final.placed if is_ordinary(place, prepared.scales)} - stated
-    return list(pool(delayed(_kept_little)(prepared, rest, weights, little) for rest in rests))
+    *others, last = pool(delayed(_kept_little)(prepared, rest, weights, little) for rest in rests)
+    seen = steps[count - 1].base
+    return [*others, min((seen, last), key=lambda model: left_by(model.whole, floor) if finite(model) else np.inf)]
 
 
 def _kept_little(

@@ -89,7 +89,7 @@ def best_of_each(models: Sequence[Model | None], prepared: Prepared, floor: np.n
         last = len(model.placed) - 1
         key = model.placed[last].key
         dear = SPARING * len(model.placed[last].effect.parameters)
-        found = (not _sound(model, last, prepared), _left(model.fit.residual, floor) + dear, model)
+        found = (not _sound(model, last, prepared), left_by(model.fit.residual, floor) + dear, model)
         if key not in best or found[:2] < best[key][:2]:
             best[key] = found
     return [model for _, _, model in best.values()]
@@ -130,9 +130,9 @@ def relawed(
     weights = weights_of(model, prepared, floor)
     fits = (delayed(fit_model)(prepared, placed, weights, None, evaluations=RELAWED) for placed in others)
     fitted = [other for other in pool(fits) if finite(other) and _sound(other, own, prepared)]
-    best = min(fitted, key=lambda other: _left(other.fit.residual, floor), default=model)
+    best = min(fitted, key=lambda other: left_by(other.fit.residual, floor), default=model)
     pairs = ((best.fit.residual, model.fit.residual), (best.held, model.held))
-    less = [_left(before, floor) - _left(now, floor) for now, before in pairs]
+    less = [left_by(before, floor) - left_by(now, floor) for now, before in pairs]
     return best if less[0] > LEAST_GAIN and less[1] > 0.0 else model
 
 
@@ -144,6 +144,6 @@ def _sound(model: Model, own: int, prepared: Prepared) -> bool:
     )
 
 
-def _left(residual: np.ndarray, floor: np.ndarray) -> float:
+def left_by(residual: np.ndarray, floor: np.ndarray) -> float:
     """Return the logarithm of the mean squared residual (M, n), all joints multiplied."""
     return float(np.sum(np.log(np.mean(residual**2, axis=0) + 0.5 * floor**2)))
