@@ -139,7 +139,8 @@ def test_another_law_must_do_better_on_held_out_runs_as_well(monkeypatch: pytest
     def fitted(law: str, left: float, held: float) -> Any:
         placed = (Placed(lags[law], 0, {"time_constant": 0.01}), Placed(effect_named("torque_offset"), 0))
         rows = np.full((10, 1), left)
-        return SimpleNamespace(placed=placed, fit=SimpleNamespace(residual=rows), held=np.full((10, 1), held))
+        fit: Any = SimpleNamespace(residual=rows)
+        return Model(tuple(placed), fit, np.full((10, 1), held))
 
     model, prepared = fitted("one_pole", 1.0, 1.0), SimpleNamespace(scales=(None,))
     known = {("actuator_lag", "two_poles", 0): {"time_constant": 0.01}}
@@ -291,10 +292,11 @@ def test_a_law_that_ends_where_it_cannot_be_meant_starts_elsewhere(
     ends = {start["stiffness"]: 80.0 for start in starts} | {starts[1]["stiffness"]: best, starts[2]["stiffness"]: 2.0}
     damped = {"stiffness": 7.0, "damping": 1e4}
 
-    def fit_once(prepared: Prepared, placed: Any, weights: Weights, known: Any, start: Any, **_: Any) -> Any:
-        values = {**start, "damping": 1e4} if start["stiffness"] == starts[2]["stiffness"] else start
-        fit = SimpleNamespace(cost=ends.get(start["stiffness"], 50.0), ok=True)
-        return SimpleNamespace(placed=(Placed(shaft, 0, values),), fit=fit, held=np.zeros((3, 1)))
+    def fit_once(prepared: Prepared, placed: Any, weights: Weights, known: Any, start: Any = None, **_: Any) -> Any:
+        values = placed[-1].values if start is None else start
+        fit: Any = SimpleNamespace(cost=ends.get(values["stiffness"], 50.0), ok=True, residual=np.zeros((3, 1)))
+        values = {**values, "damping": 1e4} if values["stiffness"] == starts[2]["stiffness"] else values
+        return Model((Placed(shaft, 0, values),), fit, np.zeros((3, 1)))
 
     monkeypatch.setattr(tryout_module, "fit_model", fit_once)
     monkeypatch.setattr(tryout_module, "weights_of", lambda *_: weights)
@@ -302,6 +304,62 @@ def test_a_law_that_ends_where_it_cannot_be_meant_starts_elsewhere(
     assert model is not None
     assert model.fit.cost == cost
     assert shaft.plausible(model.placed[0].values, prepared.scales[0]) is (cost < 50.0)
+
+
+def test_of_every_start_the_nearest_that_can_be_meant_are_followed(
+    late: tuple[Prepared, Model, Weights], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Neither what a few steps bring below the others but to nothing that can be meant, nor what runs away."""
+    prepared, base, weights = late
+    play = effect_named("backlash")
+    starts = play.starts(prepared.scales[0])
+    spring, away, second, first = (start["gap"] for start in starts[:4])
+    near, ends = {spring: 1.0, away: 0.0, second: 8.0, first: 7.0}, {second: 2.0, first: 3.0}
+    followed: list[float] = []
+
+    def fit_once(prepared: Prepared, placed: Any, weights: Weights, known: Any, start: Any = None, **_: Any) -> Any:
+        values = dict(placed[-1].values if start is None else start)
+        gap = values["gap"]
+        if start is None:
+            followed.append(gap)
+        held = np.full((3, 1), np.nan if gap == away else 0.0)
+        fit: Any = SimpleNamespace(cost=near.get(gap, 9.0) if start else ends[gap], ok=True, residual=held)
+        ended = values | ({"gap": 0.0} if gap == spring else {})
+        return Model((Placed(play, 0, ended),), fit, held)
+
+    monkeypatch.setattr(tryout_module, "fit_model", fit_once)
+    monkeypatch.setattr(tryout_module, "weights_of", lambda *_: weights)
+    model = tryout_module._from_every_start(prepared, base, weights, play, 0, FLOOR)
+    assert followed[:2] == [first, second]
+    assert model is not None
+    assert model.placed[-1].values["gap"] == second  # it came further
+    assert set(followed) == {first, second}
+
+
+@pytest.mark.parametrize(
+    ("tried", "part", "found"),
+    [("delay", 0.1, set()), ("cable_spring", 0.4, {"backlash"}), ("cable_spring", 0.6, set())],
+    ids=["little is left", "it does far better", "it does not"],
+)
+def test_where_much_is_left_compliances_are_fitted_from_every_start(
+    late: tuple[Prepared, Model, Weights], monkeypatch: pytest.MonkeyPatch, tried: str, part: float, found: set[str]
+) -> None:
+    prepared, base, weights = late
+    trial = screen(prepared, base, weights, effect_named(tried), 0)
+    monkeypatch.setattr(tryout_module, "screen", lambda *_: trial)
+    monkeypatch.setattr(forward_module, "_survivors", lambda tried, strained: [trial])
+
+    def fitted(prepared: Prepared, base: Model, weights: Weights, effect: Effect, joint: int, floor: object) -> Model:
+        start = Placed(effect, joint, effect.starts(prepared.scales[joint])[0])
+        left = part if effect.name == "backlash" else 1.0
+        residual = left * base.fit.residual
+        return replace(base, placed=(start,), fit=replace(base.fit, residual=residual), held=left * base.held)
+
+    monkeypatch.setattr(tryout_module, "_from_every_start", fitted)
+    with Parallel(n_jobs=1) as pool:
+        setting = Setting(prepared, FLOOR, 0, pool, (), frozenset(), lambda text: None)
+        step = forward_module._step(setting, Tryout(setting, base, {}), (), None)
+    assert {model.placed[-1].effect.name for model in step.rivals} == {tried} | found
 
 
 def test_a_large_gap_is_weighed_anew_as_it_closes() -> None:
@@ -509,6 +567,28 @@ def test_worth_beside_the_others(late: tuple[Prepared, Model, Weights]) -> None:
         assert needless.overall[1] < 0.1
 
 
+@pytest.mark.parametrize(("again", "kept"), [(3.0, "seen"), (0.5, "again"), (np.nan, "seen")])
+def test_without_the_last_effect_the_model_that_the_search_saw_counts_where_a_fit_ends_elsewhere(
+    late: tuple[Prepared, Model, Weights], again: float, kept: str
+) -> None:
+    prepared, base, _ = late
+
+    def leaving(size: float, *names: str) -> Model:
+        fit: Any = SimpleNamespace(residual=np.full((9, 1), size), at_limit=())
+        return Model(tuple(Placed(effect_named(name), 0, {}) for name in names), fit, np.full((4, 1), size))
+
+    first, both = leaving(1.0, "backlash"), leaving(0.1, "backlash", "cogging")
+    gains: Any = SimpleNamespace(best=1)
+    steps = [Step(base, (first,), gains, (1,), (), FLOOR), Step(first, (both,), gains, (1,), (), FLOOR)]
+    refitted = {"again": leaving(again, "backlash"), "seen": first}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("stribeck.gap.search.beside.weights_of", lambda *_: None)
+        patch.setattr("stribeck.gap.search.beside.is_ordinary", lambda *_: False)
+        without = without_each(prepared, steps, lambda _: [base, refitted["again"]])
+    assert without[0] is base
+    assert without[1] is refitted[kept]
+
+
 def test_what_every_arm_has_does_not_grow_in_the_place_of_a_cause(late: tuple[Prepared, Model, Weights]) -> None:
     """Without the delay of 20 ms a lag of less than a millisecond would be one of 20: no word against the delay."""
     prepared, base, weights = late
@@ -611,6 +691,7 @@ def test_a_start_that_led_nowhere_is_not_the_next_one(
         return Trial(effect, joint, {}, -np.inf)
 
     monkeypatch.setattr(tryout_module, "screen", hopeless)
+    monkeypatch.setattr(forward_module, "MUCH", np.inf)
     known: dict[tuple[str, str, int], dict[str, float]] = {}
     with Parallel(n_jobs=1) as pool:
         setting = Setting(prepared, FLOOR, 0, pool, (), frozenset(), lambda text: None)

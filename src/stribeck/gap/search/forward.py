@@ -9,9 +9,9 @@ import numpy as np
 
 from stribeck.gap.fitted.model import Model
 from stribeck.gap.search.candidates import Trial
-from stribeck.gap.search.families import best_laws, close_laws, laws_instead, relawed
+from stribeck.gap.search.families import best_laws, close_laws, laws_instead, left_by, relawed
 from stribeck.gap.search.gates import LARGE_GAIN
-from stribeck.gap.search.judged import as_hopeful, judge
+from stribeck.gap.search.judged import Judged, as_hopeful, judge
 from stribeck.gap.search.ordinary import ordinary
 from stribeck.gap.search.presence import CENTRE, evidence, presence
 from stribeck.gap.search.setting import Known, Setting
@@ -23,6 +23,8 @@ LEAST_SURVIVORS, LEAST_AT_JOINT = 3, 2
 MOST_SURVIVORS = 8
 HOPEFUL = 0.3  # of the best promise: candidates with less are not fitted
 MOST_EFFECTS = 3
+MUCH = 2.0  # noise floors rms that a step leaves: what screening is blind to is looked for as well
+FAR_LESS = 1.4  # of the logarithm of the squares left, joints added: a quarter
 HARDLY = 0.15  # presence below which the search ends, unless the effect takes much: what hides it may come next
 
 
@@ -84,11 +86,28 @@ def _step(
     if same_hopes:
         fitted += tryout.fitted(same_hopes)
         judged = judge(prepared, setting.floor, setting.seed, base, fitted, taken, before)
+    found = _sought(tryout, judged)
+    if found:
+        judged = judge(prepared, setting.floor, setting.seed, base, [*fitted, *found], taken, before)
     rivals, ranking, passing, floor = judged
     kept = {model.placed[-1].key for model in rivals}
     tried_out = dict.fromkeys((effect.name, joint) for effect, joint in tryout.possible)
     out = tuple(key for key in tried_out if key not in kept)
     return Step(base, tuple(rivals), ranking, passing, out, floor)
+
+
+def _sought(tryout: Tryout, judged: Judged) -> list[Model]:
+    """Return compliances that leave far less than what a step would take, where that leaves far more than noise.
+
+    With an observer any of them follows random torque a little; one that is there does the most of it.
+    """
+    best, floor = judged.ranking.best if judged.passing else 0, judged.floor
+    much = [joint for joint, power in enumerate(judged.ranking.power[best]) if power > MUCH**2]
+    if not much:
+        return []
+    model = judged.rivals[best - 1] if best else tryout.base
+    least = left_by(model.whole, floor) - FAR_LESS
+    return [found for found in tryout.sought(much) if found is not None and left_by(found.whole, floor) < least]
 
 
 def _survivors(tried: Sequence[Trial], *, strained: bool) -> list[Trial]:

@@ -15,6 +15,7 @@ from stribeck.gap.search.screen import screen
 from stribeck.gap.search.setting import Known, Setting
 from stribeck.identify.problem import Weights
 from stribeck.identify.residual import Residual
+from stribeck.model.effect import Effect, TransmissionEffect
 from stribeck.model.layout import Placed
 from stribeck.model.path import SignalPath
 
@@ -22,6 +23,7 @@ RELIEVED = 0.85  # of a joint's residual: an effect that leaves less is fitted o
 AGAIN = 4  # times at most
 SHORT = 0.5  # of what screening promised: a fit that was stopped and has found less goes on
 LONGER = 80  # evaluations, from where it is, or from where the effect is none
+GLANCE, FOLLOWED, FAR = 6, 2, 40  # evaluations from every start, those that are followed, and how far
 MEANT = 0.2  # of a joint's cost promised by a law that ends in a corner where it cannot be meant: it starts elsewhere
 
 
@@ -84,6 +86,17 @@ class Tryout:
         self._models |= {trial.law_key: model for trial, model in zip(new, models, strict=True)}
         return [self._models[trial.law_key] for trial in trials]
 
+    def sought(self, joints: Collection[int]) -> list[Model | None]:
+        """Return fitted models of the compliances that could be added at some joints, each from all of its starts.
+
+        They are screened without their observer, where a link that swings freely in a wide play rings on: what they
+        promise there, and from where, says little.
+        """
+        given = self._setting.prepared, self.base, self._weights
+        wanted = [(e, j) for e, j in self.possible if isinstance(e, TransmissionEffect) and j in joints]
+        self._setting.progress(f"fitting {len(wanted)} compliances from every start")
+        return list(self._setting.pool(delayed(_from_every_start)(*given, *one, self._setting.floor) for one in wanted))
+
 
 def _states(prepared: Prepared, base: Model) -> tuple[np.ndarray, ...] | None:
     """Return the states (N, nx) of a model along the fitted runs; None where it has none."""
@@ -108,8 +121,16 @@ def _fit_trial(
         if not finite(model):
             return None
     if trial.effect.nonlinear and trial.promise > MEANT * cost and not _meant(model, prepared):
-        model = _from_elsewhere(prepared, base, weights, trial, model)
-    # a gap that is gone had made the whole joint count for little: what is left deserves its own weights, in turn
+        ends = _ends(prepared, base, weights, trial.effect, trial.joint)
+        model = min((model, *(end for end in ends if _meant(end, prepared))), key=lambda other: other.fit.cost)
+    return _by_own_weights(prepared, model, weights, floor)
+
+
+def _by_own_weights(prepared: Prepared, model: Model, weights: Weights, floor: np.ndarray) -> Model:
+    """Return a model fitted once more by its own weights, in turn.
+
+    A gap that is gone had made the whole joint count for little.
+    """
     for _ in range(AGAIN):
         own = weights_of(model, prepared, floor)
         if np.all(np.mean(own.sd**2, axis=0) > RELIEVED**2 * np.mean(weights.sd**2, axis=0)):
@@ -126,15 +147,29 @@ def _meant(model: Model, prepared: Prepared) -> bool:
     return place.effect.plausible(place.values, prepared.scales[place.joint])
 
 
-def _from_elsewhere(prepared: Prepared, base: Model, weights: Weights, trial: Trial, model: Model) -> Model:
-    """Return the best model with values that can be meant, from any start of the law; the given one if it is better.
+def _from_every_start(
+    prepared: Prepared, base: Model, weights: Weights, effect: Effect, joint: int, floor: np.ndarray
+) -> Model | None:
+    """Return a law's best model from all of its starts."""
+    found = _ends(prepared, base, weights, effect, joint)
+    return _by_own_weights(prepared, found[0], weights, floor) if found else None
+
+
+def _ends(prepared: Prepared, base: Model, weights: Weights, effect: Effect, joint: int) -> list[Model]:
+    """Return where a law's starts lead, a few steps telling which of them are followed, the best one first.
 
     A compliance is screened without its observer, and lightly damped it then rings on beside a record that does not
     know when it began: such starts seem hopeless there, and the way from a damped one ends damped.
     """
-    found = [
-        fit_model(prepared, model.placed, weights, base.fit, start)
-        for start in trial.effect.starts(prepared.scales[trial.joint])
-    ]
-    sound = [other for other in found if finite(other) and _meant(other, prepared)]
-    return min((*sound, model), key=lambda other: other.fit.cost)
+    placed = (*base.placed, Placed(effect, joint))
+    starts = effect.starts(prepared.scales[joint])
+    ways = [fit_model(prepared, placed, weights, base.fit, start, evaluations=GLANCE) for start in starts]
+    near = _meant_first(ways, prepared)[:FOLLOWED]
+    return _meant_first(
+        [fit_model(prepared, model.placed, weights, model.fit, evaluations=FAR) for model in near], prepared
+    )
+
+
+def _meant_first(models: Sequence[Model], prepared: Prepared) -> list[Model]:
+    """Return the models that have not run away, by their cost; those with values that can be meant first."""
+    return sorted(filter(finite, models), key=lambda model: (not _meant(model, prepared), model.fit.cost))
