@@ -94,7 +94,8 @@ class Tryout:
         """
         given = self._setting.prepared, self.base, self._weights
         wanted = [(e, j) for e, j in self.possible if isinstance(e, TransmissionEffect) and j in joints]
-        self._setting.progress(f"fitting {len(wanted)} compliances from every start")
+        if wanted:
+            self._setting.progress(f"fitting {len(wanted)} compliances from every start")
         return list(self._setting.pool(delayed(_from_every_start)(*given, *one, self._setting.floor) for one in wanted))
 
 
