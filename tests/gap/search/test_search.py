@@ -310,7 +310,8 @@ def test_of_every_start_the_nearest_that_can_be_meant_are_followed(
     late: tuple[Prepared, Model, Weights], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Neither what a few steps bring below the others but to nothing that can be meant, nor what runs away."""
-    prepared, base, weights = late
+    prepared, _, weights = late
+    base: Any = SimpleNamespace(placed=(), fit=SimpleNamespace(cost=12.0))
     play = effect_named("backlash")
     starts = play.starts(prepared.scales[0])
     spring, away, second, first = (start["gap"] for start in starts[:4])
@@ -334,6 +335,10 @@ def test_of_every_start_the_nearest_that_can_be_meant_are_followed(
     assert model is not None
     assert model.placed[-1].values["gap"] == second  # it came further
     assert set(followed) == {first, second}
+    followed.clear()
+    base.fit.cost = 1.2  # not one start does a good part of it
+    assert tryout_module._from_every_start(prepared, base, weights, play, 0, FLOOR) is None
+    assert followed == []
 
 
 @pytest.mark.parametrize(

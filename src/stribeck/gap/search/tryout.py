@@ -24,6 +24,7 @@ AGAIN = 4  # times at most
 SHORT = 0.5  # of what screening promised: a fit that was stopped and has found less goes on
 LONGER = 80  # evaluations, from where it is, or from where the effect is none
 GLANCE, FOLLOWED, FAR = 6, 2, 40  # evaluations from every start, those that are followed, and how far
+NEAR = 0.75  # of the base's cost, below which those steps must come: one that does most of a gap is seen to
 MEANT = 0.2  # of a joint's cost promised by a law that ends in a corner where it cannot be meant: it starts elsewhere
 
 
@@ -151,13 +152,15 @@ def _meant(model: Model, prepared: Prepared) -> bool:
 def _from_every_start(
     prepared: Prepared, base: Model, weights: Weights, effect: Effect, joint: int, floor: np.ndarray
 ) -> Model | None:
-    """Return a law's best model from all of its starts."""
-    found = _ends(prepared, base, weights, effect, joint)
+    """Return a law's best model from all of its starts; None where no few steps do a good part of it."""
+    found = _ends(prepared, base, weights, effect, joint, NEAR * base.fit.cost)
     return _by_own_weights(prepared, found[0], weights, floor) if found else None
 
 
-def _ends(prepared: Prepared, base: Model, weights: Weights, effect: Effect, joint: int) -> list[Model]:
-    """Return where a law's starts lead, a few steps telling which of them are followed, the best one first.
+def _ends(
+    prepared: Prepared, base: Model, weights: Weights, effect: Effect, joint: int, most: float = np.inf
+) -> list[Model]:
+    """Return where a law's starts lead, the best one first; a few steps, below the cost ``most``, tell which to follow.
 
     A compliance is screened without its observer, and lightly damped it then rings on beside a record that does not
     know when it began: such starts seem hopeless there, and the way from a damped one ends damped.
@@ -165,7 +168,7 @@ def _ends(prepared: Prepared, base: Model, weights: Weights, effect: Effect, joi
     placed = (*base.placed, Placed(effect, joint))
     starts = effect.starts(prepared.scales[joint])
     ways = [fit_model(prepared, placed, weights, base.fit, start, evaluations=GLANCE) for start in starts]
-    near = _meant_first(ways, prepared)[:FOLLOWED]
+    near = [way for way in _meant_first(ways, prepared) if way.fit.cost < most][:FOLLOWED]
     return _meant_first(
         [fit_model(prepared, model.placed, weights, model.fit, evaluations=FAR) for model in near], prepared
     )
