@@ -60,8 +60,30 @@ def test_what_was_taken_first_may_be_outdone_later(hidden: str, first: str, give
     others = instead(prepared, steps, POOL)
     assert [(one.place.key, one.model.placed[-1].effect.name) for one in others] == [((first, 0), other)]
     assert outdone(prepared, steps, others, 0) == ((first, 0) if gives_way else None)
-    assert instead(prepared, steps[:1], POOL) == []
     assert outdone(prepared, steps[:1], [], 0) is None
+
+
+@pytest.mark.parametrize(
+    ("hidden", "first", "rival", "near"),
+    [
+        (("delay", {"time": 0.005}), "time_shift", "delay", True),
+        (("torque_offset", {"offset": 1.0}), "torque_offset", "gravity_tilt", False),
+    ],
+)
+def test_beside_one_effect_alone_only_what_came_all_but_as_near_is_fitted_again(
+    hidden: tuple[str, dict[str, float]], first: str, rival: str, near: bool
+) -> None:
+    """By weights of what is left, not of the whole gap: constants that are re-tuned had decided there."""
+    prepared, steps = two_steps([hidden], first, rival, "payload")
+    dear = replace(steps[0].ranking, prior_gain=np.array([0.0, 9.0, 0.0]))  # as if its rival had cost too much
+    alone = (replace(steps[0], ranking=dear),)
+    assert dear.twins() == [1]
+    assert dear.near() == ([1, 2] if near else [1])
+    others = instead(prepared, alone, POOL)
+    assert [one.model.placed[-1].effect.name for one in others] == ([rival] if near else [])
+    found = with_as_good(prepared, alone, without_each(prepared, alone, POOL), others, 0)
+    (cause,) = causes_of(found, ("A",), prepared.scales)[0]
+    assert cause.equivalent == ((first, rival) if near else (first,))
 
 
 TURNED = [("encoder_offset", {"offset": 0.05}), ("payload", {"mass": 0.5})]  # of one pendulum, as gravity would be

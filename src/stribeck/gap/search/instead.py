@@ -35,12 +35,10 @@ def instead(
 ) -> list[Instead]:
     """Return the last model with the most promising rivals of each step in the place of what it took.
 
-    None where one effect alone was taken: its rivals are the step's own. But for what is ``gone``, a needless effect
-    that no step has seen: it may do as well in the place of any.
+    Of one effect alone, those that came all but as near: by the weights of what it leaves, not of the whole gap. And of
+    what is ``gone``, a needless effect that no step has seen: it may do as well in the place of any.
     """
     taken = [step for step in steps if step.taken]
-    if len(taken) < 2 and not (taken and gone):
-        return []
     final, own = last_model(steps), len(steps[0].base.placed)
     weights = weights_of(final, prepared, steps[-1].floor)
     places, fits = [], []
@@ -51,10 +49,11 @@ def instead(
             for effect, joint in candidates(prepared.arm, rest, leave_out)
             if (effect.name, joint) != final.placed[i].key
         ]
-        rivals = [step.rivals[k - 1].placed[-1] for k in step.ranking.order if step.ranking.overall[k] > LEAST_GAIN]
+        r = step.ranking
+        near = [k for k in r.order if r.overall[k] > LEAST_GAIN and (len(taken) > 1 or k in r.near())]
         seen, more = (
             [rival for rival in some if (rival.effect.name, rival.effect.law, rival.joint) in possible]
-            for some in (rivals if len(taken) > 1 else [], gone)
+            for some in ([step.rivals[k - 1].placed[-1] for k in near], gone)
         )
         for rival in (*seen[:RIVALS], *more):
             places.append(final.placed[i])

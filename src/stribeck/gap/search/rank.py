@@ -69,14 +69,24 @@ class Ranking:
         """Return the rivals (not the base) that these data cannot tell from the best one, the best included."""
         return [k for k in range(1, len(self.loss)) if self._same(k)]
 
+    def near(self) -> list[int]:
+        """Return the rivals that gain all but as much as the best one, the best included, whatever else they ask for.
+
+        By a large gap's own weights, constants that are re-tuned weigh more than what tells two models apart.
+        """
+        return [k for k in range(1, len(self.loss)) if self._gained(k) > ALIKE * self._gained(self.best)]
+
     def _same(self, k: int) -> bool:
         if k == self.best:
             return True
         apart = t_value(log_ratio(self.loss[k], self.loss[self.best]))
-        saved, kept = (-np.log(np.maximum(1.0 - self.overall[i], 1e-12)) for i in (self.best, k))
-        by_data = kept > (SHARED if apart < SAME else ALIKE) * saved
+        by_data = self._gained(k) > (SHARED if apart < SAME else ALIKE) * self._gained(self.best)
         by_prior = self.prior_gain[k] > self.prior_gain[self.best] - 2.0
         return bool(by_data and by_prior)
+
+    def _gained(self, k: int) -> float:
+        """Return a gain in logarithms: equal steps are equal factors of what is left."""
+        return -float(np.log(max(1.0 - self.overall[k], 1e-12)))
 
 
 def log_ratio(first: np.ndarray, second: np.ndarray) -> np.ndarray:
