@@ -195,3 +195,14 @@ def test_a_joint_is_named_as_an_effect_is() -> None:
     steps[0].ranking.t, steps[0].ranking.overall = [0.0, 0.5], [0.0, 0.02]
     (cause,), _ = causes_of(steps, ("A", "B"), SCALES)
     assert (named_of([cause]), cause.joints) == ((), ("A", "B"))
+
+
+@pytest.mark.parametrize(("first", "last", "named"), [(0.01, 0.05, True), (0.05, 0.01, False)])
+def test_what_every_arm_has_is_told_by_the_last_values(first: float, last: float, named: bool) -> None:
+    """An encoder's offset of a degree may grow to three once what hid it is there, or shrink."""
+    offset = effect_named("torque_offset")
+    places = [Placed(effect_named("encoder_offset"), 0, {"offset": first}), Placed(offset, 0, {"offset": 0.5})]
+    steps = taken_steps(places, (40.0, 20.0), gap=FLOOR, floor=FLOOR)
+    steps[-1].best.placed = (replace(places[0], values={"offset": last}), places[1])
+    causes, _ = causes_of(steps, ("A", "B"), SCALES)
+    assert ("encoder_offset" in named_of(causes)) == named

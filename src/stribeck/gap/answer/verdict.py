@@ -113,9 +113,10 @@ def _found(step: Step, steps: Sequence[Step], fills: bool, scales: Sequence[Scal
     beside = [model.placed[-1].effect for model in step.as_good]
     shown = r.overall[r.best] if step.worth is None else step.worth.overall[1]
     share = -float(np.log(np.clip(1.0 - shown, 1e-6, 0.99)))  # each has some: the gates saw a gain
-    ordinary = place.effect.ordinary(place.values, scales[place.joint])
+    last = {other.key: other for other in last_model(steps).placed}.get(place.key, place)  # beside all others
+    ordinary = last.effect.ordinary(last.values, scales[place.joint])
     kept = ORDINARY if ordinary else FILLING if fills and not simpler_than(place.effect, (*twins, *beside)) else 1.0
-    also = [name for name in place.effect.also(place.values, scales[place.joint]) if name in _tried(step)]
+    also = [name for name in last.effect.also(last.values, scales[last.joint]) if name in _tried(step)]
     equivalent = tuple(dict.fromkeys([place.effect.name, *(law.name for law in (*twins, *beside)), *also]))
     decoy = step.look_alike.chance if step.look_alike else 0.0
     return _Found(place, ordinary, presence(evidence(step)) * kept * (1.0 - decoy), share, equivalent)
