@@ -11,17 +11,18 @@ from stribeck.arm import Arm
 from stribeck.effects.registry import placed_effects
 from stribeck.errors import InputError
 from stribeck.gap.answer.assembly import Assembly
+from stribeck.gap.answer.recordings import alike_now, held_alone, recordings_of
 from stribeck.gap.fitted.clocks import in_step
-from stribeck.gap.fitted.model import noise_in_rows, retune
+from stribeck.gap.fitted.model import Model, noise_in_rows, retune
 from stribeck.gap.records.floor import noise_of_rows
 from stribeck.gap.records.observed import observe
 from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.records.spread import Noise
-from stribeck.gap.result import Diagnosis
+from stribeck.gap.result import Diagnosis, Recording
 from stribeck.gap.search.lateness import on_time
 from stribeck.gap.search.search import search
 from stribeck.gap.search.setting import Progress
-from stribeck.gap.search.step import Step
+from stribeck.gap.search.step import Step, last_model
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import values_of
 from stribeck.model.path import SignalPath
@@ -45,7 +46,8 @@ def diagnose(
     arm : Arm
         The nominal arm; effects in its file are part of the nominal model.
     runs, held_out : sequence of Run
-        Recordings to fit and to judge by; without the latter some of ``runs`` are kept back.
+        Recordings to fit and to judge by; without the latter some of ``runs`` are kept back, but none that alone leaves
+        a re-tuned model far more than all others do: what only one recording shows cannot be learnt from the others.
     seed : int
         Of all resampling.
     jobs : int
@@ -64,13 +66,34 @@ def diagnose(
         if run.n != arm.n:
             raise InputError(f"{run.name}: not a recording of this arm", f"{run.n} joints", f"the arm has {arm.n}")
     progress("conditioning the recordings")
-    prepared = prepare(arm, runs, held_out)
-    seen = observe(arm, (*runs, *held_out), prepared.scales, leave_out=leave_out)
-    found = searched(prepared, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
+    tuned = retuned(prepare(arm, runs, held_out), seed=seed, leave_out=leave_out, progress=progress)
+    found = None
+    if not held_out and (alone := held_alone(tuned.left())):
+        progress(f"with {', '.join(alone)} among what is fitted")
+        found = _fitted_too(
+            arm, runs, alone, tuned.left(), seed=seed, jobs=jobs, leave_out=leave_out, progress=progress
+        )
+    if found is None:
+        found = searched_from(tuned, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
+    seen = observe(arm, (*runs, *held_out), found.prepared.scales, leave_out=leave_out)
     progress("simulating the held-out runs")
     return Assembly(
         found.prepared, seen, found.given, found.noise, found.steps[-1].floor, found.steps, seed
     ).diagnosis()
+
+
+@dataclass(frozen=True)
+class Retuned:
+    """Recordings with the noise of their rows, the model re-tuned to them, and their residual as given (M, n), N m."""
+
+    prepared: Prepared
+    given: np.ndarray
+    noise: Noise
+    base: Model
+
+    def left(self) -> tuple[Recording, ...]:
+        """Return what the re-tuned model leaves of each recording."""
+        return recordings_of(self.prepared, self.base, self.base, self.noise.rms)
 
 
 @dataclass(frozen=True)
@@ -95,6 +118,12 @@ def searched(
     progress: Progress = lambda text: None,
 ) -> Searched:
     """Re-tune the nominal model and search for what it lacks; arguments as of :func:`diagnose`."""
+    tuned = retuned(prepared, seed=seed, leave_out=leave_out, progress=progress)
+    return searched_from(tuned, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
+
+
+def retuned(prepared: Prepared, *, seed: int, leave_out: Sequence[str], progress: Progress) -> Retuned:
+    """Re-tune the nominal model; arguments as of :func:`diagnose`."""
     arm = prepared.arm
     own = tuple(place for place in placed_effects(arm) if not place.effect.direct)
     path = SignalPath(arm, own)
@@ -108,10 +137,39 @@ def searched(
     noise = _noise_along(path, base.fit.p, prepared, seed)
     drawn = noise_in_rows(Residual(path, prepared.held, ()), base.fit.p, base.whole, prepared.moved)
     prepared = replace(prepared, noise=replace(noise, drawn=drawn))
-    base = on_time(prepared, base, noise.rms, seed, leave_out)
-    prepared, steps = search(prepared, base, noise.rms, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
-    more = np.maximum(steps[-1].floor ** 2 - noise.rms**2, 0.0)
-    return Searched(prepared, given, np.sqrt(noise.held**2 + more), steps)
+    return Retuned(prepared, given, noise, on_time(prepared, base, noise.rms, seed, leave_out))
+
+
+def searched_from(tuned: Retuned, *, seed: int, jobs: int, leave_out: Sequence[str], progress: Progress) -> Searched:
+    """Search for what the re-tuned model lacks; arguments as of :func:`diagnose`."""
+    floor, base = tuned.noise.rms, tuned.base
+    prepared, steps = search(tuned.prepared, base, floor, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
+    more = np.maximum(steps[-1].floor ** 2 - floor**2, 0.0)
+    return Searched(prepared, tuned.given, np.sqrt(tuned.noise.held**2 + more), steps)
+
+
+def _fitted_too(
+    arm: Arm,
+    runs: Sequence[Run],
+    alone: Sequence[str],
+    before: Sequence[Recording],
+    *,
+    seed: int,
+    jobs: int,
+    leave_out: Sequence[str],
+    progress: Progress,
+) -> Searched | None:
+    """Return a search that is told what stood ``alone`` on a held-out run; None where that is of another arm.
+
+    No effect of one arm then makes that run like the others ``before``. Nor where that run must judge.
+    """
+    prepared = prepare(arm, runs, fitted=alone)
+    if {run.name for run in prepared.held} & set(alone):
+        return None
+    tuned = retuned(prepared, seed=seed, leave_out=leave_out, progress=progress)
+    found = searched_from(tuned, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
+    after = recordings_of(found.prepared, tuned.base, last_model(found.steps), found.steps[-1].floor)
+    return found if alike_now(before, after) else None
 
 
 def _noise_along(path: SignalPath, p: np.ndarray, prepared: Prepared, seed: int) -> Noise:

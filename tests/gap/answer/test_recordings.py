@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stribeck.effects.registry import registry
-from stribeck.gap.answer.recordings import ALONE, recordings_of, told_alone
+from stribeck.gap.answer.recordings import ALONE, alike_now, held_alone, recordings_of, told_alone
 from stribeck.gap.diagnose import diagnose
 from stribeck.gap.fitted.model import retune
 from stribeck.gap.records.prepare import prepare
@@ -49,6 +49,32 @@ def test_one_that_stands_alone_is_told_of() -> None:
     assert not told_alone(rows(0.1, 0.9, 0.1))  # nothing is left in it
     assert len(told_alone([*rows(1.0, 2.0 * ALONE, 1.0), *rows(1.0, 1.0, 1.0, joint="B")])) == 1
     assert not told_alone([replace(row, noise=0.0) for row in rows(1.0, 9.0, 1.0)])
+
+
+def test_of_recordings_that_are_held_out_one_that_stands_alone_is_found() -> None:
+    alone = rows(1.1, 9.0, 1.3)
+    assert held_alone(alone) == []  # it is fitted
+    assert held_alone([replace(row, held_out=True) for row in alone]) == ["run_01.csv"]
+    assert alike_now(alone, rows(2.0, 1.3 * ALONE - 0.1, 2.0))
+    assert not alike_now(alone, rows(2.0, 2.0, 1.3 * ALONE + 0.1))
+    assert alike_now([*alone, *rows(1.0, 1.0, 1.0, joint="B")], [*rows(1.0, 1.0, 1.0), *rows(9.0, 9.0, 9.0, joint="B")])
+
+
+WALL = ("contact", {"stiffness": 60.0, "position": 1.2, "side": 1.0})  # only one recording goes there
+
+
+def test_what_one_recording_alone_shows_is_learnt_from_it() -> None:
+    """And not, where the user has said which recordings judge."""
+    runs, others = recorded(WALL), [name for name in registry() if name not in ("contact", "torque_offset")]
+    found = diagnose(NOMINAL, runs, jobs=1, leave_out=others)
+    (wall,) = (run.name for run in runs if run.q.max() > 1.2)
+    assert wall in {run.name for run in prepare(NOMINAL, runs).held}
+    assert (found.named, found.verdict) == (("contact",), "explained")
+    assert wall in found.fit_runs
+    assert f"{wall}: fitted, for it shows what no other recording does" in found.notes
+    fit, held = ([run for run in runs if (run.name == wall) is judges] for judges in (False, True))
+    told = diagnose(NOMINAL, fit, held, jobs=1, leave_out=others)
+    assert (told.named, told.held_out_runs) == ((), (wall,))
 
 
 def test_a_recording_of_another_arm_is_told_of() -> None:

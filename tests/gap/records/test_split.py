@@ -56,6 +56,15 @@ def test_a_run_that_goes_where_no_other_goes_is_fitted() -> None:
     assert [run.name for run in held] == ["2", "4"]
 
 
+def test_a_run_that_shows_what_no_other_does_is_fitted_however_it_moves() -> None:
+    runs = [sines(3.0, seed=k, name=f"{k}") for k in range(6)]
+    notes: list[str] = []
+    fit, held = split(runs, notes, {"1"})
+    assert "1" in {run.name for run in fit}
+    assert len(held) == 2
+    assert notes == ["1: fitted, for it shows what no other recording does"]
+
+
 def test_runs_that_stand_alone_side_by_side_are_both_fitted() -> None:
     """The last of five would be kept back; it and the one before reach beyond all others."""
     runs = [sines(3.0, name=f"{i}") for i in range(5)]

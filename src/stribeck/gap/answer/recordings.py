@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -43,16 +43,36 @@ def recordings_of(prepared: Prepared, base: Model, final: Model, floor: np.ndarr
 
 def told_alone(recordings: Sequence[Recording]) -> list[str]:
     """Return a warning for each joint where one recording alone leaves far more over its noise than all others."""
-    warnings = []
+    return [
+        f"{row.run}: {row.joint} leaves {left:.2g} times its noise there and {most:.2g} "
+        "times at most in the others; if that recording is of another load, setting or arm, leave it out"
+        for row, left, most in _alone(recordings)
+    ]
+
+
+def held_alone(recordings: Sequence[Recording]) -> list[str]:
+    """Return the recordings that are held out though, at some joint, they alone leave far more than all others."""
+    return list(dict.fromkeys(row.run for row, _, _ in _alone(recordings) if row.held_out))
+
+
+def alike_now(before: Sequence[Recording], after: Sequence[Recording]) -> bool:
+    """Return whether no recording is left with far more than all but the one that stood alone had before."""
+    joints = dict.fromkeys(row.joint for row, _, _ in _alone(before))
+    return all(_ordered(after, joint)[0][0] < ALONE * max(_ordered(before, joint)[1][0], 1.0) for joint in joints)
+
+
+def _alone(recordings: Sequence[Recording]) -> Iterator[tuple[Recording, float, float]]:
+    """Yield what stands alone at a joint: how much it leaves over its noise, and the next to it."""
     for joint in dict.fromkeys(row.joint for row in recordings):
-        rows = [row for row in recordings if row.joint == joint and row.noise > 0.0]
-        left = np.array([row.corrected / row.noise for row in rows])
-        if len(rows) < LEAST:
+        found = _ordered(recordings, joint)
+        if len(found) < LEAST:
             continue
-        worst, next_to_it = np.argsort(-left)[:2]
-        if left[worst] > ALONE * max(left[next_to_it], 1.0):
-            warnings.append(
-                f"{rows[worst].run}: {joint} leaves {left[worst]:.2g} times its noise there and {left[next_to_it]:.2g} "
-                "times at most in the others; if that recording is of another load, setting or arm, leave it out"
-            )
-    return warnings
+        (left, worst), (next_to_it, _) = found[:2]
+        if left > ALONE * max(next_to_it, 1.0):
+            yield worst, left, next_to_it
+
+
+def _ordered(recordings: Sequence[Recording], joint: str) -> list[tuple[float, Recording]]:
+    """Return the recordings of a joint with what each leaves over its noise, the largest first."""
+    rows = [row for row in recordings if row.joint == joint and row.noise > 0.0]
+    return sorted(((row.corrected / row.noise, row) for row in rows), key=lambda pair: -pair[0])

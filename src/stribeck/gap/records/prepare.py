@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -78,7 +78,7 @@ class Prepared:
         return replace(arm, joints=tuple(replace(joint, tolerance=said.tolerance) for joint, said in pairs))
 
 
-def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = ()) -> Prepared:
+def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = (), fitted: Collection[str] = ()) -> Prepared:
     """Condition runs for a diagnosis.
 
     Parameters
@@ -88,11 +88,13 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = ()) -> Prep
         Fitted; some of them are kept back where ``held_out`` is empty.
     held_out : sequence of Run
         Judged, never fitted.
+    fitted : collection of str
+        Names of runs that are not kept back, as far as any need not be.
     """
     notes: list[str] = []
     even = [_even(run, notes) for run in runs]
     kept_back = [_even(run, notes) for run in held_out]
-    fit, held = (even, kept_back) if held_out else split(even, notes)
+    fit, held = (even, kept_back) if held_out else split(even, notes, fitted)
     fit, held = shortened(fit, notes), shortened(held, notes)
     every = [*fit, *held]
     inertia = moved_inertia(arm, every)
@@ -100,14 +102,14 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = ()) -> Prep
     cutoff = cutoff_frequency(arm, every, inertia, noise)
     notes.append(f"analysed up to {cutoff:.3g} Hz")
     conditioned = in_sequence([condition(arm, run, cutoff, noise, thin=True) for run in every], [*even, *kept_back])
-    fitted, judged = conditioned[: len(fit)], conditioned[len(fit) :]
+    learnt, judged = conditioned[: len(fit)], conditioned[len(fit) :]
     for run in conditioned:
         if not len(run.analysis_index):
             raise InputError(f"{run.name}: too short to be analysed", f"{len(run.time)} samples", "leave it out")
     warnings = tuple(f"{run.name}: {text}" for run in every for text in run.warnings)
     gone = sum(distance_gone(run.q, run.sample_time) for run in [*even, *kept_back])
-    scales = typical(arm, fitted, inertia, np.asarray(gone))
-    return Prepared(with_unsaid(arm, scales), fitted, judged, scales, cutoff, tuple(notes), warnings, stated=arm)
+    scales = typical(arm, learnt, inertia, np.asarray(gone))
+    return Prepared(with_unsaid(arm, scales), learnt, judged, scales, cutoff, tuple(notes), warnings, stated=arm)
 
 
 def _even(run: Run, notes: list[str]) -> Run:

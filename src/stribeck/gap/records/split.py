@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -15,12 +15,13 @@ EVERY = 3  # runs, of which one is held out
 BEYOND = 0.25  # of what all runs reach: further than that beyond every other run, a run stands alone
 MOVED = 0.25  # of the speed at which the run moves a joint that moves it second most: slower, it as good as rests
 FIRST = 1e-6  # counts as standing alone by so little
+SHOWN = 1e3  # counts as standing alone by so much, of parts: more than any motion does
 FAINT = 0.05  # of what is asked on average: less is as good as nothing
 DIGITS = 9  # of how far runs are from others, and from alike: what rounding leaves must not decide
 ALIKE = 0.3  # rms of the logarithms of what held runs ask, over that of fitted ones: they move alike up to here
 
 
-def split(runs: Sequence[Run], notes: list[str]) -> tuple[list[Run], list[Run]]:
+def split(runs: Sequence[Run], notes: list[str], fitted: Collection[str] = ()) -> tuple[list[Run], list[Run]]:
     """Return (fit, held out): one whole run of three is kept back, or the last part of a single run.
 
     A run that goes where no other goes (a larger torque, speed or range) is fitted: what only one recording shows
@@ -37,11 +38,14 @@ def split(runs: Sequence[Run], notes: list[str]) -> tuple[list[Run], list[Run]]:
     alone, asked = _alone(runs), _asked(runs)
     first = order(runs)[0]
     alone[first] = max(alone[first], FIRST)
+    shown = [i for i, run in enumerate(runs) if run.name in fitted]
+    alone[shown] += SHOWN
     held: list[int] = []
     for i in range(1, len(runs), EVERY):
         near = sorted((k for k in range(len(runs)) if k not in held), key=lambda k: (abs(k - i), -k))
         held.append(next((k for k in near if not alone[k]), near[0]))
     held = _exchanged(held, asked, _moved(asked, runs[0].n), alone)
+    notes.extend(f"{runs[i].name}: fitted, for it shows what no other recording does" for i in shown if i not in held)
     return [run for i, run in enumerate(runs) if i not in held], [runs[i] for i in held]
 
 
