@@ -9,7 +9,7 @@ from stribeck.arm import Arm, Friction, Joint, Tolerance
 from stribeck.effects.registry import registry
 from stribeck.identify.conditioning import Conditioned, condition
 from stribeck.identify.map_fit import Fit, fit
-from stribeck.identify.problem import LEVEL_LIMIT, PRIOR_LIMIT, Weights
+from stribeck.identify.problem import LEVEL_LIMIT, PRIOR_LIMIT, Problem, Weights
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import Entry, Placed, values_of
 from stribeck.model.path import SignalPath
@@ -219,3 +219,12 @@ def test_several_joints_and_runs() -> None:
     for i, entry in enumerate(path.entries):
         if entry.owner == "friction":
             assert found.p[i] == pytest.approx(truth[i], rel=1e-4)
+
+
+def test_a_step_that_runs_away_costs_without_end_and_warns_nobody() -> None:
+    """IPOPT turns back there."""
+    path = SignalPath(pendulum())
+    residual = Residual(path, [clean(path, perturbed(path))])
+    problem = Problem(residual, Weights(np.array([1e-307]), np.ones(1)), values_of(path.entries), {})
+    cost, _, _ = problem.evaluate(problem.start)
+    assert not np.isfinite(cost)

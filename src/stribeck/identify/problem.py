@@ -120,11 +120,11 @@ class Problem:
 
     def _compute(self, z: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
         p = self.physical(z)
-        self._rows = r, jacobian = self.residual(p)
-        slope = np.where(self.log, p[self.free], self.unit)
-        weighted = (r * self.weights.scale).ravel()
-        columns = (jacobian * self.weights.scale[..., None]).reshape(len(weighted), -1) * slope
-        prior = self.prior(z)
         with np.errstate(over="ignore", invalid="ignore"):  # as in ``cost``
+            self._rows = r, jacobian = self.residual(p)
+            slope = np.where(self.log, p[self.free], self.unit)
+            weighted = (r * self.weights.scale).ravel()
+            columns = (jacobian * self.weights.scale[..., None]).reshape(len(weighted), -1) * slope
+            prior = self.prior(z)
             cost = 0.5 * float(weighted @ weighted) + 0.5 * float(prior @ prior)
             return cost, columns.T @ weighted + prior, columns.T @ columns + np.diag(self.has_prior.astype(float))
