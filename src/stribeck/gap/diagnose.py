@@ -46,8 +46,8 @@ def diagnose(
     arm : Arm
         The nominal arm; effects in its file are part of the nominal model.
     runs, held_out : sequence of Run
-        Recordings to fit and to judge by; without the latter some of ``runs`` are kept back, but none that alone leaves
-        a re-tuned model far more than all others do: what only one recording shows cannot be learnt from the others.
+        Recordings to fit and to judge by; without the latter some of ``runs`` are kept back, but not one that leaves a
+        re-tuned model far more than all fitted ones do: what these do not show cannot be learnt from them.
     seed : int
         Of all resampling.
     jobs : int
@@ -159,9 +159,9 @@ def _fitted_too(
     leave_out: Sequence[str],
     progress: Progress,
 ) -> Searched | None:
-    """Return a search that is told what stood ``alone`` on a held-out run; None where that is of another arm.
+    """Return a search that is told what held-out runs ``alone`` have shown; None where these are of another arm.
 
-    No effect of one arm then makes that run like the others ``before``. Nor where that run must judge.
+    No effect of one arm then makes them like the fitted ones ``before``. Nor where they must judge.
     """
     prepared = prepare(arm, runs, fitted=alone)
     if {run.name for run in prepared.held} & set(alone):

@@ -51,10 +51,14 @@ def test_one_that_stands_alone_is_told_of() -> None:
     assert not told_alone([replace(row, noise=0.0) for row in rows(1.0, 9.0, 1.0)])
 
 
-def test_of_recordings_that_are_held_out_one_that_stands_alone_is_found() -> None:
-    alone = rows(1.1, 9.0, 1.3)
-    assert held_alone(alone) == []  # it is fitted
-    assert held_alone([replace(row, held_out=True) for row in alone]) == ["run_01.csv"]
+def test_of_recordings_that_are_held_out_one_that_shows_more_than_all_fitted_ones_is_found() -> None:
+    fitted = rows(1.1, 9.0, 1.3)
+    alone = [fitted[0], replace(fitted[1], held_out=True), fitted[2]]
+    assert held_alone(fitted) == []
+    assert held_alone(alone) == ["run_01.csv"]
+    assert held_alone([*alone, replace(rows(8.0)[0], run="another", held_out=True)]) == ["run_01.csv"]  # the loudest
+    assert held_alone([*alone, replace(rows(3.0)[0], run="another")]) == []
+    assert held_alone([replace(row, corrected=0.1 * row.corrected) for row in alone]) == []  # nothing is left in it
     assert alike_now(alone, rows(2.0, 1.3 * ALONE - 0.1, 2.0))
     assert not alike_now(alone, rows(2.0, 2.0, 1.3 * ALONE + 0.1))
     assert alike_now([*alone, *rows(1.0, 1.0, 1.0, joint="B")], [*rows(1.0, 1.0, 1.0), *rows(9.0, 9.0, 9.0, joint="B")])
@@ -71,7 +75,7 @@ def test_what_one_recording_alone_shows_is_learnt_from_it() -> None:
     assert wall in {run.name for run in prepare(NOMINAL, runs).held}
     assert (found.named, found.verdict) == (("contact",), "explained")
     assert wall in found.fit_runs
-    assert f"{wall}: fitted, for it shows what no other recording does" in found.notes
+    assert f"{wall}: fitted, for it shows what no fitted recording had" in found.notes
     fit, held = ([run for run in runs if (run.name == wall) is judges] for judges in (False, True))
     told = diagnose(NOMINAL, fit, held, jobs=1, leave_out=others)
     assert (told.named, told.held_out_runs) == ((), (wall,))

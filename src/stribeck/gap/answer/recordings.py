@@ -43,33 +43,44 @@ def recordings_of(prepared: Prepared, base: Model, final: Model, floor: np.ndarr
 
 def told_alone(recordings: Sequence[Recording]) -> list[str]:
     """Return a warning for each joint where one recording alone leaves far more over its noise than all others."""
-    return [
-        f"{row.run}: {row.joint} leaves {left:.2g} times its noise there and {most:.2g} "
-        "times at most in the others; if that recording is of another load, setting or arm, leave it out"
-        for row, left, most in _alone(recordings)
-    ]
+    warnings = []
+    for joint in _joints(recordings):
+        rows = _ordered(recordings, joint)
+        if len(rows) < LEAST:
+            continue
+        (left, worst), (next_to_it, _) = rows[:2]
+        if left > ALONE * max(next_to_it, 1.0):
+            warnings.append(
+                f"{worst.run}: {joint} leaves {left:.2g} times its noise there and {next_to_it:.2g} "
+                "times at most in the others; if that recording is of another load, setting or arm, leave it out"
+            )
+    return warnings
 
 
 def held_alone(recordings: Sequence[Recording]) -> list[str]:
-    """Return the recordings that are held out though, at some joint, they alone leave far more than all others."""
-    return list(dict.fromkeys(row.run for row, _, _ in _alone(recordings) if row.held_out))
+    """Return the recordings, at most one a joint, that are held out though they leave far more than all fitted ones."""
+    return list(dict.fromkeys(row.run for row, _ in _unlearnt(recordings)))
 
 
 def alike_now(before: Sequence[Recording], after: Sequence[Recording]) -> bool:
-    """Return whether no recording is left with far more than all but the one that stood alone had before."""
-    joints = dict.fromkeys(row.joint for row, _, _ in _alone(before))
-    return all(_ordered(after, joint)[0][0] < ALONE * max(_ordered(before, joint)[1][0], 1.0) for joint in joints)
+    """Return whether none is left with far more than the fitted ones had before, where one held out stood out."""
+    return all(_ordered(after, row.joint)[0][0] < most for row, most in _unlearnt(before))
 
 
-def _alone(recordings: Sequence[Recording]) -> Iterator[tuple[Recording, float, float]]:
-    """Yield what stands alone at a joint: how much it leaves over its noise, and the next to it."""
-    for joint in dict.fromkeys(row.joint for row in recordings):
-        found = _ordered(recordings, joint)
-        if len(found) < LEAST:
-            continue
-        (left, worst), (next_to_it, _) = found[:2]
-        if left > ALONE * max(next_to_it, 1.0):
-            yield worst, left, next_to_it
+def _unlearnt(recordings: Sequence[Recording]) -> Iterator[tuple[Recording, float]]:
+    """Yield what is held out and leaves most at a joint, where that is more than ``most``, which is told along.
+
+    ``most`` is what would be far more than the fitted ones leave there, in noise.
+    """
+    for joint in _joints(recordings):
+        rows = _ordered(recordings, joint)
+        most = ALONE * max([1.0, *(left for left, row in rows if not row.held_out)])
+        if len(rows) >= LEAST and rows[0][0] > most:
+            yield rows[0][1], most
+
+
+def _joints(recordings: Sequence[Recording]) -> list[str]:
+    return list(dict.fromkeys(row.joint for row in recordings))
 
 
 def _ordered(recordings: Sequence[Recording], joint: str) -> list[tuple[float, Recording]]:
