@@ -897,6 +897,7 @@ def test_the_search_without_what_is_needless_starts_from_what_every_arm_has_as_w
     monkeypatch.setattr(search_module, "_from_the_ordinary", from_the_ordinary)
     monkeypatch.setattr(search_module, "_believed", lambda setting, steps: (steps, []))
     monkeypatch.setattr(search_module, "idle", lambda steps: ("cogging", 0))
+    monkeypatch.setattr(search_module, "instead", lambda *_: [])
     monkeypatch.setattr(search_module, "rank", lambda *_: SimpleNamespace(overall=[0.0, 0.0]))
     monkeypatch.setattr(search_module, "with_look_alikes", lambda prepared, steps, *_: steps)
     prepared, _ = search_module.search(SimpleNamespace(arm=NOMINAL), SimpleNamespace(), FLOOR, jobs=1)  # type: ignore[arg-type]
