@@ -15,7 +15,7 @@ from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.search.families import left_by
 from stribeck.gap.search.gates import needed
 from stribeck.gap.search.ordinary import is_ordinary
-from stribeck.gap.search.rank import rank
+from stribeck.gap.search.rank import rank, saved
 from stribeck.gap.search.step import Step, last_model
 from stribeck.identify.problem import Weights
 from stribeck.model.layout import Placed
@@ -87,17 +87,12 @@ def stands_in(steps: Sequence[Step]) -> bool:
     last = steps[-1]
     if last.worth is None:
         return False
-    mine = _saved(last.worth.overall[1])
+    mine = saved(last.worth.overall[1])
     return any(
         step.worth is not None
-        and max(mine, _saved(step.worth.overall[1])) < STANDS_IN * _saved(step.ranking.overall[step.ranking.best])
+        and max(mine, saved(step.worth.overall[1])) < STANDS_IN * saved(step.ranking.overall[step.ranking.best])
         for step in steps[:-1]
     )
-
-
-def _saved(gain: float) -> float:
-    """Return a gain in logarithms: equal steps are equal factors of what is left."""
-    return -float(np.log(max(1.0 - gain, 1e-12)))
 
 
 def misleading(steps: Sequence[Step]) -> tuple[str, int] | None:
@@ -110,9 +105,9 @@ def misleading(steps: Sequence[Step]) -> tuple[str, int] | None:
         return None
     ranking, worth = taken[0].ranking, taken[0].worth
     left = ranking.power[ranking.best] if worth is None else worth.power[1]
-    near = NEARLY * _saved(ranking.overall[ranking.best])
+    near = NEARLY * saved(ranking.overall[ranking.best])
     names = {
-        taken[0].rivals[k - 1].placed[-1].effect.name for k in taken[0].passing if _saved(ranking.overall[k]) > near
+        taken[0].rivals[k - 1].placed[-1].effect.name for k in taken[0].passing if saved(ranking.overall[k]) > near
     }
     place = taken[0].best.placed[-1]
     return place.key if left.max() > MUCH_LEFT and names - {place.effect.name} else None

@@ -74,19 +74,24 @@ class Ranking:
 
         By a large gap's own weights, constants that are re-tuned weigh more than what tells two models apart.
         """
-        return [k for k in range(1, len(self.loss)) if self._gained(k) > ALIKE * self._gained(self.best)]
+        return [k for k in range(1, len(self.loss)) if self._keeps(k, ALIKE)]
 
     def _same(self, k: int) -> bool:
         if k == self.best:
             return True
         apart = t_value(log_ratio(self.loss[k], self.loss[self.best]))
-        by_data = self._gained(k) > (SHARED if apart < SAME else ALIKE) * self._gained(self.best)
+        by_data = self._keeps(k, SHARED if apart < SAME else ALIKE)
         by_prior = self.prior_gain[k] > self.prior_gain[self.best] - 2.0
         return bool(by_data and by_prior)
 
-    def _gained(self, k: int) -> float:
-        """Return a gain in logarithms: equal steps are equal factors of what is left."""
-        return -float(np.log(max(1.0 - self.overall[k], 1e-12)))
+    def _keeps(self, k: int, part: float) -> bool:
+        """Return whether a rival gains more than a part of what the best one gains, in logarithms."""
+        return saved(self.overall[k]) > part * saved(self.overall[self.best])
+
+
+def saved(gain: float) -> float:
+    """Return a gain in logarithms: equal steps are equal factors of what is left."""
+    return -float(np.log(max(1.0 - gain, 1e-12)))
 
 
 def log_ratio(first: np.ndarray, second: np.ndarray) -> np.ndarray:
