@@ -75,7 +75,7 @@ def test_what_one_recording_alone_shows_is_learnt_from_it() -> None:
     assert wall in {run.name for run in prepare(NOMINAL, runs).held}
     assert (found.named, found.verdict) == (("contact",), "explained")
     assert wall in found.fit_runs
-    assert f"{wall}: fitted, for it shows what no fitted recording had" in found.notes
+    assert f"{wall}: fitted, for it shows what no other fitted one does" in found.notes
     fit, held = ([run for run in runs if (run.name == wall) is judges] for judges in (False, True))
     told = diagnose(NOMINAL, fit, held, jobs=1, leave_out=others)
     assert (told.named, told.held_out_runs) == ((), (wall,))

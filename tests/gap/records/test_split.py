@@ -62,7 +62,7 @@ def test_a_run_that_shows_what_no_other_does_is_fitted_however_it_moves() -> Non
     fit, held = split(runs, notes, {"1"})
     assert "1" in {run.name for run in fit}
     assert len(held) == 2
-    assert notes == ["1: fitted, for it shows what no fitted recording had"]
+    assert notes == ["1: fitted, for it shows what no other fitted one does"]
 
 
 def test_runs_that_stand_alone_side_by_side_are_both_fitted() -> None:

@@ -45,7 +45,7 @@ def split(runs: Sequence[Run], notes: list[str], fitted: Collection[str] = ()) -
         near = sorted((k for k in range(len(runs)) if k not in held), key=lambda k: (abs(k - i), -k))
         held.append(next((k for k in near if not alone[k]), near[0]))
     held = _exchanged(held, asked, _moved(asked, runs[0].n), alone)
-    notes.extend(f"{runs[i].name}: fitted, for it shows what no fitted recording had" for i in shown if i not in held)
+    notes.extend(f"{runs[i].name}: fitted, for it shows what no other fitted one does" for i in shown if i not in held)
     return [run for i, run in enumerate(runs) if i not in held], [runs[i] for i in held]
 
 
