@@ -206,3 +206,14 @@ def test_what_every_arm_has_is_told_by_the_last_values(first: float, last: float
     steps[-1].best.placed = (replace(places[0], values={"offset": last}), places[1])
     causes, _ = causes_of(steps, ("A", "B"), SCALES)
     assert ("encoder_offset" in named_of(causes)) == named
+
+
+def test_what_may_stand_for_it_is_told_by_the_last_values() -> None:
+    """A stop that is leaned on once all is known may be a cable."""
+    values = {"stiffness": 9.0, "position": 0.3, "damping": 0.1}
+    places = [Placed(effect_named("contact"), 0, values), Placed(effect_named("delay"), 0, {"time": 0.02})]
+    scale = replace(SCALES[0], middle=0.2)
+    steps = taken_steps(places, (40.0, 20.0), gap=FLOOR, floor=FLOOR, candidates=("cable_spring",))
+    steps[-1].best.placed = (replace(places[0], values={**values, "position": 0.1}), places[1])
+    causes, _ = causes_of(steps, ("A", "B"), (scale, scale))
+    assert causes[0].equivalent == ("contact", "cable_spring")
