@@ -18,7 +18,7 @@ from stribeck.gap.records.floor import noise_of_rows
 from stribeck.gap.records.observed import observe
 from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.records.spread import Noise
-from stribeck.gap.result import Diagnosis, Recording
+from stribeck.gap.result import Diagnosis
 from stribeck.gap.search.lateness import on_time
 from stribeck.gap.search.search import search
 from stribeck.gap.search.setting import Progress
@@ -68,11 +68,8 @@ def diagnose(
     progress("conditioning the recordings")
     tuned = retuned(prepare(arm, runs, held_out), seed=seed, leave_out=leave_out, progress=progress)
     found = None
-    if not held_out and (alone := held_alone(tuned.left())):
-        progress(f"with {', '.join(alone)} among what is fitted")
-        found = _fitted_too(
-            arm, runs, alone, tuned.left(), seed=seed, jobs=jobs, leave_out=leave_out, progress=progress
-        )
+    if not held_out:
+        found = _with_alone(arm, runs, tuned, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
     if found is None:
         found = searched_from(tuned, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
     seen = observe(arm, (*runs, *held_out), found.prepared.scales, leave_out=leave_out)
@@ -90,10 +87,6 @@ class Retuned:
     given: np.ndarray
     noise: Noise
     base: Model
-
-    def left(self) -> tuple[Recording, ...]:
-        """Return what the re-tuned model leaves of each recording."""
-        return recordings_of(self.prepared, self.base, self.base, self.noise.rms)
 
 
 @dataclass(frozen=True)
@@ -148,27 +141,24 @@ def searched_from(tuned: Retuned, *, seed: int, jobs: int, leave_out: Sequence[s
     return Searched(prepared, tuned.given, np.sqrt(tuned.noise.held**2 + more), steps)
 
 
-def _fitted_too(
-    arm: Arm,
-    runs: Sequence[Run],
-    alone: Sequence[str],
-    before: Sequence[Recording],
-    *,
-    seed: int,
-    jobs: int,
-    leave_out: Sequence[str],
-    progress: Progress,
+def _with_alone(
+    arm: Arm, runs: Sequence[Run], tuned: Retuned, *, seed: int, jobs: int, leave_out: Sequence[str], progress: Progress
 ) -> Searched | None:
-    """Return a search that is told what held-out runs ``alone`` have shown; None where these are of another arm.
+    """Return a search that is told what held-out runs alone have shown, or None; arguments as of :func:`diagnose`.
 
-    No effect of one arm then makes them like the fitted ones ``before``. Nor where they must judge.
+    None where none shows more than all fitted ones, or must judge, or where no effect of one arm makes it like these.
     """
+    before = recordings_of(tuned.prepared, tuned.base, tuned.base, tuned.noise.rms)
+    alone = held_alone(before)
+    if not alone:
+        return None
     prepared = prepare(arm, runs, fitted=alone)
     if {run.name for run in prepared.held} & set(alone):
         return None
-    tuned = retuned(prepared, seed=seed, leave_out=leave_out, progress=progress)
-    found = searched_from(tuned, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
-    after = recordings_of(found.prepared, tuned.base, last_model(found.steps), found.steps[-1].floor)
+    progress(f"once more, with {', '.join(alone)} among what is fitted")
+    again = retuned(prepared, seed=seed, leave_out=leave_out, progress=progress)
+    found = searched_from(again, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
+    after = recordings_of(found.prepared, again.base, last_model(found.steps), found.steps[-1].floor)
     return found if alike_now(before, after) else None
 
 

@@ -84,6 +84,7 @@ def test_beside_one_effect_alone_only_what_came_all_but_as_near_is_fitted_again(
     found = with_as_good(prepared, alone, without_each(prepared, alone, POOL), others, 0)
     (cause,) = causes_of(found, ("A",), prepared.scales)[0]
     assert cause.equivalent == ((first, rival) if near else (first,))
+    assert instead(prepared, (replace(steps[0], passing=()),), POOL) == []  # where nothing was taken
 
 
 TURNED = [("encoder_offset", {"offset": 0.05}), ("payload", {"mass": 0.5})]  # of one pendulum, as gravity would be

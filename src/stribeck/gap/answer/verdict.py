@@ -14,6 +14,7 @@ from stribeck.gap.records.blocks import block_sums
 from stribeck.gap.records.spread import Noise, noise_power
 from stribeck.gap.result import Cause, Estimate
 from stribeck.gap.search.kin import FILLING, filling_in, simpler_than
+from stribeck.gap.search.ordinary import is_ordinary
 from stribeck.gap.search.presence import evidence, presence
 from stribeck.gap.search.step import Step, alike, last_model
 from stribeck.model.layout import Placed
@@ -114,7 +115,7 @@ def _found(step: Step, steps: Sequence[Step], fills: bool, scales: Sequence[Scal
     shown = r.overall[r.best] if step.worth is None else step.worth.overall[1]
     share = -float(np.log(np.clip(1.0 - shown, 1e-6, 0.99)))  # each has some: the gates saw a gain
     last = {other.key: other for other in last_model(steps).placed}.get(place.key, place)  # beside all others
-    ordinary = last.effect.ordinary(last.values, scales[place.joint])
+    ordinary = is_ordinary(last, scales)
     kept = ORDINARY if ordinary else FILLING if fills and not simpler_than(place.effect, (*twins, *beside)) else 1.0
     also = [name for name in last.effect.also(last.values, scales[last.joint]) if name in _tried(step)]
     equivalent = tuple(dict.fromkeys([place.effect.name, *(law.name for law in (*twins, *beside)), *also]))

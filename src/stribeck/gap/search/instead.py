@@ -39,6 +39,8 @@ def instead(
     what is ``gone``, a needless effect that no step has seen: it may do as well in the place of any.
     """
     taken = [step for step in steps if step.taken]
+    if not taken:
+        return []
     final, own = last_model(steps), len(steps[0].base.placed)
     weights = weights_of(final, prepared, steps[-1].floor)
     places, fits = [], []
@@ -50,10 +52,11 @@ def instead(
             if (effect.name, joint) != final.placed[i].key
         ]
         r = step.ranking
-        near = [k for k in r.order if r.overall[k] > LEAST_GAIN and (len(taken) > 1 or k in r.near())]
+        near = r.order if len(taken) > 1 else set(r.near())
+        rivals = [step.rivals[k - 1].placed[-1] for k in r.order if k in near and r.overall[k] > LEAST_GAIN]
         seen, more = (
             [rival for rival in some if (rival.effect.name, rival.effect.law, rival.joint) in possible]
-            for some in ([step.rivals[k - 1].placed[-1] for k in near], gone)
+            for some in (rivals, gone)
         )
         for rival in (*seen[:RIVALS], *more):
             places.append(final.placed[i])
