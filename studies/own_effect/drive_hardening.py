@@ -10,7 +10,8 @@ import math
 from typing import final
 
 from stribeck.model.effect import ActuatorEffect
-from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
+from stribeck.model.scale import Scale
+from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 
 
 @final

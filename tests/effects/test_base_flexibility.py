@@ -12,7 +12,7 @@ from stribeck.effects.rigid_body.base_flexibility import DAMPED, LIGHTEST
 from stribeck.model.forward import Forward
 from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
-from stribeck.model.values import Scale
+from stribeck.model.scale import Scale
 
 SCALE = Scale(torque=5.0, friction=0.5, speed=1.0, travel=2.0, inertia=0.4, sample_time=0.005, length=0.3)
 

@@ -28,7 +28,7 @@ from stribeck.model.effect import (
     TransmissionEffect,
 )
 from stribeck.model.layout import Placed, layout, values_of
-from stribeck.model.values import Scale
+from stribeck.model.scale import Scale
 
 from .bench import every_effect, nominal_arm, starts
 

@@ -12,7 +12,7 @@ from stribeck.effects.registry import laws, registry
 from stribeck.errors import InputError
 from stribeck.export import export_fmu
 from stribeck.model.effect import Effect
-from stribeck.model.values import Scale
+from stribeck.model.scale import Scale
 from stribeck.simulate import Engine, path_of
 
 from .conftest import two_links

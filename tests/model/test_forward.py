@@ -15,7 +15,7 @@ from stribeck.model.effect import Effect
 from stribeck.model.forward import Forward
 from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
-from stribeck.model.values import Scale
+from stribeck.model.scale import Scale
 
 SCALE = Scale(torque=4.0, friction=2.0, speed=1.0, travel=2.0, inertia=0.3, sample_time=0.01, length=0.3)
 

@@ -14,7 +14,8 @@ from stribeck.model.drive import DRIVE
 from stribeck.model.effect import TransmissionEffect
 from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
-from stribeck.model.values import Parameter, Scale
+from stribeck.model.scale import Scale
+from stribeck.model.values import Parameter
 
 STEP, COUNT = 0.002, 2000
 NONE = Friction(0.0, 0.0, 0.0, 0.1)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stribeck.effects.registry import effect_named
-from stribeck.model.values import Scale
+from stribeck.model.scale import Scale
 from stribeck.model.waves import Trace, ringing, strongest_waves, tones
 
 STEP = 0.02

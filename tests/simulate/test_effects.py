@@ -10,7 +10,7 @@ from stribeck.effects.registry import laws
 from stribeck.model.effect import Effect
 from stribeck.model.layout import Placed
 from stribeck.model.path import SignalPath
-from stribeck.model.values import Scale
+from stribeck.model.scale import Scale
 from stribeck.simulate import Engine, path_of
 
 from .conftest import entry, two_links

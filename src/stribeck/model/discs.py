@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from stribeck.model.values import Scale
+from stribeck.model.scale import Scale
 from stribeck.model.waves import Trace, Wave, strongest_waves
 
 TURNS = (1.0, 2.0)  # cycles per turn of the joint: off centre, and an oval disc

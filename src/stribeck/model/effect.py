@@ -15,7 +15,8 @@ from typing import Any, ClassVar, Literal, TypeAlias
 
 import casadi as ca
 
-from stribeck.model.values import Body, Expression, Observed, Parameter, Parameters, Record, Scale, Signals, States, Tip
+from stribeck.model.scale import Scale
+from stribeck.model.values import Body, Expression, Observed, Parameter, Parameters, Record, Signals, States, Tip
 from stribeck.model.waves import Trace
 
 Shows: TypeAlias = Literal[

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from stribeck.model.values import Expression, Parameters, Scale, Tip
+from stribeck.model.scale import Scale
+from stribeck.model.values import Expression, Parameters, Tip
 from stribeck.model.walls import MOVING, SHARES
 from stribeck.model.waves import Trace
 

@@ -9,7 +9,8 @@ from typing import Any
 import casadi as ca
 
 from stribeck.model.effect import FrictionEffect
-from stribeck.model.values import Expression, Parameters, Scale, Signals, States
+from stribeck.model.scale import Scale
+from stribeck.model.values import Expression, Parameters, Signals, States
 
 # poles that stand for a delay of the same mean: simulation, linearisation and export have states and no memory
 DELAY = ("first", "second", "third")

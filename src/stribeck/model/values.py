@@ -12,39 +12,6 @@ import numpy as np
 Expression = Any
 """A CasADi expression (``casadi.SX``, scalar unless said otherwise) or a float."""
 
-PROMPT = 1.6e-3
-"""Lateness that any drive or record has, s: current loops of 100 Hz and more, a sample of a fast digital loop."""
-
-GIVES = 2e-5
-"""Way by which any contact gives before it slides, m: rolling elements and teeth do so by some ten micrometres."""
-
-ARM_OF_CONTACT = 0.05
-"""Radius at which the contacts of a joint that turns lie, m: of its bearings and gears."""
-
-RENEWS = 0.005
-"""Slide that renews any contact, m: what takes longer is the grease's structure, not the contact's age."""
-
-STRAY = 0.015
-"""Part of its torque by which any drive or gear strays: offsets, slots, ripples, sides that are not quite alike."""
-
-UNEVEN = 0.02
-"""Part of its friction by which any joint's varies along its way."""
-
-LIGHTEST = 0.01
-"""Least part of a joint's inertia that is taken to lie beyond its transmission."""
-
-MOST_A_TURN = 240.0
-"""Cycles a turn that are looked for: magnets on slots, and the two a turn of a wave generator behind 100:1."""
-
-MOST_PERIODS = 60.0
-"""Periods over the travel that are looked for on an axis in m: a screw or a magnet track may have as many."""
-
-LEAST_OF_PERIOD = 1.0
-"""Part of a period that must be covered: less is any curve over position, a stiffening spring, an offset and cables."""
-
-LEAST_DRIVE = 0.4
-"""Part of the torque that a motion needs (root mean square): a drive with a lower limit would hardly drive."""
-
 Parameters = Mapping[str, Expression]
 States = Mapping[str, Expression]
 
@@ -80,85 +47,6 @@ class Parameter:
     def pitch(self) -> bool:
         """Whether it says how often a wave repeats, over position or in time."""
         return self.unit == "Hz" or self.unit.startswith("1/")
-
-
-@dataclass(frozen=True)
-class Scale:
-    """Typical magnitudes of one joint in the data at hand, from which an effect takes its starting values.
-
-    Attributes
-    ----------
-    torque, needed, friction : float
-        Root mean square command, and torque that the nominal arm needs for the motion, and Coulomb friction, N m.
-    speed : float
-        Root mean square velocity, rad/s.
-    travel, covered, middle : float
-        Range of position in the run that goes furthest, and in all together, and its median, rad.
-    distance : float
-        That the joint goes to and fro in all recordings together, rad.
-    inertia, rotor : float
-        Inertia that the joint moves, others held, and its rotor's part of that, kg m^2.
-    sample_time : float
-        Of the recordings, s.
-    prismatic : bool
-        Whether the joint is an axis in m: no turn says then how often what is periodic repeats.
-    """
-
-    torque: float
-    friction: float
-    speed: float
-    travel: float
-    inertia: float
-    sample_time: float
-    length: float = 1.0
-    middle: float = 0.0
-    prismatic: bool = False
-    distance: float = math.inf
-    rotor: float = 0.0
-    covered: float = 0.0
-    needed: float = math.inf
-
-    def may_limit(self, torque: float) -> bool:
-        """Return whether a drive that gives no more than a torque, N m, drives the motion.
-
-        A controller whose drive is at its limit asks for ever more: its command alone would be no measure.
-        """
-        return torque > LEAST_DRIVE * min(self.torque, self.needed)
-
-    def rates(self, most: float = MOST_A_TURN) -> tuple[float, float]:
-        """Return the range of cycles per radian of phase, 1/rad, in which a periodic law may start.
-
-        From one to ``most`` a turn; on an axis in m from half a period over the travel to MOST_PERIODS of them.
-        """
-        return (math.pi / self.travel, 2.0 * math.pi * MOST_PERIODS / self.travel) if self.prismatic else (1.0, most)
-
-    def furthest(self, position: float) -> float:
-        """Return how far the joint goes from a position, rad, in a run about its median."""
-        return abs(self.middle - position) + 0.5 * self.travel
-
-    @property
-    def link(self) -> float:
-        """Inertia that is moved through the transmission, kg m^2: all but the rotor's, which may be most of it."""
-        return max(self.inertia - self.rotor, LIGHTEST * self.inertia)
-
-    def shows(self, harmonic: float) -> bool:
-        """Return whether enough of a period (``harmonic`` a radian) is covered to be more than any curve."""
-        return harmonic * max(self.travel, self.covered) > LEAST_OF_PERIOD * 2.0 * math.pi
-
-    @property
-    def stray(self) -> float:
-        """Torque by which any drive or gear strays, N m."""
-        return STRAY * self.torque
-
-    @property
-    def gives(self) -> float:
-        """Way by which any contact gives before it slides, rad: GIVES, for a joint that turns at ARM_OF_CONTACT."""
-        return GIVES if self.prismatic else GIVES / ARM_OF_CONTACT
-
-    @property
-    def renews(self) -> float:
-        """Slide that renews any contact, rad: RENEWS, for a joint that turns at ARM_OF_CONTACT."""
-        return RENEWS if self.prismatic else RENEWS / ARM_OF_CONTACT
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ from stribeck.gap.records.spread import Noise
 from stribeck.gap.result import Cause
 from stribeck.gap.search.step import Step
 from stribeck.model.layout import Placed
-from stribeck.model.values import Scale
+from stribeck.model.scale import Scale
 
 from ..conftest import taken_steps
 

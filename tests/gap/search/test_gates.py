@@ -10,7 +10,7 @@ from stribeck.effects.registry import effect_named
 from stribeck.gap.search.gates import LEAST_GAIN, LEAST_T, MOST_LOST, earns_its_place, needed, strained
 from stribeck.gap.search.random_torque import Randomness
 from stribeck.model.layout import Placed
-from stribeck.model.values import Scale
+from stribeck.model.scale import Scale
 
 SCALES = [Scale(torque=1.0, friction=0.5, speed=1.0, travel=1.0, inertia=0.1, sample_time=0.002, length=0.3)] * 2
 DELAY = Placed(effect_named("delay"), 0, {"time": 0.01})

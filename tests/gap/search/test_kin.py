@@ -10,7 +10,7 @@ from stribeck.effects.registry import effect_named, laws
 from stribeck.gap.answer.verdict import NAMED_OVER, causes_of
 from stribeck.gap.search.kin import filling_in
 from stribeck.model.layout import Placed
-from stribeck.model.values import Scale
+from stribeck.model.scale import Scale
 
 from ..conftest import taken_steps
 

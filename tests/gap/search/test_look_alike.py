@@ -24,7 +24,8 @@ from stribeck.gap.search.rank import rank
 from stribeck.gap.search.step import LookAlike, Step
 from stribeck.model.layout import Placed
 from stribeck.model.rigid_body import inverse_dynamics
-from stribeck.model.values import Body, Scale
+from stribeck.model.scale import Scale
+from stribeck.model.values import Body
 from stribeck.run import Run
 from stribeck.withheld.arms import misinformed
 from stribeck.withheld.excitation import programme

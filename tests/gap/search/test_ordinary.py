@@ -17,7 +17,7 @@ from stribeck.gap.search.rank import rank
 from stribeck.gap.search.step import Step
 from stribeck.model.effect import Effect
 from stribeck.model.layout import Placed
-from stribeck.model.values import Scale
+from stribeck.model.scale import Scale
 from stribeck.report.summary import summary
 
 from ..conftest import FRICTION, NOMINAL, recorded

@@ -38,7 +38,7 @@ from stribeck.model import cut as cut_module
 from stribeck.model.effect import Effect
 from stribeck.model.layout import Placed
 from stribeck.model.path import SignalPath
-from stribeck.model.values import Scale
+from stribeck.model.scale import Scale
 
 from ..conftest import NOMINAL, TRUE, recorded
 

@@ -7,7 +7,8 @@ from types import MappingProxyType
 from typing import final
 
 from stribeck.model.effect import ActuatorEffect, Along
-from stribeck.model.values import PROMPT, Expression, Parameter, Parameters, Scale, Signals, States
+from stribeck.model.scale import PROMPT, Scale
+from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 
 
 @final

@@ -10,7 +10,8 @@ import numpy as np
 
 from stribeck.model.effect import ActuatorEffect, Along
 from stribeck.model.overtones import slower_wave, two_waves
-from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
+from stribeck.model.scale import Scale
+from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 from stribeck.model.waves import Trace, strongest_waves
 
 

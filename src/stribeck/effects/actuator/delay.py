@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from typing import final
 
 from stribeck.model.effect import ActuatorEffect, Along
-from stribeck.model.values import PROMPT, Parameter, Scale
+from stribeck.model.scale import PROMPT, Scale
+from stribeck.model.values import Parameter
 
 
 @final

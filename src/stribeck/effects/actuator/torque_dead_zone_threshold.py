@@ -9,7 +9,8 @@ import casadi as ca
 import numpy as np
 
 from stribeck.model.effect import ActuatorEffect, Along
-from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
+from stribeck.model.scale import Scale
+from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 from stribeck.model.waves import Trace
 
 RAMP = 0.2  # of the width, over which the torque comes back, half of it before and half beyond

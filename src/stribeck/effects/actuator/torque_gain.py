@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import final
 
 from stribeck.model.effect import ActuatorEffect
-from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
+from stribeck.model.scale import Scale
+from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 
 
 @final

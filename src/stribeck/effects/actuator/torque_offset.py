@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from typing import final
 
 from stribeck.model.effect import ActuatorEffect, Along
-from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
+from stribeck.model.scale import Scale
+from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 
 
 @final

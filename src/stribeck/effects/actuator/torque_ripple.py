@@ -9,7 +9,8 @@ from typing import final
 import casadi as ca
 
 from stribeck.model.effect import ActuatorEffect
-from stribeck.model.values import STRAY, Expression, Parameter, Parameters, Scale, Signals, States
+from stribeck.model.scale import STRAY, Scale
+from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 from stribeck.model.waves import Trace, strongest_waves
 
 

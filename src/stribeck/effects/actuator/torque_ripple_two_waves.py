@@ -8,7 +8,8 @@ from typing import final
 
 from stribeck.model.effect import ActuatorEffect
 from stribeck.model.overtones import slower_wave, two_waves
-from stribeck.model.values import STRAY, Expression, Parameter, Parameters, Scale, Signals, States
+from stribeck.model.scale import STRAY, Scale
+from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 from stribeck.model.waves import Trace, strongest_waves
 
 

@@ -6,7 +6,8 @@ from typing import Any, final
 
 from stribeck.model.effect import ExternalEffect
 from stribeck.model.planes import plane_force, plane_starts, planes_from
-from stribeck.model.values import Expression, Parameter, Parameters, Scale, States, Tip
+from stribeck.model.scale import Scale
+from stribeck.model.values import Expression, Parameter, Parameters, States, Tip
 from stribeck.model.waves import Trace
 
 EXPONENT = 1.5  # of a ball on a plane

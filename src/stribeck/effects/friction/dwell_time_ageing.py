@@ -8,7 +8,8 @@ from typing import final
 import casadi as ca
 
 from stribeck.model.effect import FrictionEffect
-from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
+from stribeck.model.scale import Scale
+from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 
 OLDEST = 2.0  # an arm may have rested since the day before
 MOST_RISE = 2.0  # of friction, or of the torque where that is more

@@ -8,7 +8,8 @@ from typing import final
 import casadi as ca
 
 from stribeck.model.effect import FrictionEffect
-from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
+from stribeck.model.scale import Scale
+from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 
 STILL = 1e-3  # rad/s (m/s on an axis in m), up to which a joint rests
 OLDEST = 2.0  # an arm may have rested since the day before

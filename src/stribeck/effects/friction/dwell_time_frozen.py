@@ -9,7 +9,8 @@ from typing import final
 import casadi as ca
 
 from stribeck.model.effect import FrictionEffect
-from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
+from stribeck.model.scale import Scale
+from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 
 STILL = 1e-3  # rad/s (m/s on an axis in m), up to which a joint rests
 SETTLES = 0.01  # s, within which a rest is known for one, and forgotten

@@ -9,7 +9,8 @@ from typing import final
 import casadi as ca
 
 from stribeck.model.effect import FrictionEffect
-from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
+from stribeck.model.scale import Scale
+from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 
 LEAST = 0.05  # of the level: whatever the warmth, some friction is left
 SHORTEST = 1e-9  # s

@@ -9,7 +9,8 @@ from typing import final
 import casadi as ca
 
 from stribeck.model.effect import FrictionEffect
-from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
+from stribeck.model.scale import Scale
+from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 
 LEAST = 0.05  # of the level: however cold or warm, some friction is left
 SLOWEST = 2.0  # times that all recordings last, over which it may fall to 1/e: slower is another constant level

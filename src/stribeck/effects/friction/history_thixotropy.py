@@ -9,7 +9,8 @@ from typing import final
 import casadi as ca
 
 from stribeck.model.effect import FrictionEffect
-from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
+from stribeck.model.scale import Scale
+from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 
 LEAST = 0.05  # of the level: however thin the grease, some friction is left
 OLDEST = 2.0  # an arm may have rested since the day before

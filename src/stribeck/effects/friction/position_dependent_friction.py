@@ -10,7 +10,8 @@ import casadi as ca
 import numpy as np
 
 from stribeck.model.effect import FrictionEffect
-from stribeck.model.values import UNEVEN, Expression, Parameter, Parameters, Scale, Signals, States
+from stribeck.model.scale import UNEVEN, Scale
+from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 from stribeck.model.waves import Trace, strongest_waves
 
 

@@ -11,7 +11,8 @@ from typing import final
 import casadi as ca
 
 from stribeck.model.effect import FrictionEffect
-from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
+from stribeck.model.scale import Scale
+from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 
 EDGES = (0.0, 0.5, 1.6, math.inf)  # of level / stiffness: classes of the distance at which elements give way
 LAST = 0.05  # of an element's limit: over so much its torque bends into it, so that derivatives stay finite

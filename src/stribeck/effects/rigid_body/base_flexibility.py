@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from typing import final
 
 from stribeck.model.effect import TransmissionEffect
-from stribeck.model.values import Expression, Parameter, Parameters, Scale
+from stribeck.model.scale import Scale
+from stribeck.model.values import Expression, Parameter, Parameters
 from stribeck.model.waves import Trace, ringing
 
 DAMPED = 0.2  # of critical, as a stand on rubber may be: more is no stand, but a shaft's ringing that noise blurs

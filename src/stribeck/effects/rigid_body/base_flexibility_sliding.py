@@ -9,7 +9,8 @@ from typing import Any, final
 import casadi as ca
 
 from stribeck.model.effect import StandEffect
-from stribeck.model.values import Expression, Parameter, Parameters, Scale, Signals, States
+from stribeck.model.scale import Scale
+from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 from stribeck.model.waves import Trace, ringing
 
 SMALL = 1e-4  # m, a typical size of what it is off at first

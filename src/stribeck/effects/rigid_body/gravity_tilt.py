@@ -8,7 +8,8 @@ from dataclasses import replace
 from typing import final
 
 from stribeck.model.effect import RigidBodyEffect
-from stribeck.model.values import Body, Parameter, Parameters, Scale
+from stribeck.model.scale import Scale
+from stribeck.model.values import Body, Parameter, Parameters
 
 LEVEL = 0.05  # m/s^2: no stand is level to better than 5 mrad
 

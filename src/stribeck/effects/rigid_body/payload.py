@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import final
 
 from stribeck.model.effect import RigidBodyEffect
-from stribeck.model.values import Body, Parameter, Parameters, Scale
+from stribeck.model.scale import Scale
+from stribeck.model.values import Body, Parameter, Parameters
 
 
 @final

@@ -10,7 +10,8 @@ import casadi as ca
 
 from stribeck.model.discs import discs, is_of_a_disc, waves_of_discs
 from stribeck.model.effect import SensingEffect
-from stribeck.model.values import Expression, Parameter, Parameters, Scale
+from stribeck.model.scale import Scale
+from stribeck.model.values import Expression, Parameter, Parameters
 from stribeck.model.waves import Trace, Wave
 
 

@@ -9,7 +9,8 @@ from typing import final
 from stribeck.model.discs import discs, is_of_a_disc, waves_of_discs
 from stribeck.model.effect import SensingEffect
 from stribeck.model.overtones import faster_wave, slower_wave, two_waves
-from stribeck.model.values import Expression, Parameter, Parameters, Scale
+from stribeck.model.scale import Scale
+from stribeck.model.values import Expression, Parameter, Parameters
 from stribeck.model.waves import Trace
 
 

@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from typing import Any, final
 
 from stribeck.model.effect import SensingEffect
-from stribeck.model.values import Expression, Parameter, Parameters, Scale
+from stribeck.model.scale import Scale
+from stribeck.model.values import Expression, Parameter, Parameters
 
 HOMED = 0.02  # rad, within which any encoder is homed, and any centre of mass known to lie on its link's line
 

@@ -12,7 +12,8 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
 
 from stribeck.model.effect import SensingEffect
-from stribeck.model.values import Observed, Parameter, Record, Scale
+from stribeck.model.scale import Scale
+from stribeck.model.values import Observed, Parameter, Record
 
 Floats: TypeAlias = NDArray[np.float64]
 Filter: TypeAlias = Callable[[Floats, float], Floats]

@@ -10,7 +10,8 @@ import casadi as ca
 import numpy as np
 
 from stribeck.model.effect import TransmissionEffect
-from stribeck.model.values import Expression, Parameter, Parameters, Scale
+from stribeck.model.scale import Scale
+from stribeck.model.values import Expression, Parameter, Parameters
 
 GAPS = (4e-4, 0.08, 8)  # of the travel: half or twice the right one is near enough
 LEAST_GAP = 0.5  # of what the typical torque winds up: a play that is less is a spring

@@ -18,7 +18,7 @@ from stribeck.gap.search.ordinary import is_ordinary
 from stribeck.gap.search.presence import evidence, presence
 from stribeck.gap.search.step import Step, alike, last_model
 from stribeck.model.layout import Placed
-from stribeck.model.values import Scale
+from stribeck.model.scale import Scale
 
 AT_FLOOR = 1.4  # residual over noise floor up to which nothing is left to explain
 # residual over noise floor up to which there is no gap, next to nothing of the torque and much of it: of 200 sealed

@@ -12,7 +12,8 @@ from stribeck.effects.registry import placed_effects, registry
 from stribeck.gap.records.usual import no_more_than_any
 from stribeck.gap.result import Cause, Estimate
 from stribeck.model.layout import Placed
-from stribeck.model.values import Record, Scale
+from stribeck.model.scale import Scale
+from stribeck.model.values import Record
 from stribeck.run import Run
 
 

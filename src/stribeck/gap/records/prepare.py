@@ -23,7 +23,7 @@ from stribeck.identify.stretches import shortened
 from stribeck.model.layout import values_of
 from stribeck.model.path import SignalPath
 from stribeck.model.rigid_body import inverse_dynamics, mass_matrix
-from stribeck.model.values import Scale
+from stribeck.model.scale import Scale
 from stribeck.run import Run
 
 LOUD_SEED = 1

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from stribeck.arm import Arm, Joint
 from stribeck.gap.result import Tuned
-from stribeck.model.values import Scale
+from stribeck.model.scale import Scale
 
 FRICTION = 0.3  # of the rms torque: what friction may be where none is said
 NEXT_TO_NOTHING = 1e-6  # of that: what a fit left at its bound

@@ -13,7 +13,7 @@ from stribeck.gap.fitted.model import Model
 from stribeck.gap.search.random_torque import Randomness
 from stribeck.gap.search.rank import Ranking
 from stribeck.model.layout import Placed
-from stribeck.model.values import Scale
+from stribeck.model.scale import Scale
 
 LEAST_T = 2.8  # block-robust t value of the gain
 LEAST_GAIN = 0.05  # of the squared residual; held-out runs must show half of it

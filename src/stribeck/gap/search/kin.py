@@ -15,7 +15,7 @@ import numpy as np
 from stribeck.gap.search.step import Step
 from stribeck.model.effect import Effect
 from stribeck.model.layout import Placed
-from stribeck.model.values import Scale
+from stribeck.model.scale import Scale
 
 WAVE = {"wave"}
 ENDING = WAVE | {"speed"}  # kinds of which only what is there ends at the noise what another one left

@@ -22,7 +22,7 @@ from stribeck.gap.search.gates import needed
 from stribeck.gap.search.rank import rank
 from stribeck.gap.search.step import Step, last_model
 from stribeck.model.layout import Placed
-from stribeck.model.values import Scale
+from stribeck.model.scale import Scale
 
 
 def is_ordinary(place: Placed, scales: Sequence[Scale]) -> bool:

@@ -23,7 +23,7 @@ from stribeck.gap.search.rank import rank
 from stribeck.gap.search.setting import Known, Progress, Setting
 from stribeck.gap.search.step import Step, last_model
 from stribeck.model.layout import Placed
-from stribeck.model.values import Scale
+from stribeck.model.scale import Scale
 
 MOST_ROUNDS = 4  # of a search that starts anew from a model with more of what every arm has
 

@@ -145,10 +145,8 @@ INLINE void row(const int *code, long long length, const double *constants, cons
 /* Samples that do not depend on each other. */
 WIDE TAPE_EXPORT void tape_map(const int *code, long long length, const double *constants, const argument *in,
                                double *out, long long samples, double *work) {
-    long long s = 0;
-    for (; s + LANES <= samples; s += LANES)
-        row(code, length, constants, in, out, samples, s, LANES, LANES, work);
-    if (s < samples) row(code, length, constants, in, out, samples, s, (int)(samples - s), LANES, work);
+    for (long long s = 0; s < samples; s += LANES)
+        row(code, length, constants, in, out, samples, s, samples - s < LANES ? (int)(samples - s) : LANES, LANES, work);
 }
 
 /* A recursion of `width` states over `steps` steps, `runs` (FEW, or at most LANES) side by side. in[0] are the states,
