@@ -106,6 +106,7 @@ def test_starts_are_plausible(effect: Effect, scale: Scale) -> None:
         ("encoder_eccentricity", {"sine": 0.05, "cosine": 0.0, "harmonic": 30.0}),  # steeper than the angle itself
         ("encoder_eccentricity", {"sine": 0.005, "cosine": 0.0, "harmonic": 15.0}),  # two thirds of a period
         ("encoder_eccentricity", {"sine": 0.01, "cosine": 0.0, "harmonic": 2.5}),  # what no disc has, hardly seen
+        ("encoder_eccentricity", {"sine": 0.01, "cosine": 0.0, "harmonic": 13.0}),  # more lobes than a disc has screws
         ("encoder_eccentricity/two_waves", OVAL | {"sine": 0.2}),
         ("encoder_eccentricity/two_waves", OVAL | {"second_cosine": 0.2}),  # beyond nine degrees, the second wave too
         ("backlash", {"gap": 1e-5, "stiffness": 200.0, "damping": 0.1}),  # a fiftieth of the wind-up under 0.1 N m
@@ -126,6 +127,13 @@ def test_starts_are_plausible(effect: Effect, scale: Scale) -> None:
 )
 def test_corners_are_not(name: str, values: dict[str, float]) -> None:
     assert not effect_named(*name.split("/")).plausible(values, SMALL)
+
+
+@pytest.mark.parametrize(("harmonic", "travel", "told"), [(3.0, 1.2, True), (3.0, 0.9, False), (3.3, 1.2, False)])
+def test_a_disc_is_bent_by_a_whole_number_of_screws(harmonic: float, travel: float, told: bool) -> None:
+    """Half a period shows it; between two whole numbers it may be any curve over position."""
+    values = {"sine": 0.013, "cosine": 0.02, "harmonic": harmonic}
+    assert effect_named("encoder_eccentricity").plausible(values, replace(SMALL, travel=travel)) == told
 
 
 @pytest.mark.parametrize("law", ["constant", "back_emf", "smooth"])
