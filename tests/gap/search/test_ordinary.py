@@ -12,7 +12,7 @@ from stribeck.gap.diagnose import diagnose
 from stribeck.gap.fitted.model import Model, fit_model, retune, weights_of
 from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.search import ordinary as ordinary_module
-from stribeck.gap.search.ordinary import _needed_of, retuned_with
+from stribeck.gap.search.ordinary import _needed_of, retuned_with, told_unnamed
 from stribeck.gap.search.rank import rank
 from stribeck.gap.search.step import Step
 from stribeck.model.effect import Effect
@@ -20,7 +20,7 @@ from stribeck.model.layout import Placed
 from stribeck.model.scale import Scale
 from stribeck.report.summary import summary
 
-from ..conftest import FRICTION, NOMINAL, recorded
+from ..conftest import FRICTION, NOMINAL, recorded, taken_steps
 
 SCALE = Scale(10.0, 4.0, 1.0, 1.0, 1.0, 1e-3)  # 4 N m of Coulomb friction
 FLOOR = np.array([0.02])
@@ -185,3 +185,15 @@ def test_a_fit_that_ran_away_is_not_the_one_without_an_effect(monkeypatch: pytes
     away = replace(model, placed=(), held=np.full_like(model.held, np.nan))
     monkeypatch.setattr(ordinary_module, "fit_model", lambda *_: away)
     assert _needed_of(prepared, FLOOR, model, 0, 0) is model
+
+
+def test_what_is_taken_beside_others_and_no_more_than_any_joint_has_is_told_of() -> None:
+    drag, slots = (
+        Placed(effect_named("quadratic_damping"), 0, {"coefficient": 0.4}),
+        Placed(COGGING, 0, {"sine": 0.1, "cosine": 0.05, "harmonic": 11.0}),
+    )
+    steps = taken_steps([drag, slots], [9.0, 3.0], gap=np.ones(1), floor=np.ones(1))
+    (note,) = told_unnamed(steps, (SCALE,), NOMINAL)
+    assert note.startswith("A: cogging/one_wave (amplitude of the sine 0.1 N m,")
+    assert note.endswith("no more than any joint has; not named")
+    assert told_unnamed(steps[:1], (SCALE,), NOMINAL) == []

@@ -42,7 +42,7 @@ from stribeck.gap.records.unsaid import told_of
 from stribeck.gap.result import Cause, Diagnosis, Estimate
 from stribeck.gap.search.gates import LEAST_GAIN
 from stribeck.gap.search.look_alike import doubt, told_alike
-from stribeck.gap.search.ordinary import told_ordinary
+from stribeck.gap.search.ordinary import told_ordinary, told_unnamed
 from stribeck.gap.search.random_torque import added_power, loud, random_torque
 from stribeck.gap.search.step import Step, last_model
 from stribeck.model.layout import Placed
@@ -124,6 +124,7 @@ class Assembly:
                 *prepared.notes,
                 *self.seen.notes,
                 *told_ordinary(self.base, placed_effects(arm), arm),
+                *told_unnamed(self.steps, prepared.scales, arm),
                 *told_off_the_line(arm, causes, named),
             ),
             warnings=(

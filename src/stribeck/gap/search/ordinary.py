@@ -91,3 +91,8 @@ def told_ordinary(base: Model, stated: Collection[Placed], arm: Arm) -> list[str
         for place in base.placed
         if place.key not in own
     ]
+
+
+def told_unnamed(steps: Sequence[Step], scales: Sequence[Scale], arm: Arm) -> list[str]:
+    """Return a note on what a search took beside others that is no more than every arm has there."""
+    return [f"{arm.names[place.joint]}: {no_more_than_any(place, arm)}; not named" for place in ordinary(steps, scales)]
