@@ -271,6 +271,27 @@ def test_a_fit_that_was_stopped_short_goes_on(
     assert model.placed[0].values["time"] == pytest.approx(trial_time(prepared, base, weights), rel=0.05)
 
 
+@pytest.mark.parametrize(("name", "goes_on"), [("torque_gain", True), ("delay", False)])
+def test_what_a_law_spares_the_prior_is_no_part_of_its_promise(
+    late: tuple[Prepared, Model, Weights], monkeypatch: pytest.MonkeyPatch, name: str, goes_on: bool
+) -> None:
+    """A stopped fit that has found more than was promised goes on, for a law that spares the nominal values."""
+    prepared, base, weights = late
+    trial = screen(prepared, base, weights, effect_named(name), 0)
+    asked: list[int] = []
+
+    def fit_once(prepared: Prepared, placed: Any, *_: Any, evaluations: int) -> Any:
+        asked.append(evaluations)
+        ok = evaluations == tryout_module.LONGER
+        cost = base.fit.cost - 2.0 * trial.promise
+        fit: Any = SimpleNamespace(cost=cost, ok=ok, residual=base.fit.residual)
+        return Model((Placed(trial.effect, 0, trial.start),), fit, base.held)
+
+    monkeypatch.setattr(tryout_module, "fit_model", fit_once)
+    assert _fit_trial(prepared, base, weights, trial, FLOOR, np.inf) is not None
+    assert (tryout_module.LONGER in asked) is goes_on
+
+
 def trial_time(prepared: Prepared, base: Model, weights: Weights) -> float:
     """The delay as a fit from a good start finds it, s."""
     trial = screen(prepared, base, weights, effect_named("delay"), 0)

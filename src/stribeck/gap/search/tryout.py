@@ -116,7 +116,8 @@ def _fit_trial(
     model = fit_model(prepared, placed, weights, base.fit, trial.start, evaluations=60 if far else 20)
     if not finite(model):
         return None
-    if not model.fit.ok and base.fit.cost - model.fit.cost < SHORT * trial.promise:
+    short = base.fit.cost - model.fit.cost < SHORT * trial.promise
+    if not model.fit.ok and (short or trial.effect.rescales):  # what that spares the prior is no part of the promise
         above = model.fit.cost > base.fit.cost
         known, start = (base.fit, trial.idle) if above else (model.fit, None)
         model = fit_model(prepared, placed, weights, known, start, evaluations=LONGER)
