@@ -8,8 +8,8 @@ from dataclasses import dataclass
 PROMPT = 1.6e-3
 """Lateness that any drive or record has, s: current loops of 100 Hz and more, a sample of a fast digital loop."""
 
-GIVES = 2e-5
-"""Way by which any contact gives before it slides, m: rolling elements and teeth do so by some ten micrometres."""
+GIVES = 1e-5
+"""Way by which any contact gives before it slides, m: rolling elements and teeth do so by micrometres, up to ten."""
 
 ARM_OF_CONTACT = 0.05
 """Radius at which the contacts of a joint that turns lie, m: of its bearings and gears."""
