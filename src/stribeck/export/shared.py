@@ -9,6 +9,7 @@ from importlib.resources import files
 from pathlib import Path
 
 import fmpy
+from joblib import Parallel, delayed
 
 from stribeck.errors import InputError
 from stribeck.export.build import Platform, binary
@@ -70,10 +71,13 @@ def compiled(
         Told what is being built.
     """
     built: dict[str, list[bytes]] = {}
-    for platform in platforms:
+    wanted = tuple(platforms)
+    pool = Parallel(n_jobs=-1, backend="threading", return_as="generator")  # the work is the compiler's, not Python's
+    libraries = pool(delayed(binary)(texts, f"fmi{fmi}.c", identifier, platform) for platform in wanted)
+    for platform in wanted:
         progress(f"building for {platform.name}")
         folder = platform.fmi2 if fmi == 2 else platform.name
-        library = binary(texts, f"fmi{fmi}.c", identifier, platform)
+        library = next(libraries)
         built.setdefault(f"binaries/{folder}/{identifier}{platform.suffix}", []).append(library)
     content: dict[str, bytes | str] = {f"sources/{name}": text for name, text in texts.items()}
     return content | {name: universal(libraries) for name, libraries in built.items()}
