@@ -12,6 +12,7 @@ from stribeck.gap.diagnose import diagnose
 from stribeck.gap.fitted.model import Model, fit_model, retune, weights_of
 from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.search import ordinary as ordinary_module
+from stribeck.gap.search import search as search_module
 from stribeck.gap.search.ordinary import _needed_of, retuned_with, told_unnamed
 from stribeck.gap.search.rank import rank
 from stribeck.gap.search.step import Step
@@ -197,3 +198,12 @@ def test_what_is_taken_beside_others_and_no_more_than_any_joint_has_is_told_of()
     assert note.startswith("A: cogging/one_wave (amplitude of the sine 0.1 N m,")
     assert note.endswith("no more than any joint has; not named")
     assert told_unnamed(steps[:1], (SCALE,), NOMINAL) == []
+
+
+def test_a_diagnosis_tells_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where re-tuning with it is not tried, the step of the search that took it stays."""
+    monkeypatch.setattr(search_module, "MOST_ROUNDS", 0)
+    found = diagnose(NOMINAL, recorded(TEXTURE, noise=1e-6), jobs=1, leave_out=OTHERS)
+    assert not found.named
+    (note,) = (note for note in found.notes if note.endswith("not named"))
+    assert "position_dependent_friction" in note
