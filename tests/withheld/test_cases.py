@@ -46,7 +46,8 @@ def test_case_with_nothing_hidden_is_worth_nothing(quiet):
         ("delay", "clear"),
         ("torque_gain", "weak"),
         pytest.param("cogging", "medium", marks=pytest.mark.slow),
-        pytest.param("load_dependent_friction", "clear", marks=pytest.mark.slow),
+        # what is clear may be made stronger, so that re-tuning leaves enough of it
+        pytest.param("load_dependent_friction", "medium", marks=pytest.mark.slow),
     ],
 )
 def test_effect_is_worth_what_its_level_says(effect, level):

@@ -6,14 +6,13 @@ import math
 
 import numpy as np
 
-from stribeck.model.scale import Scale
+from stribeck.model.scale import HALF, Scale
 from stribeck.model.waves import Trace, Wave, strongest_waves
 
 TURNS = (1.0, 2.0)  # cycles per turn of the joint: off centre, and an oval disc
 GEARED = (2.5, 60.0)  # cycles per turn, where the encoder turns faster than the joint
 PERIOD = 1.5 * math.pi  # of an error's phase, that must be recorded
-# of phase, will do of a whole number of lobes (within WHOLE, to MOST_LOBES), as a disc that is bent by its screws has
-MOST_LOBES, WHOLE, HALF = 6.5, 0.05, math.pi
+MOST_LOBES = 6.5  # of which a HALF of a period will do where they are a whole number: a disc that its screws bend
 SLOPE = 0.5  # that the error may have
 SMALL = 0.005  # rad, of a start
 MOST = 0.15  # rad; nine degrees are more than a disc can run off centre: it is inertia and gravity that are meant
@@ -38,7 +37,7 @@ def discs() -> list[Wave]:
 def is_of_a_disc(size: float, rate: float, scale: Scale) -> bool:
     """Return whether an encoder can be off by so much, rad, at so many cycles per turn, and has shown it."""
     turns = not scale.prismatic and rate < TURNS[-1] + 0.2
-    bent = not scale.prismatic and rate < MOST_LOBES and abs(rate - round(rate)) < WHOLE and rate * scale.travel > HALF
+    bent = rate < MOST_LOBES and scale.is_whole(rate) and rate * scale.travel > HALF * 2.0 * math.pi
     # much less than a period of another wave is any curve over position
     seen = turns or bent or rate * scale.travel > 0.99 * PERIOD
     return size < MOST and size * rate < SLOPE and seen

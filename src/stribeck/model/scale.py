@@ -35,6 +35,9 @@ MOST_PERIODS = 60.0
 LEAST_OF_PERIOD = 1.0
 """Part of a period that must be covered: less is any curve over position, a stiffening spring, an offset and cables."""
 
+WHOLE, HALF, LEAST_WHOLE = 0.05, 0.5, 2.5
+"""Of a whole number a turn, to WHOLE, as magnets, slots and screws come, a HALF will do; fewer may be gravity's."""
+
 LEAST_DRIVE = 0.4
 """Part of the torque that a motion needs (root mean square): a drive with a lower limit would hardly drive."""
 
@@ -100,7 +103,12 @@ class Scale:
 
     def shows(self, harmonic: float) -> bool:
         """Return whether enough of a period (``harmonic`` a radian) is covered to be more than any curve."""
-        return harmonic * max(self.travel, self.covered) > LEAST_OF_PERIOD * 2.0 * math.pi
+        enough = HALF if harmonic > LEAST_WHOLE and self.is_whole(harmonic) else LEAST_OF_PERIOD
+        return harmonic * max(self.travel, self.covered) > enough * 2.0 * math.pi
+
+    def is_whole(self, harmonic: float) -> bool:
+        """Return whether so many cycles a turn are a whole number of them."""
+        return not self.prismatic and abs(harmonic - round(harmonic)) < WHOLE
 
     @property
     def stray(self) -> float:
