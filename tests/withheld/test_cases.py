@@ -65,7 +65,7 @@ def test_what_is_clear_is_not_taken_in_by_retuning():
 
 def test_every_effect_has_a_scale_and_truth_is_json():
     assert set(SCALES) == set(RULES)
-    case = make_case(5, ("position_dependent_friction", "payload"), "clear", 1)
+    case = make_case(5, ("position_dependent_friction", "payload"), "medium", 1)
     assert len(json.loads(json.dumps(case.truth))["effects"]) == 2
     assert case.truth["known"]
     assert not make_case(6, "friction_jumps", n_joints=1).truth["known"]

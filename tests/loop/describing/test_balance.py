@@ -70,7 +70,7 @@ def test_python_control_with_a_discrete_loop_is_silently_wrong() -> None:
     law = (KP + 4.0 * (1 - 1 / z) / STEP) / z**2
     position, velocity = (ct.tf(ct.c2d(ct.ss(ct.tf([1.0], d)), STEP)) for d in ([1.0, 0.0, 0.0], [1.0, 0.0]))
     discrete = ct.ss(ct.minreal(velocity / (1 + position * law), verbose=False))
-    speed, omega = np.geomspace(0.01, 5.0, 300), np.geomspace(0.5, 0.999 * math.pi / STEP, 2000)
+    speed, omega = np.geomspace(0.01, 5.0, 100), np.geomspace(0.5, 0.999 * math.pi / STEP, 700)
     nonlinearity = CompensatedResidual(Compensator(A, 1.3))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
