@@ -62,6 +62,36 @@ def test_jitter_is_resampled_and_said() -> None:
     np.testing.assert_allclose(even.tau_meas[inner, 0], np.sin(3 * even.t[inner]), atol=1e-3)
 
 
+def stamped_late(n: int, jitter: float, lost: list[int]) -> Run:
+    """Samples of a coarse encoder taken evenly, every 5 ms, and stamped when they arrive; some never do."""
+    taken = np.delete(0.005 * np.arange(n), lost)
+    run = a_run(taken)
+    stamps = taken + 0.005 * jitter * np.random.default_rng(0).uniform(-0.5, 0.5, len(taken))
+    return dataclasses.replace(run, t=stamps, q=np.round(run.q, 4))
+
+
+@pytest.mark.parametrize("lost", [[], [500], list(range(500, 520))])
+def test_stamps_that_are_off_move_no_sample(lost: list[int]) -> None:
+    run = stamped_late(2000, 0.6, lost)
+    even, notes = uniform(run)
+    found = re.match(r"r\.csv: samples taken as (\S+) ms apart.* up to (\S+) ms off", notes[0])
+    assert found
+    assert (float(found[1]), float(found[2])) == pytest.approx((5.0, 1.5), rel=0.1)
+    assert len(notes) == (1 if not lost else 2 if len(lost) == 1 else 3)  # then what is missing is filled in and told
+    assert even.sample_time == pytest.approx(0.005, rel=1e-4)  # 2000 stamps tell no more
+    there = np.delete(np.arange(len(even.t)), lost)
+    np.testing.assert_allclose(even.q[there], run.q[: len(there)], atol=2e-4)
+
+
+@pytest.mark.parametrize("digits", [2, 9])
+def test_samples_that_are_off_are_moved(digits: int) -> None:
+    """Taken when the stamps say so: of a coarse record either will do, and it is taken at its word."""
+    run = a_run(jittered(2000, 0.005, 0.6))
+    even, (note,) = uniform(dataclasses.replace(run, q=np.round(run.q, digits)))
+    assert "resampled" in note
+    np.testing.assert_allclose(even.q[5:-5, 0], np.sin(3 * even.t[5:-5]), atol=10.0**-digits + 1e-8)
+
+
 @given(seed=st.integers(0, 1000), jitter=st.floats(0.01, 0.9))
 def test_resampling_keeps_the_impulse_of_the_held_torque(seed: int, jitter: float) -> None:
     rng = np.random.default_rng(seed)

@@ -18,11 +18,7 @@ TOLERATED_JITTER = 1e-3
 """Departure of a sample from a uniform clock, in steps, up to which the samples are left as they are."""
 
 _ROUNDING = 1e-9  # steps; such a clock is uniform already
-
-RESTING = 1e-12  # rad, up to which a record has not moved
-LEAST_STEPS = 8  # of a record, that show a grid
-NEAR = 0.125  # of a quantum: nearer to a grid lie few values of a record that is on none
-UNEVEN = 0.1  # of its steps, after which a count goes on by more or less
+_ROUGHER = 2.0  # squared third differences at the times that are stamped, over those at even ones: the stamps are off
 
 GAP_STEPS = 5.0
 """A step longer than this many median steps is a gap: what is interpolated across it is marked."""
@@ -31,7 +27,8 @@ GAP_STEPS = 5.0
 def uniform(run: Run) -> tuple[Run, tuple[str, ...]]:
     """Put a run on a uniform clock.
 
-    Where the clock is uniform to 1e-3 of its step, only `t` is replaced, if need be. Elsewhere the run is
+    Where the clock is uniform to 1e-3 of its step, only `t` is replaced, if need be; and where the motion is smoother
+    that way, as it is where samples are taken evenly but stamped when they arrive. Elsewhere the run is
     resampled: position by cubic splines between gaps (linear across them); commanded torque as the time average,
     over each new step, of the torque held between the recorded samples, so that its impulse is kept; all else
     linearly.
@@ -55,12 +52,30 @@ def uniform(run: Run) -> tuple[Run, tuple[str, ...]]:
         When more of the recording is missing than there is.
     """
     step, fitted, counts = _clock(run.t)
-    if fitted is not None and (counts == 1.0).all():
-        jitter = np.abs(run.t - fitted).max() / step
-        if jitter <= _ROUNDING:
+    if fitted is None:
+        return _stamped(run, step)
+    even = dataclasses.replace(run, t=fitted)
+    off = np.abs(run.t - fitted).max() / step
+    if (counts == 1.0).all():
+        if off <= _ROUNDING:
             return run, ()
-        if jitter <= TOLERATED_JITTER:
-            return dataclasses.replace(run, t=fitted), ()
+        if off <= TOLERATED_JITTER:
+            return even, ()
+    stamped, notes = _stamped(run, step)
+    if off <= TOLERATED_JITTER:
+        return stamped, notes
+    even, missing = (even, ()) if (counts == 1.0).all() else _stamped(even, step)
+    if _rougher(stamped.q, even.q) < _ROUGHER:
+        return stamped, notes
+    note = (
+        f"{run.name}: samples taken as {1e3 * step:.6g} ms apart, which makes the motion smooth; their time stamps are "
+        f"up to {1e3 * step * off:.3g} ms off"
+    )
+    return even, (note, *missing)
+
+
+def _stamped(run: Run, step: float) -> tuple[Run, tuple[str, ...]]:
+    """Return the run resampled at constant steps, as its time stamps tell of it, and what was done."""
     steps = np.diff(run.t)
     m = int(np.floor((run.t[-1] - run.t[0]) / step * (1.0 + 1e-12))) + 1
     if m > 2 * len(run.t):
@@ -82,6 +97,17 @@ def uniform(run: Run) -> tuple[Run, tuple[str, ...]]:
     return _resample(run, t, step, long), tuple(notes)
 
 
+def _rougher(first: Floats, second: Floats) -> float:
+    """Return how much rougher the first of two records (N, n) is: its squared third differences over the other's.
+
+    Joints count by how much the two differ there: one that rests says nothing.
+    """
+    rough = [np.mean(np.diff(record, 3, axis=0) ** 2, axis=0) for record in (first, second)]
+    least = np.minimum(*rough) + np.finfo(float).tiny
+    one, other = (float(np.sum(each / least)) for each in rough)
+    return one / max(other, np.finfo(float).tiny)
+
+
 def _clock(t: Floats) -> tuple[float, Floats | None, Floats]:
     """Fit ``t = a + h k`` with whole k; return h, the fitted times (None where jitter adds up) and the steps of k.
 
@@ -90,13 +116,32 @@ def _clock(t: Floats) -> tuple[float, Floats | None, Floats]:
     steps = np.diff(t)
     median = float(np.median(steps))
     counts = np.maximum(1.0, np.rint(steps / median))
-    k = np.concatenate([[0.0], np.cumsum(counts)])
-    centred = k - k.mean()
-    step = float(centred @ (t - t.mean()) / (centred @ centred))
-    fitted = t.mean() + step * centred
-    if np.abs(t - fitted).max() > 0.5 * step:
-        return median, None, counts
-    return step, fitted, counts
+    for k in (np.concatenate([[0.0], np.cumsum(counts)]), _counted(t, median)):
+        centred = k - k.mean()
+        step = float(centred @ (t - t.mean()) / (centred @ centred))
+        fitted = t.mean() + step * centred
+        if np.abs(t - fitted).max() <= 0.5 * step and (np.diff(k) > 0.0).all():
+            return step, fitted, np.diff(k)
+    return median, None, counts
+
+
+def _counted(t: Floats, step: float) -> Floats:
+    """Return at which of equal steps, of about this length, the times (N,) lie, whole numbers.
+
+    From single steps they cannot be counted where stamps are off by a quarter of one: two that are make one of one and
+    a half. Over more of them the step is known better, and over more again counted with that.
+    """
+    apart = 4
+    while apart <= len(t) // 2:
+        taken = t[apart:] - t[:-apart]
+        step = float(np.median(taken / np.maximum(np.rint(taken / step), 1.0)))
+        apart *= 2
+    place = (t - t[0]) / step
+    phase = float(np.angle(np.mean(np.exp(2j * np.pi * place)))) / (2.0 * np.pi)
+    count = np.rint(place - phase)
+    centred = count - count.mean()  # a line through all of them: the ends are counted by the same step as the middle
+    slope = float(centred @ place / (centred @ centred))
+    return np.asarray(np.rint((place - place.mean()) / slope + count.mean()))
 
 
 def _resample(run: Run, t: Floats, step: float, long: NDArray[np.intp]) -> Run:
@@ -141,59 +186,3 @@ def _held(t: Floats, values: Floats, new: Floats, step: float) -> Floats:
     impulse = np.concatenate([[0.0], np.cumsum(values * np.diff(knots))])
     edges = np.append(new, new[-1] + step)
     return np.asarray(np.diff(np.interp(edges, knots, impulse)) / step)
-
-
-def smallest_step(*records: np.ndarray) -> tuple[float, float]:
-    """Return the quantum of some records (rad) and by how much it may be off; 0, 0 where they lie on no grid.
-
-    A record that rests shows no grid, and says nothing against it. One that never moves slowly steps over many quanta
-    at a time; of all values that it takes, some lie a quantum apart. Equal steps, sample after sample, are no grid but
-    a constant speed: an encoder's count goes on now and then, or by one more or less.
-    """
-    moving = [record for record in records if np.ptp(record) > RESTING]
-    if not moving:
-        return 0.0, 0.0
-    steps = np.concatenate([np.abs(np.diff(record)) for record in moving])
-    apart = np.concatenate([np.diff(np.unique(record)) for record in moving])
-    rounded, printed = (max(map(told, moving)) for told in (_rounded, _printed))
-    if np.sum(steps > RESTING) < LEAST_STEPS:
-        return 0.0, 0.0
-    for gaps in (steps, apart):
-        quantum, off = _fitted(moving, steps, float(np.quantile(gaps[gaps > RESTING], 0.01)))
-        counted = np.round(steps / quantum)
-        uneven = np.sum(np.diff(counted) != 0.0) > UNEVEN * np.sum(counted > 0.0)
-        near = max(rounded, min(printed, NEAR * quantum))
-        if np.mean(off > near) < 0.05 and uneven:
-            return quantum, near
-    return 0.0, 0.0
-
-
-def _fitted(records: list[np.ndarray], steps: np.ndarray, quantum: float) -> tuple[float, np.ndarray]:
-    """Return a quantum, fitted to the steps and then to all values, and how far these (M,) lie off its grid."""
-    multiples = np.round(steps / quantum)
-    quantum = float(multiples @ steps / (multiples @ multiples))
-    values = np.concatenate([record - np.mean(record) for record in records])
-    places = [np.round((record - record[0]) / quantum) for record in records]
-    centred = np.concatenate([place - np.mean(place) for place in places])
-    quantum = float(centred @ values / max(centred @ centred, 1.0))
-    off = [record - quantum * place for record, place in zip(records, places, strict=True)]
-    return quantum, np.abs(np.concatenate([one - np.median(one) for one in off]))
-
-
-def _rounded(record: np.ndarray) -> float:
-    """Return by how much a record's values may be rounded, rad: as printed with few digits, or in single precision."""
-    for digits in range(3, 13):
-        if np.all(np.abs(record - np.round(record, digits)) < 1e-14 + 4.0 * np.spacing(np.abs(record))):
-            return float(0.6 * 10.0**-digits)
-    return float(2.0 * np.max(np.abs(record)) * np.finfo(np.float32).eps)
-
-
-def _printed(record: np.ndarray) -> float:
-    """Return by how much a record's largest values may be rounded, rad, where all have as many significant digits."""
-    values = np.abs(record[record != 0.0])
-    first = np.floor(np.log10(values))
-    for digits in range(3, 13):
-        unit = 10.0 ** (first - digits + 1)
-        if np.all(np.abs(values - unit * np.round(values / unit)) < 4.0 * np.spacing(values)):
-            return float(0.6 * unit.max())
-    return 0.0

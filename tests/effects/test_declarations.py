@@ -213,7 +213,7 @@ def test_file(effect: Effect) -> None:
     imported = [node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
     imported += [name.name for node in ast.walk(tree) if isinstance(node, ast.Import) for name in node.names]
     assert all(
-        name.startswith(("stribeck.model.", "stribeck.grid")) for name in imported if name.startswith("stribeck")
+        name.startswith(("stribeck.model.", "stribeck.quantum")) for name in imported if name.startswith("stribeck")
     )
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from stribeck.grid import smallest_step
 from stribeck.identify.noise import position_noise
+from stribeck.quantum import smallest_step
 
 
 def record(rate: float, noise: float, step: float, seed: int = 0, duration: float = 10.0) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 from scipy import signal
 
 from stribeck.arm import Arm
-from stribeck.grid import smallest_step
+from stribeck.quantum import smallest_step
 from stribeck.run import Run
 
 BAND = (0.7, 0.98)  # share of the Nyquist frequency in which noise is looked for

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import final
 
-from stribeck.grid import smallest_step
 from stribeck.model.effect import SensingEffect
 from stribeck.model.scale import Scale
 from stribeck.model.values import Observed, Parameter, Record
+from stribeck.quantum import smallest_step
 
 COARSER = 1.5  # than the arm file's resolution
 COARSE = 2.0 * math.pi / 4000  # rad, where the arm file has none: below twelve bits an encoder is news
