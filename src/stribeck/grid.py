@@ -12,6 +12,7 @@ from scipy.interpolate import CubicSpline
 
 from stribeck.errors import InputError
 from stribeck.run import Run
+from stribeck.run.reading import as_read
 from stribeck.run.values import Floats
 
 TOLERATED_JITTER = 1e-3
@@ -27,6 +28,7 @@ GAP_STEPS = 5.0
 def uniform(run: Run) -> tuple[Run, tuple[str, ...]]:
     """Put a run on a uniform clock.
 
+    Positions that leap by whole turns go on, and rows that repeat those of the row before are left out.
     Where the clock is uniform to 1e-3 of its step, only `t` is replaced, if need be; and where the motion is smoother
     that way, as it is where samples are taken evenly but stamped when they arrive. Elsewhere the run is
     resampled: position by cubic splines between gaps (linear across them); commanded torque as the time average,
@@ -51,6 +53,13 @@ def uniform(run: Run) -> tuple[Run, tuple[str, ...]]:
     InputError
         When more of the recording is missing than there is.
     """
+    run, said = as_read(run)
+    even, done = _even(run)
+    return even, (*said, *done)
+
+
+def _even(run: Run) -> tuple[Run, tuple[str, ...]]:
+    """Return the run on a uniform clock, and what was done to its times."""
     step, fitted, counts = _clock(run.t)
     if fitted is None:
         return _stamped(run, step)

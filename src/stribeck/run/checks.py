@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from stribeck.errors import InputError
+from stribeck.run.turns import turned_on
 from stribeck.run.values import Floats, Run
 
 FEWEST_ROWS = 16
@@ -83,13 +84,13 @@ def _doubtful_velocities(run: Run) -> list[str]:
     if run.dq is None:
         return []
     found = []
-    step = np.diff(run.t)
+    step, moved = np.diff(run.t), np.diff(turned_on(run.q)[0], axis=0)
     for k in range(run.n):
         travelled = 0.5 * (run.dq[1:, k] + run.dq[:-1, k]) * step
         power = float(travelled @ travelled)
         if power == 0.0 or np.ptp(run.q[:, k]) < 0.05:
             continue
-        slope = float(travelled @ np.diff(run.q[:, k])) / power
+        slope = float(travelled @ moved[:, k]) / power
         if not 0.5 < slope < 2.0:
             hint = "one of them in degrees?" if slope > 20.0 or 0.0 < slope < 0.05 else "check units and signs"
             found.append(f"q{k + 1} changes {slope:.3g} times as fast as dq{k + 1} says: {hint}")

@@ -15,6 +15,7 @@ from stribeck.model.layout import Placed
 from stribeck.model.scale import Scale
 from stribeck.model.values import Record
 from stribeck.run import Run
+from stribeck.run.reading import as_read
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,7 @@ def observe(arm: Arm, runs: Sequence[Run], scales: Sequence[Scale], *, leave_out
 
     What every arm has some of is told in a note, where all joints have it: at one of several it is no habit of drives.
     """
+    runs = [as_read(run)[0] for run in runs]
     known = {place.key for place in placed_effects(arm)}
     placed: list[Placed] = []
     causes: list[Cause] = []

@@ -1,0 +1,67 @@
+"""Rows that repeat the positions before them: a log that is written faster than an encoder is read."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.run.values import Floats, Run
+
+FEWEST = 50  # changes of position, that show how often it is read
+REGULAR = 0.9  # of the rows from one to the next, that are as many, or twice as many, ...
+COUNTS = 1.5  # of the smallest change, that the usual one must exceed: an encoder that counts slowly repeats itself too
+
+
+def without_repeats(run: Run) -> tuple[Run, tuple[str, ...]]:
+    """Return a run with the rows alone in which positions were read, and a note where any are left out.
+
+    What was commanded in between is averaged over time, so that its impulse is kept. Where nothing moves, as many rows
+    are left out as where it does.
+
+    Parameters
+    ----------
+    run : Run
+        With N samples.
+
+    Returns
+    -------
+    run : Run
+        With M samples; the same one where positions are new in every row, or now and then.
+    notes : tuple of str
+    """
+    change = np.max(np.abs(np.diff(run.q, axis=0)), axis=1)
+    changed = np.flatnonzero(change) + 1
+    apart = np.diff(changed)
+    if len(apart) < FEWEST:
+        return run, ()
+    every = int(np.argmax(np.bincount(apart)))
+    sizes = change[changed - 1]
+    if every < 2 or np.mean(apart % every == 0) < REGULAR or np.median(sizes) < COUNTS * sizes.min():
+        return run, ()
+    rows = _read(changed, every, len(run.t))
+    length = np.append(np.diff(run.t), run.sample_time)
+    others = ("dq", "q_ref", "dq_ref", "tau_meas", "temperature")
+    taken: dict[str, Any] = {name: values[rows] for name in others if (values := getattr(run, name)) is not None}
+    tau = _mean(run.tau, length, rows)
+    note = f"{run.name}: positions are new in every {_ordinal(every)} row only; those between are left out"
+    return replace(run, t=run.t[rows], q=run.q[rows], tau=tau, extra=None, **taken), (note,)
+
+
+def _read(changed: NDArray[np.int_], every: int, rows: int) -> NDArray[np.int_]:
+    """Return the rows in which positions were read: those that changed, and so many apart where nothing moved."""
+    last = np.full(rows, changed[0])
+    last[changed] = changed
+    last = np.maximum.accumulate(last)
+    return np.flatnonzero((np.arange(rows) - last) % every == 0)
+
+
+def _mean(values: Floats, length: Floats, rows: NDArray[np.int_]) -> Floats:
+    """Return the mean over time of values (N, n) that are held, from each of some rows to the next, (M, n)."""
+    return np.asarray(np.add.reduceat(values * length[:, None], rows) / np.add.reduceat(length, rows)[:, None])
+
+
+def _ordinal(number: int) -> str:
+    return {2: "second", 3: "third"}.get(number, f"{number}th")

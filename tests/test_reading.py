@@ -1,0 +1,79 @@
+"""Positions as they were read: no leaps by a turn, no rows that repeat, and the torque's impulse is kept."""
+
+import dataclasses
+import re
+
+import numpy as np
+import pytest
+
+from stribeck.run import Run
+from stribeck.run.reading import as_read
+
+STEP = 0.002
+
+
+def a_run(rows: int = 3000) -> Run:
+    t = STEP * np.arange(rows)
+    q = np.column_stack([9.0 * np.sin(1.1 * t), 0.3 * np.cos(2.0 * t)])  # one of them turns over, and back
+    return Run("r.csv", t, q, tau=np.sign(q) + q, dq=np.gradient(q, STEP, axis=0), q_ref=q + 0.01)
+
+
+def wrapped(values: np.ndarray, to: float = np.pi) -> np.ndarray:
+    return (values + to) % (2.0 * np.pi) - to
+
+
+def held(run: Run, rows: np.ndarray) -> Run:
+    """Return a run whose positions are read in some rows only, and repeated in between."""
+    last = np.searchsorted(rows, np.arange(len(run.t)), "right") - 1
+    return dataclasses.replace(run, q=run.q[rows[last]], dq=run.dq[rows[last]])
+
+
+def test_a_plain_run_is_left_alone() -> None:
+    run = a_run()
+    assert as_read(run) == (run, ())
+    fast = dataclasses.replace(run, q=run.q + 3.0 * (run.t[:, None] > 3.0))  # no turn: what it is, no one knows
+    assert as_read(fast) == (fast, ())
+
+
+@pytest.mark.parametrize("to", [np.pi, 0.0])
+def test_a_counter_goes_on_where_it_begins_anew(to: float) -> None:
+    run = a_run()
+    again, (note,) = as_read(dataclasses.replace(run, q=wrapped(run.q, to), q_ref=wrapped(run.q_ref, to)))
+    for made, true in ((again.q, run.q), (again.q_ref, run.q_ref)):
+        turns = (made - true) / (2.0 * np.pi)
+        np.testing.assert_allclose(turns, np.round(turns[0]) + 0.0 * turns, atol=1e-9)
+    assert "q1 (" in note
+    assert ("q2 (" in note) == (to == 0.0)  # the second crosses zero, and never half a turn
+
+
+@pytest.mark.parametrize("every", [2, 5])
+def test_repeated_rows_are_left_out(every: int) -> None:
+    run = a_run()
+    rows = np.arange(0, 3000, every)
+    again, (note,) = as_read(held(run, rows))
+    assert re.search(f"every {'second' if every == 2 else '5th'} row", note)
+    np.testing.assert_array_equal(again.t, run.t[rows])
+    np.testing.assert_array_equal(again.q, run.q[rows])
+    assert again.dq is not None
+    np.testing.assert_array_equal(again.dq, run.dq[rows])
+    impulse = np.cumsum(run.tau * STEP, axis=0)[every - 1 :: every]
+    np.testing.assert_allclose(np.cumsum(again.tau * every * STEP, axis=0), impulse, atol=1e-9)
+    assert as_read(again) == (again, ())
+
+
+def test_rests_and_lost_rows_do_not_matter() -> None:
+    run = a_run()
+    run.q[1000:1500] = run.q[1000]
+    late = held(run, np.concatenate([np.arange(0, 2001, 4), np.arange(2003, 3000, 4)]))
+    again, _ = as_read(late)
+    steps = np.rint(np.diff(again.t) / STEP)
+    assert np.count_nonzero(steps != 4.0) <= 2
+    assert len(again.t) == pytest.approx(750, abs=2)
+
+
+def test_an_encoder_that_counts_slowly_is_read_in_every_row() -> None:
+    """One count in every fifth row, by a constant speed: no row is a repetition."""
+    t = STEP * np.arange(3000)
+    q = 1e-3 * np.floor(0.2 * np.arange(3000) + 1e-9)[:, None]
+    run = Run("r.csv", t, q, tau=q)
+    assert as_read(run) == (run, ())
