@@ -46,6 +46,27 @@ def test_a_counter_goes_on_where_it_begins_anew(to: float) -> None:
     assert ("q2 (" in note) == (to == 0.0)  # the second crosses zero, and never half a turn
 
 
+@pytest.mark.parametrize("rows", [[0], [1000], [1000, 1001, 1002], [2998, 2999]])
+def test_a_reading_that_went_wrong_is_put_in_line(rows: list[int]) -> None:
+    run = a_run()
+    q = run.q.copy()
+    q[rows, 1] = 0.0 if rows[0] else 1.0
+    again, (note,) = as_read(dataclasses.replace(run, q=q))
+    assert f"q2 ({len(rows)} times)" in note
+    assert "q1" not in note
+    np.testing.assert_allclose(again.q, run.q, atol=5e-3)  # an end goes on as it is
+
+
+def test_blows_steps_and_rests_are_no_wrong_readings() -> None:
+    """A link that comes off a stop, one that is moved on and stays there, and one that rests but for a count."""
+    t = STEP * np.arange(3000)
+    bounced = np.abs(np.sin(1.1 * t))
+    moved = 0.1 * np.sin(t) + 0.2 * (t > 3.0)
+    rests = 1e-4 * ((np.arange(3000) % 2 == 0) & (t > 2.0))
+    run = Run("r.csv", t, np.column_stack([bounced, moved, rests]), tau=np.zeros((3000, 3)))
+    assert as_read(run) == (run, ())
+
+
 @pytest.mark.parametrize("every", [2, 5])
 def test_repeated_rows_are_left_out(every: int) -> None:
     run = a_run()

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from stribeck.run.repeats import without_repeats
+from stribeck.run.spikes import without_spikes
 from stribeck.run.turns import turned_on
 from stribeck.run.values import Run
 
 
 def as_read(run: Run) -> tuple[Run, tuple[str, ...]]:
-    """Return a run without leaps by whole turns and without repeated rows, and notes on what was done.
+    """Return a run without leaps by whole turns, wrong readings and repeated rows, and notes on what was done.
 
     Parameters
     ----------
@@ -23,12 +27,17 @@ def as_read(run: Run) -> tuple[Run, tuple[str, ...]]:
     notes : tuple of str
     """
     q, leaps = turned_on(run.q)
-    if not leaps.any():
-        return without_repeats(run)
-    reference = None if run.q_ref is None else turned_on(run.q_ref)[0]
-    fresh, notes = without_repeats(replace(run, q=q, q_ref=reference))
-    told = ", ".join(f"q{k + 1} ({count} times)" for k, count in enumerate(leaps) if count)
-    return fresh, (
-        f"{run.name}: leaps by a turn, as of a counter that begins anew: {told}",
-        *notes,
-    )
+    q, wrong = without_spikes(run.t, q)
+    notes: list[str] = []
+    if leaps.any():
+        reference = None if run.q_ref is None else turned_on(run.q_ref)[0]
+        run = replace(run, q_ref=reference)
+        notes.append(f"{run.name}: leaps by a turn, as of a counter that begins anew: {_listed(leaps)}")
+    if wrong.any():
+        notes.append(f"{run.name}: positions that leap and are back, taken from rows around: {_listed(wrong)}")
+    fresh, said = without_repeats(replace(run, q=q) if notes else run)
+    return fresh, (*notes, *said)
+
+
+def _listed(times: NDArray[np.int_]) -> str:
+    return ", ".join(f"q{k + 1} ({count} times)" for k, count in enumerate(times) if count)
