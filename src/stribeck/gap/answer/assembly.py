@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from stribeck.effects.registry import placed_effects
+from stribeck.gap.answer.commands import told_commands
 from stribeck.gap.answer.delivered import delivered
 from stribeck.gap.answer.listing import candidates_of, traces_of
 from stribeck.gap.answer.off_the_line import told_off_the_line
@@ -129,6 +130,7 @@ class Assembly:
             ),
             warnings=(
                 *prepared.warnings,
+                *told_commands(prepared, self.given),
                 *missing,
                 *loud(self.random, arm.names, self.steps[-1].floor),
                 *told_of(tuned),
