@@ -56,6 +56,7 @@ def test_of_recordings_that_are_held_out_one_that_shows_more_than_all_fitted_one
     alone = [fitted[0], replace(fitted[1], held_out=True), fitted[2]]
     assert held_alone(fitted) == []
     assert held_alone(alone) == ["run_01.csv"]
+    assert held_alone(alone[:2]) == ["run_01.csv"]  # of two as well: the other one judges then
     assert held_alone([*alone, replace(rows(8.0)[0], run="another", held_out=True)]) == ["run_01.csv"]  # the loudest
     assert held_alone([*alone, replace(rows(3.0)[0], run="another")]) == []
     assert held_alone([replace(row, corrected=0.1 * row.corrected) for row in alone]) == []  # nothing is left in it

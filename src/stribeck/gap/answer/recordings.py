@@ -75,7 +75,7 @@ def _unlearnt(recordings: Sequence[Recording]) -> Iterator[tuple[Recording, floa
     for joint in _joints(recordings):
         rows = _ordered(recordings, joint)
         most = ALONE * max([1.0, *(left for left, row in rows if not row.held_out)])
-        if len(rows) >= LEAST and rows[0][0] > most:
+        if rows and rows[0][0] > most:
             yield rows[0][1], most
 
 
