@@ -28,6 +28,16 @@ def test_uniform_clock_is_left_alone() -> None:
     assert uniform(run) == (run, ())
 
 
+def test_seconds_since_1970_keep_their_step() -> None:
+    """As stamped, they have 0.24 us each: a thousandth of a step of velocity, and a thousand of acceleration."""
+    run = a_run(0.002 * np.arange(1000))
+    even, notes = uniform(dataclasses.replace(run, t=run.t + 1764201234.5))
+    assert notes == ("r.csv: times are counted from 1764000000 s on",)
+    assert even.t[0] == pytest.approx(201234.5)
+    np.testing.assert_allclose(np.diff(even.t), 0.002, rtol=1e-7)
+    assert np.array_equal(even.q, run.q)
+
+
 def test_small_jitter_leaves_the_samples() -> None:
     run = a_run(jittered(1000, 0.002, 1e-3))
     even, notes = uniform(run)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import math
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,9 @@ TOLERATED_JITTER = 1e-3
 _ROUNDING = 1e-9  # steps; such a clock is uniform already
 _ROUGHER = 2.0  # squared third differences at the times that are stamped, over those at even ones: the stamps are off
 
+LONG_AGO = 1e6
+"""Times that began longer ago, s, are told by so much less: seconds since 1970 have too few digits left for a step."""
+
 GAP_STEPS = 5.0
 """A step longer than this many median steps is a gap: what is interpolated across it is marked."""
 
@@ -28,7 +32,8 @@ GAP_STEPS = 5.0
 def uniform(run: Run) -> tuple[Run, tuple[str, ...]]:
     """Put a run on a uniform clock.
 
-    Positions that leap by whole turns go on, and rows that repeat those of the row before are left out.
+    Positions are made those of an encoder that counts on and is read in every row (`as_read`), and whole millions of
+    seconds are taken off the times.
     Where the clock is uniform to 1e-3 of its step, only `t` is replaced, if need be; and where the motion is smoother
     that way, as it is where samples are taken evenly but stamped when they arrive. Elsewhere the run is
     resampled: position by cubic splines between gaps (linear across them); commanded torque as the time average,
@@ -43,7 +48,7 @@ def uniform(run: Run) -> tuple[Run, tuple[str, ...]]:
     Returns
     -------
     run : Run
-        With M samples at a constant step, the first at the same time; `gaps` (M,) marks samples that lie across
+        With M samples at a constant step, the first at its own time; `gaps` (M,) marks samples that lie across
         missing ones, and is None when there are none.
     notes : tuple of str
         What was done, for the reader of a report; empty when nothing was.
@@ -54,6 +59,10 @@ def uniform(run: Run) -> tuple[Run, tuple[str, ...]]:
         When more of the recording is missing than there is.
     """
     run, said = as_read(run)
+    origin = LONG_AGO * math.trunc(run.t[0] / LONG_AGO)
+    if origin:
+        run = dataclasses.replace(run, t=run.t - origin)
+        said = (*said, f"{run.name}: times are counted from {origin:.0f} s on")
     even, done = _even(run)
     return even, (*said, *done)
 

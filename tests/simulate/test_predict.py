@@ -73,6 +73,10 @@ def test_windows_start_on_the_record() -> None:
     assert np.abs(found.q[starts] - run.q[starts]).max() < 2e-3
     assert len(found.t) == len(run.t)
     assert len(found.status) == len(starts)
+    since_1970 = 1764201234.5
+    later = predict(arm, replace(run, t=run.t + since_1970), 0.25)
+    np.testing.assert_allclose(later.t - since_1970, run.t, atol=1e-6)
+    np.testing.assert_allclose(later.q, found.q, atol=1e-4)
 
 
 def test_runaway_windows_are_held_and_named() -> None:

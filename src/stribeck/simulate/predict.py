@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ from scipy.ndimage import convolve1d
 
 from stribeck.arm import Arm
 from stribeck.errors import InputError
-from stribeck.grid import uniform
+from stribeck.grid import LONG_AGO, uniform
 from stribeck.identify.conditioning import Conditioned, condition
 from stribeck.identify.cutoff import cutoff_frequency
 from stribeck.identify.noise import encoder_noise
@@ -73,11 +73,13 @@ def predict(arm: Arm, run: Run, horizon: float) -> Prediction:
     """
     if run.n != arm.n:
         raise InputError(f"{run.name}: not a recording of this arm", f"{run.n} joints", f"the arm has {arm.n}")
+    began = run.t[0]
     run, _ = uniform(run)
     engine = Engine(path_of(arm))
     noise = encoder_noise(arm, [run])
     cutoff = cutoff_frequency(arm, [run], engine.moved_inertia(np.median(run.q, axis=0)), noise)
-    return predict_conditioned(engine, engine.p, condition(arm, run, cutoff, noise), horizon)
+    found = predict_conditioned(engine, engine.p, condition(arm, run, cutoff, noise), horizon)
+    return replace(found, t=found.t + (began - run.t[0] if abs(began) >= LONG_AGO else 0.0))
 
 
 def predict_conditioned(engine: Engine, p: Floats, data: Conditioned, horizon: float) -> Prediction:
