@@ -17,6 +17,7 @@ from stribeck.gap.answer.verdict import causes_of
 from stribeck.gap.diagnose import diagnose
 from stribeck.gap.result import VERDICTS, Cause, Diagnosis
 from stribeck.gap.search.step import Step
+from stribeck.run import Run
 
 from .conftest import NOMINAL, TRUE, recorded, sines
 
@@ -72,6 +73,30 @@ def test_effect_is_named() -> None:
     assert d.closed.low <= d.closed.value
     assert d.where[0].channel == "actuator"
     assert [c.effect for c in d.candidates if c.chosen] == ["delay"]
+
+
+def as_they_come(runs: Sequence[Run]) -> list[Run]:
+    """The same recordings from a careless log: rows twice, stamped late since 1970, turns begun anew, a wrong one."""
+    out, rng = [], np.random.default_rng(0)
+    for k, run in enumerate(runs):
+        rows = np.repeat(np.arange(len(run.t)), 2)
+        step = 0.5 * run.sample_time
+        t = 1764201234.0 + 20.0 * k + step * (np.arange(len(rows)) + rng.uniform(0.0, 0.4, len(rows)))
+        q = (run.q[rows] + 2.0 * np.pi) % (2.0 * np.pi)
+        q[1000:1002] = 6.0
+        out.append(replace(run, t=t, q=q, tau=run.tau[rows]))
+    return out
+
+
+def test_logs_may_come_as_they_are() -> None:
+    clean, dirty = recorded((LATE[0], dict(LATE[1]))), as_they_come(recorded((LATE[0], dict(LATE[1]))))
+    told = diagnose(NOMINAL, dirty, jobs=1, leave_out=FEW)
+    assert told.named == ("delay",)
+    time, true = (d.causes[0].parameters["A"]["time"].value for d in (told, diagnose(NOMINAL, clean, leave_out=FEW)))
+    assert time == pytest.approx(true, abs=0.05 * 0.004)
+    said = " ".join(told.notes)
+    for what in ("begins anew", "rows around", "every second row", "counted from", "ms apart, which makes"):
+        assert said.count(what) >= len(dirty) - 1, what  # one of them does not reach a turn
 
 
 def test_corrected_arm_carries_the_effect(tmp_path) -> None:  # type: ignore[no-untyped-def]

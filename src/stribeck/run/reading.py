@@ -26,17 +26,17 @@ def as_read(run: Run) -> tuple[Run, tuple[str, ...]]:
         The same one where nothing had to be done.
     notes : tuple of str
     """
-    q, leaps = turned_on(run.q)
-    q, wrong = without_spikes(run.t, q)
     notes: list[str] = []
+    q, leaps = turned_on(run.q)
     if leaps.any():
-        reference = None if run.q_ref is None else turned_on(run.q_ref)[0]
-        run = replace(run, q_ref=reference)
+        run = replace(run, q=q, q_ref=None if run.q_ref is None else turned_on(run.q_ref)[0])
         notes.append(f"{run.name}: leaps by a turn, as of a counter that begins anew: {_listed(leaps)}")
+    run, said = without_repeats(run)
+    q, wrong = without_spikes(run.t, run.q)
     if wrong.any():
+        run = replace(run, q=q)
         notes.append(f"{run.name}: positions that leap and are back, taken from rows around: {_listed(wrong)}")
-    fresh, said = without_repeats(replace(run, q=q) if notes else run)
-    return fresh, (*notes, *said)
+    return run, (*notes, *said)
 
 
 def _listed(times: NDArray[np.int_]) -> str:
