@@ -33,12 +33,11 @@ def uniform(run: Run) -> tuple[Run, tuple[str, ...]]:
     """Put a run on a uniform clock.
 
     Positions are made those of an encoder that counts on and is read in every row (`as_read`), and whole millions of
-    seconds are taken off the times.
-    Where the clock is uniform to 1e-3 of its step, only `t` is replaced, if need be; and where the motion is smoother
-    that way, as it is where samples are taken evenly but stamped when they arrive. Elsewhere the run is
-    resampled: position by cubic splines between gaps (linear across them); commanded torque as the time average,
-    over each new step, of the torque held between the recorded samples, so that its impulse is kept; all else
-    linearly.
+    seconds are taken off the times. Where the clock is uniform to 1e-3 of its step, only `t` is replaced, if need be;
+    so it is where the motion is smoother that way, as where samples are taken evenly but stamped when they arrive.
+    Elsewhere the run is resampled: position by cubic splines between gaps (linear across them); commanded torque as the
+    time average, over each new step, of the torque held between the recorded samples, so that its impulse is kept; all
+    else linearly.
 
     Parameters
     ----------
@@ -134,13 +133,17 @@ def _clock(t: Floats) -> tuple[float, Floats | None, Floats]:
     steps = np.diff(t)
     median = float(np.median(steps))
     counts = np.maximum(1.0, np.rint(steps / median))
-    for k in (np.concatenate([[0.0], np.cumsum(counts)]), _counted(t, median)):
-        centred = k - k.mean()
-        step = float(centred @ (t - t.mean()) / (centred @ centred))
-        fitted = t.mean() + step * centred
-        if np.abs(t - fitted).max() <= 0.5 * step and (np.diff(k) > 0.0).all():
-            return step, fitted, np.diff(k)
-    return median, None, counts
+    one_by_one = np.concatenate([[0.0], np.cumsum(counts)])
+    return _line(t, one_by_one) or _line(t, _counted(t, median)) or (median, None, counts)
+
+
+def _line(t: Floats, k: Floats) -> tuple[float, Floats, Floats] | None:
+    """Return the step, the times and the steps of whole numbers k for which a line fits t; None where it does not."""
+    centred = k - k.mean()
+    step = float(centred @ (t - t.mean()) / (centred @ centred))
+    fitted = t.mean() + step * centred
+    steps = np.diff(k)
+    return (step, fitted, steps) if np.abs(t - fitted).max() <= 0.5 * step and (steps > 0.0).all() else None
 
 
 def _counted(t: Floats, step: float) -> Floats:
