@@ -109,13 +109,24 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = (), fitted:
     warnings = tuple(f"{run.name}: {text}" for run in every for text in run.warnings)
     gone = sum(distance_gone(run.q, run.sample_time) for run in [*even, *kept_back])
     scales = typical(arm, learnt, inertia, np.asarray(gone))
-    return Prepared(with_unsaid(arm, scales), learnt, judged, scales, cutoff, tuple(notes), warnings, stated=arm)
+    said = _together(notes)
+    return Prepared(with_unsaid(arm, scales), learnt, judged, scales, cutoff, said, warnings, stated=arm)
 
 
 def _even(run: Run, notes: list[str]) -> Run:
     even, said = uniform(run)
     notes.extend(said)
     return even
+
+
+def _together(notes: Sequence[str]) -> tuple[str, ...]:
+    """Return the notes on runs, those that say the same of several made one."""
+    runs: dict[str, list[str]] = {}
+    for note in notes:
+        name, colon, text = note.partition(": ")
+        name, text = (name, text) if colon else ("", note)
+        runs.setdefault(text, []).append(name)
+    return tuple(f"{', '.join(names)}: {text}" if names[0] else text for text, names in runs.items())
 
 
 def moved_inertia(arm: Arm, runs: Sequence[Run]) -> np.ndarray:
