@@ -31,7 +31,7 @@ def held(run: Run, rows: np.ndarray) -> Run:
 def test_a_plain_run_is_left_alone() -> None:
     run = a_run()
     assert as_read(run) == (run, ())
-    fast = dataclasses.replace(run, q=run.q + 3.0 * (run.t[:, None] > 3.0))  # no turn: what it is, no one knows
+    fast = dataclasses.replace(run, q=run.q + 4.5 * (run.t[:, None] > 3.0))  # no turn: what it is, no one knows
     assert as_read(fast) == (fast, ())
 
 
@@ -63,7 +63,14 @@ def test_blows_steps_and_rests_are_no_wrong_readings() -> None:
     bounced = np.abs(np.sin(1.1 * t))
     moved = 0.1 * np.sin(t) + 0.2 * (t > 3.0)
     rests = 1e-4 * ((np.arange(3000) % 2 == 0) & (t > 2.0))
-    run = Run("r.csv", t, np.column_stack([bounced, moved, rests]), tau=np.zeros((3000, 3)))
+    still = 1e-4 * (np.arange(3000) % 700 == 600)
+    run = Run("r.csv", t, np.column_stack([bounced, moved, rests, still]), tau=np.zeros((3000, 4)))
+    assert as_read(run) == (run, ())
+
+
+def test_what_leaps_all_the_time_is_no_wrong_reading() -> None:
+    run = a_run()
+    run.q[::50, 1] += 1.0
     assert as_read(run) == (run, ())
 
 
@@ -90,6 +97,15 @@ def test_rests_and_lost_rows_do_not_matter() -> None:
     steps = np.rint(np.diff(again.t) / STEP)
     assert np.count_nonzero(steps != 4.0) <= 2
     assert len(again.t) == pytest.approx(750, abs=2)
+
+
+def test_what_is_read_now_and_then_or_moves_a_moment_is_left_alone() -> None:
+    run = a_run()
+    irregular = held(run, np.cumsum([0, *[2, 3, 2, 2, 3] * 249]))
+    assert as_read(irregular) == (irregular, ())
+    run.q[80:] = run.q[80]
+    short = held(run, np.arange(0, 3000, 2))
+    assert as_read(short) == (short, ())
 
 
 def test_an_encoder_that_counts_slowly_is_read_in_every_row() -> None:

@@ -227,6 +227,7 @@ def test_doubtful_units_are_warned_of(tmp_path: Path) -> None:
     assert any("q2 changes 57.3 times as fast as dq2 says: one of them in degrees?" in text for text in in_degrees)
     (wrong_sign,) = warnings(dq=run.dq * [1, -1])
     assert wrong_sign.startswith("q2 changes -1 times as fast as dq2 says: check units and signs")
+    assert warnings(q=run.q % (2.0 * np.pi)) == ()  # a counter that begins its turn anew
     milliseconds = warnings(t=1e3 * run.t)
     assert any("is t in seconds?" in text for text in milliseconds)
     assert warnings(q=run.q * 0.01, dq=0 * run.dq) == ()  # a joint that hardly moves proves nothing

@@ -65,3 +65,11 @@ def test_what_the_arm_file_states_is_neither_told_nor_named() -> None:
     stated = EffectEntry("velocity_filter", ("A",), {"A": {"time": 0.006}})
     arm, runs = replace(NOMINAL, effects=(stated,)), filtered(0.006)
     assert observe(arm, runs, prepare(NOMINAL, runs).scales) == Observation((), ())
+
+
+def test_a_counter_that_begins_anew_trails_nothing() -> None:
+    plain = recorded(channels=("dq",))
+    assert not seen(plain).causes
+    around = tuple(replace(run, q=(run.q - run.q.mean()) % (2.0 * np.pi)) for run in plain)
+    assert any(np.ptp(run.q) > 6.0 for run in around)
+    assert not seen(around).causes
