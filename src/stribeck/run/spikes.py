@@ -9,8 +9,8 @@ from scipy.ndimage import median_filter
 from stribeck.run.values import Floats
 
 WIDTH = 7  # rows of a running median: up to three that follow one another are told from the rest
-FAST, FURTHER = 0.99, 10.0  # the quantile of its steps by which a joint is fast, and times that: no motion
-MOST = 0.01  # of the rows of a joint, that may leap: of more it is not known what they are
+# the quantile of its steps by which a joint is fast, and times that: no motion; where more leap, it is not known why
+FAST, FURTHER = 0.99, 10.0
 
 
 def without_spikes(t: Floats, q: Floats) -> tuple[Floats, NDArray[np.int_]]:
@@ -32,7 +32,7 @@ def without_spikes(t: Floats, q: Floats) -> tuple[Floats, NDArray[np.int_]]:
     """
     fast = np.quantile(np.abs(np.diff(q, axis=0)), FAST, axis=0)
     off = np.abs(q - median_filter(q, (WIDTH, 1), mode="mirror")) > FURTHER * fast
-    off[:, (fast == 0.0) | (np.mean(off, axis=0) > MOST)] = False
+    off[:, fast == 0.0] = False
     rows = np.count_nonzero(off, axis=0)
     if not rows.any():
         return q, rows
