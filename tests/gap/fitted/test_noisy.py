@@ -1,18 +1,22 @@
 """A compliance is no better for what it does to noise, and no worse."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from stribeck.effects.registry import effect_named
-from stribeck.gap.fitted.model import Model, fit_model, noise_in, retune, weights_of
+from stribeck.gap.fitted.model import Model, fit_model, referred, retune, weights_of
 from stribeck.gap.fitted.noisy import put_back, quieter
 from stribeck.gap.records.floor import noise_of_rows
+from stribeck.gap.records.passed import BANDS, Passed
 from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.records.spread import Noise
 from stribeck.gap.search.rank import rank
+from stribeck.identify.conditioning import Conditioned
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
@@ -21,6 +25,13 @@ from ..conftest import NOMINAL, TRUE, recorded
 
 SHAFT = {"stiffness": 900.0, "damping": 1.0}  # rings at 8 Hz, 3 % of critical
 NOISE = 1e-4  # rad
+
+
+def through(encoder: float, torque: float, bristle: bool = False, *, slow: float = 1.0) -> Passed:
+    """What a model of one joint adds to its residual: of torque that is slow, a part of its own."""
+    power = np.full((BANDS // 2 + 1, 1), torque**2)
+    power[: BANDS // 8] *= slow**2
+    return Passed(np.array([encoder]), np.array([torque]), power, np.array([bristle]))
 
 
 @cache
@@ -34,8 +45,7 @@ def seen(hidden: bool) -> tuple[Prepared, Model, np.ndarray]:
         noise_of_rows(prepared.arm, path, base.fit.p, runs, prepared.cutoff, 0)
         for runs in (prepared.fit, prepared.held)
     ))  # fmt: skip
-    reference = noise_in(Residual(path, prepared.held, ()), base.fit.p, base.held, prepared)
-    return replace(prepared, noise=noise, reference=reference), base, noise.rms
+    return referred(replace(prepared, noise=noise), base), base, noise.rms
 
 
 def with_shaft(prepared: Prepared, base: Model, floor: np.ndarray, **start: float) -> Model:
@@ -52,9 +62,9 @@ def test_a_residual_without_a_compliance_stays() -> None:
 
 def test_noise_that_a_model_takes_is_put_back() -> None:
     prepared, base, floor = seen(False)
-    exact = replace(prepared, reference=np.array([[0.03], [1.0]]))
+    exact = replace(prepared, reference=through(0.03, 1.0))
     less = 0.5 * floor * np.random.default_rng(0).standard_normal(base.whole.shape)
-    judged = put_back(exact, less, np.array([[0.015], [1.0]]), floor)
+    judged = put_back(exact, less, through(0.015, 1.0), floor)
     assert np.std(judged) == pytest.approx(floor[0], rel=0.05)
 
 
@@ -62,7 +72,8 @@ def test_a_shaft_that_only_takes_noise_gains_nothing() -> None:
     """A soft link does not follow its encoder's noise: that is none of the law's merit."""
     prepared, base, floor = seen(False)
     assert prepared.reference is not None
-    part, noise = 0.5, 0.5 * prepared.reference
+    part, r = 0.5, prepared.reference
+    noise = replace(r, encoder=part * r.encoder, torque=part * r.torque)
     model = replace(base, noise=noise, held=part * base.held, fit=replace(base.fit, residual=part * base.fit.residual))
     assert rank(replace(prepared, reference=None), [base, model], floor, 0).overall[1] > 0.2
     assert rank(prepared, [base, model], floor, 0).overall[1] < 0.05
@@ -70,19 +81,57 @@ def test_a_shaft_that_only_takes_noise_gains_nothing() -> None:
 
 def test_noise_in_the_torque_counts_as_well() -> None:
     prepared, _, floor = seen(False)
-    exact = replace(prepared, reference=np.array([[0.03], [1.0]]))
+    exact = replace(prepared, reference=through(0.03, 1.0))
     louder = np.hypot(floor, 0.04)
-    found = quieter(exact, np.array([[0.03], [0.5]]), louder)
+    found = quieter(exact, through(0.03, 0.5), louder)
     assert found == pytest.approx(np.hypot(0.03, 0.02) / np.hypot(0.03, 0.04))
-    assert quieter(exact, np.array([[0.06], [2.0]]), louder) == 1.0  # what makes more of it earns nothing by that
+    assert quieter(exact, through(0.06, 2.0), louder) == 1.0  # what makes more of it earns nothing by that
 
 
-def test_a_gap_far_above_the_noise_is_not_made_larger() -> None:
+def test_a_gap_far_above_the_noise_is_made_larger_by_what_is_taken_of_a_torque_alone() -> None:
+    """What a model takes of the encoder's noise says nothing of it; of the torque, what it takes of such a one."""
     prepared, base, floor = seen(False)
-    exact = replace(prepared, reference=np.array([[0.03], [1.0]]))
-    loud = 100.0 * base.whole
-    judged = put_back(exact, loud, np.array([[0.015], [1.0]]), floor)
-    assert np.std(judged) == pytest.approx(np.std(loud), rel=0.01)
+    exact = replace(prepared, reference=through(0.03, 1.0))
+    loud = 100.0 * floor * np.random.default_rng(0).standard_normal(base.whole.shape)
+    drifts = np.cumsum(loud, axis=0)
+
+    def times(gap: np.ndarray, noise: Passed) -> float:
+        return float(np.std(put_back(exact, gap, noise, floor)) / np.std(gap))
+
+    assert times(loud, through(0.015, 1.0)) == pytest.approx(1.0, rel=0.01)
+    assert times(loud, through(0.03, 0.5)) == pytest.approx(2.0, rel=0.01)
+    assert times(drifts, through(0.03, 1.0, slow=0.5)) == pytest.approx(2.0, rel=0.1)
+    assert times(np.diff(loud, axis=0), through(0.03, 1.0, slow=0.5)) < 1.1
+    assert times(loud, through(0.03, 2.0)) == 1.0
+
+
+def test_of_a_bristle_that_one_of_two_models_has_nothing_is_put_back() -> None:
+    """It passes on less noise than the sign of a velocity, which is no merit of a compliance beside it."""
+    prepared, base, floor = seen(False)
+    for bristles, part in (((True, True), 0.5), ((True, False), 1.0), ((False, True), 1.0)):
+        exact = replace(prepared, reference=through(0.03, 1.0, bristles[0]))
+        less = through(0.015, 0.5, bristles[1])
+        assert quieter(exact, less, floor) == pytest.approx(part)
+        gap = 100.0 * base.whole
+        assert put_back(exact, gap, less, floor) == pytest.approx(gap / part, rel=0.01)
+
+
+def test_a_shaft_that_takes_random_torque_alone_is_no_better() -> None:
+    """Its observer follows whatever the motion does not foretell, a drift of the torque as well."""
+    prepared, _, floor = seen(False)
+    rng = np.random.default_rng(3)
+
+    def drifting(runs: Sequence[Conditioned]) -> tuple[Conditioned, ...]:
+        steps = [rng.standard_normal(run.command.shape) for run in runs]
+        drifts = [0.3 * lfilter([0.2], [1.0, -0.98], step, axis=0) for step in steps]
+        return tuple(replace(run, command=run.command + drift) for run, drift in zip(runs, drifts, strict=True))
+
+    shaken = replace(prepared, fit=drifting(prepared.fit), held=drifting(prepared.held))
+    base = retune(shaken, floor)
+    told = referred(shaken, base)
+    model = with_shaft(told, base, floor, stiffness=3e5, damping=0.0)
+    assert rank(shaken, [base, replace(model, noise=None)], floor, 0).overall[1] > 0.3
+    assert rank(told, [base, model], floor, 0).overall[1] < 0.0
 
 
 def test_a_shaft_that_is_there_keeps_its_gain_and_its_damping() -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from stribeck.gap.fitted.white import noise_of_best, white_rms
+from stribeck.gap.records.passed import BANDS, Passed
 from stribeck.identify.conditioning import Conditioned, condition
 from stribeck.run import Run
 
@@ -71,12 +72,15 @@ def test_noise_in_the_torque_is_judged_by_models_without_a_compliance() -> None:
     But what looks as white and is gone with a compliance that takes no noise was its ringing.
     """
     whole, part = rows(noise(8)), 0.3 * rows(noise(9))
-    through = np.array([[0.01], [1.0]])  # what noise adds to the re-tuned model's residual
+    through = {
+        k: Passed(np.array([0.01 * k]), np.array([k]), np.full((BANDS // 2 + 1, 1), k**2), np.array([False]))
+        for k in (0.3, 1.0)
+    }
     stiff: Any = SimpleNamespace(whole=whole[:, None], noise=None)
     soft: Any
     rings: Any
-    soft, rings = (SimpleNamespace(whole=part[:, None], noise=part_of_it * through) for part_of_it in (0.3, 1.0))
-    prepared: Any = SimpleNamespace(fit=(still(),), held=(), cutoff=CUTOFF, reference=through, noise=None)
+    soft, rings = (SimpleNamespace(whole=part[:, None], noise=noise) for noise in through.values())
+    prepared: Any = SimpleNamespace(fit=(still(),), held=(), cutoff=CUTOFF, reference=through[1.0], noise=None)
     floor, size = np.array([0.01]), np.sqrt(np.mean(whole**2))
     assert noise_of_best(floor, [soft, stiff], prepared) == pytest.approx([size], rel=0.1)
     assert noise_of_best(floor, [soft, stiff], prepared, np.array([9.0])) == pytest.approx([size], rel=0.1)

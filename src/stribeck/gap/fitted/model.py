@@ -12,6 +12,7 @@ from stribeck.gap.fitted.noisy import quieter
 from stribeck.gap.fitted.sizes import effect_scales
 from stribeck.gap.records.blocks import correlation_rows
 from stribeck.gap.records.floor import over_neighbours
+from stribeck.gap.records.passed import Passed, spectrum
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.records.spread import noise_power, spread
 from stribeck.identify.conditioning import Conditioned
@@ -29,17 +30,16 @@ HUGE = 1e100  # N m: a law that has run away, whose squares are no numbers any m
 class Model:
     """A fitted model: its effects with fitted values, the fit, and the residual (K, n) on held-out runs, N m.
 
-    ``noise`` (2, n) is what the encoder's noise, and 1 N m of white noise in the commands, add to that residual, N m
-    rms, where the model has a compliance; nan at joints with a bristle. ``absorbed`` counts the constants of a law
-    outside the library that has taken what it can. ``rows`` (M + K, n) is what the encoder's noise adds to each row of
-    the residual on all runs, N^2 m^2, of a model that has states; beside a compliance, nan at joints without a bristle.
-    Noise pulls at a stiff bristle while a joint is at rest, where friction alone takes up any torque.
+    ``noise`` is what noise adds to that residual where the model has a compliance. ``absorbed`` counts the constants of
+    a law outside the library that has taken what it can. ``rows`` (M + K, n) is what the encoder's noise adds to each
+    row of the residual on all runs, N^2 m^2, of a model that has states; beside a compliance, nan at joints without a
+    bristle. Noise pulls at a stiff bristle while a joint is at rest, where friction alone takes up any torque.
     """
 
     placed: tuple[Placed, ...]
     fit: Fit
     held: np.ndarray
-    noise: np.ndarray | None = None
+    noise: Passed | None = None
     absorbed: int = 0
     rows: np.ndarray | None = None
 
@@ -110,15 +110,16 @@ def with_noise(model: Model, residual: Residual, whole: np.ndarray, prepared: Pr
     if not path.flexible:
         return replace(model, rows=rows)
     noise = noise_in(residual, p, whole[-len(model.held) :], prepared)
-    noise[:, bristles] = np.nan  # a contact that gives passes on less of it than the sign of a velocity
     return replace(model, noise=noise, rows=None if rows is None else np.where(bristles, rows, np.nan))
 
 
-def noise_in(judged: Residual, p: np.ndarray, held: np.ndarray, prepared: Prepared) -> np.ndarray:
-    """Return what encoder noise, and 1 N m of noise in the commands, add (2, n) to a held-out residual, N m rms."""
+def noise_in(judged: Residual, p: np.ndarray, held: np.ndarray, prepared: Prepared) -> Passed:
+    """Return what encoder noise, and noise in the commands, add to a held-out residual (K, n), N m."""
     loud = prepared.moved[len(prepared.fit) :], prepared.pushed
-    moved, pushed = (np.std(judged.along(runs)(p)[0] - held, axis=0) for runs in loud)
-    return np.array([moved, pushed / prepared.push])
+    moved, pushed = (judged.along(runs)(p)[0] - held for runs in loud)
+    pushed = pushed / prepared.push
+    bristles = [judged.path.bristle(j) is not None for j in range(judged.path.n)]
+    return Passed(np.std(moved, axis=0), np.std(pushed, axis=0), spectrum(pushed), np.array(bristles))
 
 
 def noise_in_rows(

@@ -11,6 +11,7 @@ import numpy as np
 
 from stribeck.arm import Arm
 from stribeck.errors import InputError
+from stribeck.gap.records.passed import Passed
 from stribeck.gap.records.sequence import distance_gone, in_sequence
 from stribeck.gap.records.split import split
 from stribeck.gap.records.spread import Noise
@@ -35,8 +36,8 @@ class Prepared:
     """Runs ready for the search.
 
     ``fit`` and ``held`` are conditioned runs; ``scales`` typical magnitudes per joint; ``cutoff`` in Hz; ``noise`` that
-    of every row of the residual, once a model is there to tell, and ``reference`` (2, n) what noise adds to the
-    re-tuned model's (:class:`stribeck.gap.fitted.model.Model`); ``arm`` has tolerances for what its file, as
+    of every row of the residual, once a model is there to tell, and ``reference`` what noise adds to the
+    re-tuned model's; ``arm`` has tolerances for what its file, as
     ``stated``, says nothing of.
     """
 
@@ -49,7 +50,7 @@ class Prepared:
     warnings: tuple[str, ...]
     noise: Noise | None = None
     stated: Arm | None = None
-    reference: np.ndarray | None = None
+    reference: Passed | None = None
 
     @property
     def push(self) -> np.ndarray:
