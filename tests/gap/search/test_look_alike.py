@@ -1,6 +1,6 @@
 """Laws of no library that pass for an effect are told from it; the effect itself stands against all of them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -32,7 +32,8 @@ from stribeck.withheld.excitation import programme
 from stribeck.withheld.injections import Injection
 from stribeck.withheld.recorder import default_gains, record
 
-from ..conftest import JOINT, conditioned, taken_steps
+from ..conftest import JOINT, conditioned, recorded, taken_steps
+from ..conftest import NOMINAL as PENDULUM
 
 TRUE = Arm("two joints", (9.81, 0.0), (JOINT, replace(JOINT, name="B", mass=2.5)), sample_time=0.004)
 NOMINAL = misinformed(TRUE, np.random.default_rng(3), 0.03, 0.2)
@@ -68,6 +69,20 @@ def test_a_torque_gain_is_no_cross_talk() -> None:
     assert found.named == ("torque_gain",)
     assert found.causes[0].joints == ("A",)
     assert not any("library" in text for text in found.warnings)
+
+
+def one_sided(runs: Sequence[Run], share: float) -> list[Run]:
+    """The same motions under a drive that gives less of what is asked of it to one side."""
+    return [replace(run, tau=np.where(run.tau < 0.0, run.tau / (1.0 - share), run.tau)) for run in runs]
+
+
+@pytest.mark.parametrize("there", [True, False], ids=["half a bridge", "an offset"])
+def test_a_drive_that_pulls_harder_to_one_side_is_no_offset(there: bool) -> None:
+    others = tuple(name for name in registry() if name not in ("torque_offset", "asymmetric_friction"))
+    runs = one_sided(recorded(), 0.2) if there else recorded(("torque_offset", {"offset": 0.6}))
+    found = diagnose(PENDULUM, runs, leave_out=others, jobs=1)
+    assert found.named == (() if there else ("torque_offset",))
+    assert any("pulls harder to one side" in text for text in found.warnings) == there
 
 
 def alike(*chances: float | None) -> list[Any]:
@@ -112,6 +127,7 @@ def test_an_axis_has_no_turns() -> None:
     axis = replace(TRUE, joints=(replace(JOINT, kind="prismatic"),))
     assert [decoy.says for decoy in decoys(axis)] == [
         "torque that speed takes at A (a drive's voltage limit)",
+        "a drive at A that pulls harder to one side (half of its bridge)",
         "torque that heat takes at A (a magnet that warms)",
     ]
 

@@ -2,7 +2,8 @@
 
 Of laws that no library holds, some pass for one that it does: a share of another drive's command is a torque gain to a
 fit that knows no better. Each decoy is torque linear in a constant or a few: couplings of two joints that no effect of
-the library is, inertia that varies, a drive that speed or heat weakens, a tool that rings or swings.
+the library is, inertia that varies, a drive that speed or heat weakens or that pulls harder to one side, a tool that
+rings or swings.
 """
 
 from __future__ import annotations
@@ -68,6 +69,7 @@ def decoys(arm: Arm) -> Iterator[Decoy]:
             says = f"an inertia at {name} that varies {turns} time{'s' * (turns > 1)} a turn (a linkage, an unbalance)"
             yield Decoy(says, (_varying(j, turns, 0.0), _varying(j, turns, 0.5 * np.pi)))
         yield Decoy(f"torque that speed takes at {name} (a drive's voltage limit)", (_at(j, _taken_by_speed),), True)
+        yield Decoy(f"a drive at {name} that pulls harder to one side (half of its bridge)", (_at(j, _one_sided),))
         warmth = partial(_warmth, j, name)
         yield replace(warmth(np.zeros(1)), nearby=warmth, bent=1, form=f"heat {j}")
     for hertz in RINGS if arm.n > 1 and all(turning) else ():  # at a single joint a stand that gives way is the same
@@ -187,6 +189,10 @@ def _varying(j: int, turns: int, phase: float) -> Term:
 
 def _taken_by_speed(run: Conditioned, j: int) -> Floats:
     return np.asarray(run.command[:, j] * run.velocity[:, j] ** 2)
+
+
+def _one_sided(run: Conditioned, j: int) -> Floats:
+    return np.abs(run.command[:, j])
 
 
 def _warmth(j: int, name: str, moved: Floats) -> Decoy:
