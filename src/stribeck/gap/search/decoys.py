@@ -192,7 +192,7 @@ def _taken_by_speed(run: Conditioned, j: int) -> Floats:
 
 
 def _one_sided(run: Conditioned, j: int) -> Floats:
-    return np.abs(run.command[:, j])
+    return np.asarray(np.abs(run.command[:, j]))
 
 
 def _warmth(j: int, name: str, moved: Floats) -> Decoy:
