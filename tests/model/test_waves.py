@@ -27,6 +27,14 @@ def test_strongest_wave() -> None:
         assert np.hypot(wave.sine, wave.cosine) == pytest.approx(size, rel=0.1)
 
 
+def test_in_proportion_to_nothing_there_is_a_wave_of_no_size() -> None:
+    """A joint without a drive has a command of zero, and torque ripple in proportion to that."""
+    x = np.linspace(0.0, 6.0, 500)
+    waves = strongest_waves(x, np.zeros_like(x), traced(np.sin(3.0 * x), 1), (0.5, 9.0))
+    assert waves
+    assert all((wave.sine, wave.cosine) == (0.0, 0.0) for wave in waves)
+
+
 @pytest.mark.parametrize("hertz", [2.74, 5.3, 8.1])
 def test_a_tone_is_not_sought_at_its_aliases(hertz: float) -> None:
     """Twenty samples a second, as of a coarse encoder, show no more than ten hertz: above, each tone comes again."""

@@ -137,7 +137,7 @@ def _fit(wave: np.ndarray, carrier: np.ndarray, r: np.ndarray) -> np.ndarray:
     """Return the squares saved and both amplitudes, (3, G), at each of G rates; ``wave`` (G, M) is exp(i rate x)."""
     total, turned = float(carrier @ carrier), wave**2 @ carrier**2  # sums of s^2 + c^2, and of (c + i s)^2
     ss, cc, sc = 0.5 * (total - turned.real), 0.5 * (total + turned.real), 0.5 * turned.imag
-    ridge = 1e-3 * total + 1e-300  # a wave longer than the span is a constant, not a difference of giants
+    ridge = 1e-3 * total + 1e-150  # a wave longer than the span is a constant, not a difference of giants; of none, 0
     ss, cc = ss + ridge, cc + ridge
     along = wave @ (carrier * r)
     rs, rc = along.imag, along.real
