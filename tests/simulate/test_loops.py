@@ -206,3 +206,18 @@ def test_batch_equals_single_runs(joint_a: Engine) -> None:
     ]
     for loop, found in zip(loops, simulate_many(joint_a, loops, jobs=2), strict=True):
         assert (found.measured == close_loop(joint_a, loop).measured).all()
+
+
+@pytest.mark.parametrize("sample_time", [0.005, 0.0])
+def test_a_run_followed_anew_moves_alike(joint_a: Engine, sample_time: float) -> None:
+    """The reference velocity is the curve's at every knot, the ends too; behind its end the reference stands."""
+    sine, law = Reference("sine", amplitude=0.3, frequency=0.4, phase=0.3), Compensation("feedforward")
+    first = run(joint_a, sine, law, sample_time=sample_time, duration=3.0, kp=100.0)
+    times, values = (tuple(rows.tolist()) for rows in (first.motion.t, first.reference[:, 0]))
+    curve = Reference("file", times=times, values=values)
+    again = run(joint_a, curve, law, sample_time=sample_time, duration=4.0, kp=100.0)
+    kept = len(first.motion.t)
+    assert again.reference_rate[:kept] == pytest.approx(first.reference_rate, abs=1e-4)
+    assert again.motion.q[:kept] == pytest.approx(first.motion.q, abs=1e-5)
+    assert (again.reference_rate[kept:] == 0.0).all()
+    assert (again.reference[kept:] == first.reference[-1]).all()

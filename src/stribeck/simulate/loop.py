@@ -73,7 +73,8 @@ class Reference:
     times, values : tuple of floats
         ``steps``: instants (s) and the positions from then on (rad).
     file : str
-        ``file``: a run whose reference columns, or else positions, are followed; beside the loop file.
+        ``file``: a run whose reference positions, or else positions, and their slopes are followed; beside the loop
+        file. Before its first row and behind its last the reference stands.
     """
 
     __pydantic_config__ = _STRICT
