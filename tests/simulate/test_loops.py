@@ -150,6 +150,16 @@ def test_remedies(joint_a: Engine) -> None:
         assert rms[1] < 0.003
 
 
+@pytest.mark.parametrize("sample_time", [RATE, 0.0])
+def test_steps_begin_at_their_own_instants(joint_a: Engine, sample_time: float) -> None:
+    steps = Reference("steps", times=(1.0, 2.0), values=(0.1, 0.2))
+    found = run(joint_a, steps, sample_time=sample_time, duration=3.0, kp=300.0, start=0.05)
+    t, wanted = found.motion.t, found.reference[:, 0]
+    assert (wanted == np.select([t < 1.0, t < 2.0], [0.05, 0.1], 0.2)).all()
+    assert (found.motion.q[t < 1.0] == 0.05).all()
+    assert found.motion.events["time"][0] == pytest.approx(1.0, abs=1e-9)
+
+
 def test_delay_lag_and_filter_act(joint_a: Engine) -> None:
     step = Reference("steps", times=(0.0, 0.5), values=(0.0, 0.5))
     plain = run(joint_a, step, sample_time=RATE, duration=2.0, kv=11.0)

@@ -81,7 +81,9 @@ def _course(entry: JointLoop) -> tuple[int, tuple[float, float, float, float]]:
         return _SINE, (entry.start, r.amplitude, 2.0 * math.pi * r.frequency, r.phase)
     if r.kind == "regulate":
         return _LINE, (entry.start, 0.0, 0.0, 0.0)
-    return (_STEPS if r.kind == "steps" else _CURVE), (0.0, 0.0, 0.0, 0.0)
+    if r.kind == "steps":
+        return _STEPS, (entry.start, 0.0, 0.0, 0.0)
+    return _CURVE, (r.values[0], 0.0, 0.0, 0.0)
 
 
 def _table(reference: Reference) -> Floats:

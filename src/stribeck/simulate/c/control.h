@@ -13,7 +13,7 @@ typedef struct {
     double kp, kv, ki, inertia, filter, lag, resolution, limit;
     double ratio, dead_band, slope, leakage, inner, amplitude, omega;
     double gain[3], friction[2][4]; /* friction: C0, C1, C2, alpha for forward and backward motion */
-    double reference[4];            /* start, rate; or start, amplitude, angular frequency, phase */
+    double reference[4];            /* start, then: rate; or amplitude, angular frequency, phase */
     const double *table;            /* (knots, 3): time, position, velocity */
     long long knots;
     int controlled, true_velocity, kind, at_zero, reference_kind, delay;
@@ -49,9 +49,11 @@ static void sb_reference(const sb_axis *a, double t, double *r, double *dr, doub
         *ddr = -c[2] * c[2] * (*r - c[0]);
     } else {
         const long at = sb_knot(a, t);
-        const double *k = a->table + 3 * (at < 0 ? 0 : at);
+        *r = c[0];
+        if (at < 0) return;
+        const double *k = a->table + 3 * at;
         *r = k[1];
-        if (a->reference_kind == SB_STEPS || at < 0) return;
+        if (a->reference_kind == SB_STEPS) return;
         if (at + 1 == a->knots) { /* the last knot is the curve's end, where it still moves */
             if (t == k[0]) *dr = k[2];
             return;
