@@ -9,6 +9,10 @@ import pytest
 from stribeck.arm import Arm, EffectEntry, Friction, Joint, arm_to_toml
 from stribeck.export import export_fmu
 from stribeck.export.validate import check_fmu, validate_fmu
+from stribeck.export.validate.compare import against_simulator
+from stribeck.export.validate.opened import opened
+
+from ..conftest import two_links
 
 FRICTION = Friction(5.0, 1.25, 1.5, 0.05)
 
@@ -129,3 +133,10 @@ def test_effects_and_kinds(tmp_path: Path, name: str, fmi: int) -> None:
 def test_carries_the_arm_exactly(exported: Path) -> None:
     with zipfile.ZipFile(exported) as archive:
         assert archive.read("resources/arm.toml").decode() == arm_to_toml(one_joint())
+
+
+def test_what_remembers_the_torque_starts_alike(made: Callable[[Arm, int], Path]) -> None:
+    """The second joint's trial torque is not zero at the start: its lag settles there in the FMU and the simulator."""
+    arm = two_links(EffectEntry("actuator_lag", ("B",), {"B": {"time_constant": 0.004}}))
+    with opened(made(arm, 2)) as fmu:
+        assert against_simulator(fmu, arm, "CoSimulation").position < 1e-8
