@@ -1,5 +1,7 @@
 """The law of every effect: nothing at its null value, and exact derivatives, along signals of the independent plant."""
 
+import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from types import SimpleNamespace
@@ -153,6 +155,18 @@ def test_derivatives(effect: Effect, part: bool) -> None:
         own += isinstance(entry.owner, int) and size > 0.0
         assert np.abs(exact[:, :, column] - difference).max() <= 1e-4 * size + 1e-10 / step, entry.key
     assert own == 0 if effect.direct else own >= len(effect.parameters)
+
+
+def test_play_is_damped_as_it_says() -> None:
+    """The damper comes in over 0.3 of the gap, by the equation, the parameter's words and the law itself."""
+    effect, p = registry()["backlash"], {"gap": 0.02, "stiffness": 3000.0, "damping": 3.0}
+    assert r"d\,(\dot\theta - \dot q)\,\frac{|x|}{|x| + 0.3\,\Delta}\ [0\ \text{where that pulls}]" in effect.equation
+    assert "pressed in far beyond 0.3 gap" in effect.parameters[2].description
+    for x, rate in itertools.product((-0.006, -1e-4, 1e-4, 0.006), (-0.5, 0.0, 0.5)):
+        push = 3000.0 * x + 3.0 * rate * abs(x) / (abs(x) + 0.3 * 0.02)
+        found = float(effect.transmitted(x + math.copysign(0.01, x), rate, p))
+        assert found == pytest.approx(push if push * x > 0.0 else 0.0, rel=1e-4)
+    assert float(effect.transmitted(0.0099, 0.5, p)) == 0.0
 
 
 @pytest.mark.parametrize("damping", [10.0, 100.0])

@@ -150,6 +150,16 @@ def test_remedies(joint_a: Engine) -> None:
         assert rms[1] < 0.003
 
 
+@pytest.mark.parametrize("sample_time", [RATE, 0.0])
+def test_steps_begin_at_their_own_instants(joint_a: Engine, sample_time: float) -> None:
+    steps = Reference("steps", times=(1.0, 2.0), values=(0.1, 0.2))
+    found = run(joint_a, steps, sample_time=sample_time, duration=3.0, kp=300.0, start=0.05)
+    t, wanted = found.motion.t, found.reference[:, 0]
+    assert (wanted == np.select([t < 1.0, t < 2.0], [0.05, 0.1], 0.2)).all()
+    assert (found.motion.q[t < 1.0] == 0.05).all()
+    assert found.motion.events["time"][0] == pytest.approx(1.0, abs=1e-9)
+
+
 def test_delay_lag_and_filter_act(joint_a: Engine) -> None:
     step = Reference("steps", times=(0.0, 0.5), values=(0.0, 0.5))
     plain = run(joint_a, step, sample_time=RATE, duration=2.0, kv=11.0)
@@ -206,3 +216,18 @@ def test_batch_equals_single_runs(joint_a: Engine) -> None:
     ]
     for loop, found in zip(loops, simulate_many(joint_a, loops, jobs=2), strict=True):
         assert (found.measured == close_loop(joint_a, loop).measured).all()
+
+
+@pytest.mark.parametrize("sample_time", [0.005, 0.0])
+def test_a_run_followed_anew_moves_alike(joint_a: Engine, sample_time: float) -> None:
+    """The reference velocity is the curve's at every knot, the ends too; behind its end the reference stands."""
+    sine, law = Reference("sine", amplitude=0.3, frequency=0.4, phase=0.3), Compensation("feedforward")
+    first = run(joint_a, sine, law, sample_time=sample_time, duration=3.0, kp=100.0)
+    times, values = (tuple(rows.tolist()) for rows in (first.motion.t, first.reference[:, 0]))
+    curve = Reference("file", times=times, values=values)
+    again = run(joint_a, curve, law, sample_time=sample_time, duration=4.0, kp=100.0)
+    kept = len(first.motion.t)
+    assert again.reference_rate[:kept] == pytest.approx(first.reference_rate, abs=1e-4)
+    assert again.motion.q[:kept] == pytest.approx(first.motion.q, abs=1e-5)
+    assert (again.reference_rate[kept:] == 0.0).all()
+    assert (again.reference[kept:] == first.reference[-1]).all()

@@ -11,7 +11,7 @@ from stribeck.arm import Arm, EffectEntry, Friction, load_arm
 from stribeck.errors import InputError
 from stribeck.grid import uniform
 from stribeck.run import Run, load_run
-from stribeck.simulate import Compensation, JointLoop, Loop, Reference, predict, simulate
+from stribeck.simulate import Compensation, Engine, JointLoop, Loop, Reference, predict, simulate
 
 from .conftest import entry, two_links
 
@@ -62,6 +62,22 @@ def test_true_model_predicts(effects: tuple[EffectEntry, ...]) -> None:
 
 def _more(friction: Friction) -> Friction:
     return replace(friction, C0=friction.C0 + 2.0)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-5])
+@pytest.mark.parametrize("begins", [0.0, 0.5])
+def test_torque_is_right_to_the_ends_and_where_it_steps(joint_a: Engine, begins: float, noise: float) -> None:
+    """A joint at rest takes a step of 8 N m, with the first row or later: the torque that it needs is the command."""
+    t = 0.002 * np.arange(1001)
+    tau = np.where(t >= begins, 8.0 + 2.0 * np.sin(4.0 * t), 0.0)[:, None]
+    q = joint_a.run(joint_a.p, joint_a.start(joint_a.p, np.zeros(1)), t, tau).q
+    run = Run("step.csv", t, q + noise * np.random.default_rng(1).normal(size=q.shape), tau)
+    arm = joint_a.path.arm
+    assert np.abs(predict(arm, run, 0.5).tau - tau).max() < 0.3
+    low = replace(arm.joints[0].friction, C0=3.0)
+    lacking = predict(replace(arm, joints=(replace(arm.joints[0], friction=low, backward=low),)), run, 0.5)
+    slides = t >= begins + 0.1 if begins else t >= 0.0
+    assert np.abs((lacking.tau - tau)[slides] + 2.0).max() < 0.3
 
 
 def test_windows_start_on_the_record() -> None:

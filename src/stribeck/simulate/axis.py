@@ -66,14 +66,14 @@ def _fill(axis: Axis, entry: JointLoop, joint: Joint, inertia: float, table: Flo
     axis.friction[:] = [getattr(side, key) for side in (joint.friction, joint.backward) for key in _CONSTANTS]
     axis.kind, axis.at_zero = KINDS.index(c.kind), AT_ZERO.index(c.at_zero)
     axis.controlled, axis.true_velocity, axis.delay = 1, int(entry.velocity == "true"), entry.delay_samples
-    axis.reference_kind, axis.reference[:] = _line_or_sine(entry)
+    axis.reference_kind, axis.reference[:] = _course(entry)
     axis.table, axis.knots = table.ctypes.data, len(table)
 
 
 _CONSTANTS = ("C0", "C1", "C2", "alpha")
 
 
-def _line_or_sine(entry: JointLoop) -> tuple[int, tuple[float, float, float, float]]:
+def _course(entry: JointLoop) -> tuple[int, tuple[float, float, float, float]]:
     r = entry.reference
     if r.kind == "ramp":
         return _LINE, (entry.start, r.velocity, 0.0, 0.0)
@@ -81,7 +81,9 @@ def _line_or_sine(entry: JointLoop) -> tuple[int, tuple[float, float, float, flo
         return _SINE, (entry.start, r.amplitude, 2.0 * math.pi * r.frequency, r.phase)
     if r.kind == "regulate":
         return _LINE, (entry.start, 0.0, 0.0, 0.0)
-    return (_STEPS if r.kind == "steps" else _CURVE), (0.0, 0.0, 0.0, 0.0)
+    if r.kind == "steps":
+        return _STEPS, (entry.start, 0.0, 0.0, 0.0)
+    return _CURVE, (r.values[0], 0.0, 0.0, 0.0)
 
 
 def _table(reference: Reference) -> Floats:
@@ -89,7 +91,9 @@ def _table(reference: Reference) -> Floats:
     if reference.kind not in ("steps", "file"):
         return np.zeros((0, 3))
     times, values = np.array(reference.times), np.array(reference.values)
-    rate = np.zeros_like(values) if reference.kind == "steps" or len(values) < 2 else np.gradient(values, times)
+    rate = np.zeros_like(values)
+    if reference.kind == "file" and len(values) > 1:
+        rate = np.gradient(values, times, edge_order=2 if len(values) > 2 else 1)
     return np.ascontiguousarray(np.stack([times, values, rate], axis=1))
 
 

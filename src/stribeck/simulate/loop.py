@@ -71,9 +71,10 @@ class Reference:
     amplitude, frequency, phase : float
         ``sine``: rad, Hz, rad; the joint starts on the reference.
     times, values : tuple of floats
-        ``steps``: instants (s) and the positions from then on (rad).
+        ``steps``: instants (s) and the positions from then on (rad); ``start`` before the first.
     file : str
-        ``file``: a run whose reference columns, or else positions, are followed; beside the loop file.
+        ``file``: a run whose reference positions, or else positions, and their slopes are followed; beside the loop
+        file. Before its first row and behind its last the reference stands.
     """
 
     __pydantic_config__ = _STRICT

@@ -34,9 +34,10 @@ class Prediction:
     q, dq : array (N, n)
         Predicted record of position and velocity, rad and rad/s. Where a window ended early its last values are held.
     tau : array (N, n)
-        Torque that the model needs along the recorded motion, N m of command; it departs from the command only below
-        the cutoff up to which the recording's noise allows accelerations to be told. The link of a flexible joint is
-        corrected by what was missing before (:mod:`stribeck.model.observer`): it is a prediction one sample ahead.
+        Torque that the model needs along the recorded motion, N m of command, held from row to row as the command is;
+        it departs from the command only below the cutoff up to which the recording's noise allows accelerations to be
+        told, and at the recording's ends by as much as next to them. The link of a flexible joint is corrected by what
+        was missing before (:mod:`stribeck.model.observer`): it is a prediction one sample ahead.
     status : tuple of str
         Of each window: ``ok``, or why it ended early.
     """
@@ -88,11 +89,23 @@ def predict_conditioned(engine: Engine, p: Floats, data: Conditioned, horizon: f
     residual = Residual(engine.path, [data], columns=())
     states = _start_states(engine, p, data, residual, first)
     found = engine.windows(p, states, data.told_time, data.run.tau, first, samples)
-    # from encoders, acceleration above the analysis cutoff is noise: the departure from the command is low-passed
-    departure = convolve1d(residual.stages(data, p)["residual"], data.taps, axis=0, mode="nearest")
+    departure = _departure(data, residual.stages(data, p)["residual"])
     window = np.repeat(np.arange(len(first)), samples)
     q, dq = _held(found.q, samples, found.filled, data.position), _held(found.dq, samples, found.filled, data.velocity)
-    return Prediction(data.time, window, q, dq, data.command - departure, found.status)
+    return Prediction(data.time, window, q, dq, data.run.tau - departure, found.status)
+
+
+def _departure(data: Conditioned, residual: Floats) -> Floats:
+    """Return what a recording tells of its residual (N, n): above the analysis cutoff, acceleration is noise.
+
+    Near an end the motion's own filter sees one side alone, and the acceleration that it gives there is none: until it
+    has died down, in two thirds of the low-pass's half, the mean of the rows beside stands.
+    """
+    half = len(data.taps) // 2
+    blind = min(2 * half // 3 + 1, (len(residual) - 1) // 2)
+    told = residual[blind : len(residual) - blind]
+    whole = np.pad(told, ((blind, blind), (0, 0)), "mean", stat_length=max(half, 1))
+    return np.asarray(convolve1d(whole, data.taps, axis=0, mode="nearest"))
 
 
 def _windows(data: Conditioned, horizon: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -2,6 +2,7 @@
 
 import zipfile
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,10 @@ import pytest
 from stribeck.arm import Arm, EffectEntry, Friction, Joint, arm_to_toml
 from stribeck.export import export_fmu
 from stribeck.export.validate import check_fmu, validate_fmu
+from stribeck.export.validate.compare import against_simulator
+from stribeck.export.validate.opened import opened
+
+from ..conftest import two_links
 
 FRICTION = Friction(5.0, 1.25, 1.5, 0.05)
 
@@ -129,3 +134,22 @@ def test_effects_and_kinds(tmp_path: Path, name: str, fmi: int) -> None:
 def test_carries_the_arm_exactly(exported: Path) -> None:
     with zipfile.ZipFile(exported) as archive:
         assert archive.read("resources/arm.toml").decode() == arm_to_toml(one_joint())
+
+
+def test_what_remembers_the_torque_starts_alike(made: Callable[[Arm, int], Path]) -> None:
+    """The second joint's trial torque is not zero at the start: its lag settles there in the FMU and the simulator."""
+    arm = two_links(EffectEntry("actuator_lag", ("B",), {"B": {"time_constant": 0.004}}))
+    with opened(made(arm, 2)) as fmu:
+        assert against_simulator(fmu, arm, "CoSimulation").position < 1e-8
+
+
+def test_an_arm_that_magnifies_errors_is_allowed_its_own(made: Callable[[Arm, int], Path]) -> None:
+    """Play in joint A: at the usual tolerance the simulator is off by over 1e-8 rad, and so is the FMU."""
+    play = EffectEntry("backlash", ("A",), {"A": {"gap": 0.01, "stiffness": 3000.0, "damping": 3.0}})
+    arm = two_links(play, gravity=(9.81, 0.0))
+    with opened(made(arm, 2)) as fmu:
+        found = against_simulator(fmu, arm, "CoSimulation")
+        assert 1e-8 < found.position < found.allowed < 1e-7
+        other = replace(play, parameters={"A": {**play.parameters["A"], "damping": 3.001}})
+        wrong = against_simulator(fmu, replace(arm, effects=(other,)), "CoSimulation")
+        assert wrong.position > 10.0 * wrong.allowed

@@ -23,12 +23,16 @@ ONSET = 0.3  # of the gap: the penetration over which the damper comes in; less 
 class Backlash(TransmissionEffect):
     """A spring with a dead zone between motor and link; the encoder is on the motor.
 
-    The damper acts in contact only, and the faces never pull.
+    The faces never pull. The damper comes in with the penetration x: of ``damping`` the share x / (x + 0.3 gap) acts,
+    where x is about torque / stiffness. A value measured at one torque is to be divided by the share there.
     """
 
     name = "backlash"
     channel = "transmission"
-    equation = r"\tau = k\,\mathrm{dz}_{\Delta/2}(\theta - q) + d\,(\dot\theta - \dot q)\,[\text{in contact}]"
+    equation = (
+        r"\tau = k x + d\,(\dot\theta - \dot q)\,\frac{|x|}{|x| + 0.3\,\Delta}\ [0\ \text{where that pulls}],"
+        r" \quad x = \mathrm{dz}_{\Delta/2}(\theta - q)"
+    )
     symptom = "a pulse in the residual wherever the transmitted torque changes sign"
     shows = "load reversal"
     source = "Nordin & Gutman (2002)"
@@ -37,7 +41,7 @@ class Backlash(TransmissionEffect):
     parameters = (
         Parameter("gap", "rad", "full width of the play", 0.0, 1e-7, 0.5, log=True),
         Parameter("stiffness", "N m/rad", "contact stiffness", math.inf, 1e-2, 1e8, log=True),
-        Parameter("damping", "N m s/rad", "contact damping", 0.0, 1e-6, 1e5, log=True),
+        Parameter("damping", "N m s/rad", "contact damping, pressed in far beyond 0.3 gap", 0.0, 1e-6, 1e5, log=True),
     )
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:

@@ -37,7 +37,7 @@ NUMBERS = (
         for name, unit in (("C0", "N m"), ("C1", "N m"), ("C2", "N m s/rad"), ("alpha", "rad/s"))
     ),
     *(
-        (f"reference.constant[{i + 1}]", "1", "ramp: start, rate; sine: centre, amplitude, rad/s, phase")
+        (f"reference.constant[{i + 1}]", "1", "ramp: start, rate; sine: centre, amplitude, rad/s, phase; others: start")
         for i in range(4)
     ),
 )

@@ -11,7 +11,7 @@ import fmpy
 from stribeck.arm import Arm, load_arm
 from stribeck.errors import StribeckError
 from stribeck.export.validate.binaries import binary_problems, platform_folders
-from stribeck.export.validate.compare import ALLOWED, Deviation, against_simulator, by_itself
+from stribeck.export.validate.compare import Deviation, against_simulator, by_itself
 from stribeck.export.validate.declared import declaration_problems, unitless
 from stribeck.export.validate.opened import ARM, Opened, opened
 from stribeck.export.validate.reproduced import reproduction
@@ -130,10 +130,10 @@ def _run(fmu: Opened, arm: Arm | None, built: Path | None, found: list[str], ski
             except StribeckError as error:
                 found.append(str(error) + origin)
                 continue
-            if not deviation.position <= ALLOWED[kind]:
+            if not deviation.position <= deviation.allowed:
                 found.append(
                     f"{kind}{origin} departs from the arm's own simulator by {deviation.position:.2g} rad, "
-                    f"more than {ALLOWED[kind]:g}"
+                    f"more than {deviation.allowed:.2g}"
                 )
             if library is None or not held:
                 deviations.append(deviation)

@@ -13,7 +13,7 @@ typedef struct {
     double kp, kv, ki, inertia, filter, lag, resolution, limit;
     double ratio, dead_band, slope, leakage, inner, amplitude, omega;
     double gain[3], friction[2][4]; /* friction: C0, C1, C2, alpha for forward and backward motion */
-    double reference[4];            /* start, rate; or start, amplitude, angular frequency, phase */
+    double reference[4];            /* start, then: rate; or amplitude, angular frequency, phase */
     const double *table;            /* (knots, 3): time, position, velocity */
     long long knots;
     int controlled, true_velocity, kind, at_zero, reference_kind, delay;
@@ -27,25 +27,37 @@ typedef struct {
     const double *theta;
 } sb_seen;
 
+/* The last knot at or before time t; -1 before the first. */
+static long sb_knot(const sb_axis *a, double t) {
+    long low = -1, high = (long)a->knots;
+    while (high - low > 1) {
+        const long middle = (low + high) / 2;
+        if (a->table[3 * middle] <= t) low = middle;
+        else high = middle;
+    }
+    return low;
+}
+
 /* Reference position, velocity and acceleration at time t. */
 static void sb_reference(const sb_axis *a, double t, double *r, double *dr, double *ddr) {
     const double *c = a->reference;
-    *ddr = 0.0;
+    *dr = *ddr = 0.0;
     if (a->reference_kind == SB_LINE) {
         *r = c[0] + c[1] * t, *dr = c[1];
     } else if (a->reference_kind == SB_SINE) {
         *r = c[0] + c[1] * sin(c[2] * t + c[3]), *dr = c[1] * c[2] * cos(c[2] * t + c[3]);
         *ddr = -c[2] * c[2] * (*r - c[0]);
     } else {
-        long low = 0, high = (long)a->knots;
-        while (high - low > 1) {
-            const long middle = (low + high) / 2;
-            if (a->table[3 * middle] <= t) low = middle;
-            else high = middle;
+        const long at = sb_knot(a, t);
+        *r = c[0];
+        if (at < 0) return;
+        const double *k = a->table + 3 * at;
+        *r = k[1];
+        if (a->reference_kind == SB_STEPS) return;
+        if (at + 1 == a->knots) { /* the last knot is the curve's end, where it still moves */
+            if (t == k[0]) *dr = k[2];
+            return;
         }
-        const double *k = a->table + 3 * low;
-        *r = k[1], *dr = 0.0;
-        if (a->reference_kind == SB_STEPS || t <= k[0] || low + 1 == a->knots) return;
         const double h = k[3] - k[0], x = (t - k[0]) / h, d = k[4] - k[1]; /* cubic Hermite */
         const double b = 3 * d - h * (2 * k[2] + k[5]), e = h * (k[2] + k[5]) - 2 * d;
         *r = k[1] + x * (h * k[2] + x * (b + x * e));

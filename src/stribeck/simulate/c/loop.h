@@ -125,13 +125,8 @@ static double sb_next_knot(const sb_loop *loop, double t) {
     for (int j = 0; j < SB_N; j++) {
         const sb_axis *a = loop->axis + j;
         if (!a->controlled || a->reference_kind < SB_STEPS) continue;
-        long low = -1, high = (long)a->knots;
-        while (high - low > 1) {
-            const long middle = (low + high) / 2;
-            if (a->table[3 * middle] <= t) low = middle;
-            else high = middle;
-        }
-        if (high < a->knots) next = fmin(next, a->table[3 * high]);
+        const long after = sb_knot(a, t) + 1;
+        if (after < a->knots) next = fmin(next, a->table[3 * after]);
     }
     return next;
 }
