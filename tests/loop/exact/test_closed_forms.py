@@ -82,6 +82,15 @@ def test_fold_velocity(joint_b, loop_of, zeta, fold):
         assert shoot(joint_b, loop_of(zeta=zeta, velocity=share * found))["A"].verdict == verdict
 
 
+@pytest.mark.parametrize("sample_time", [0.0, 0.0125])
+@pytest.mark.parametrize("method", [shoot, settle])
+def test_a_backward_ramp_is_the_mirror_image_of_a_forward_one(joint_a, loop_of, method, sample_time):
+    ways = [method(joint_a, loop_of(zeta=0.1, velocity=v, sample_time=sample_time))["A"] for v in (0.02, -0.02)]
+    seen = [(way.amplitude, way.period, way.peak_velocity, way.stick_fraction) for way in ways]
+    assert [way.verdict for way in ways] == ["stick_slip", "stick_slip"]
+    assert seen[1] == pytest.approx(seen[0], rel=1e-9)
+
+
 def test_trace_is_one_period(joint_a, loop_of):
     found = shoot(joint_a, loop_of(0.9, "zero", ki=30.0))["A"]
     trace = found.trace

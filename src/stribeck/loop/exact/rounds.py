@@ -1,7 +1,8 @@
 """Rounds of a loop: run it from a place to a joint's next turns, event by event, and go on from there.
 
-A joint turns where its deviation q - r has a largest value: where it stops or reverses in regulation, where it falls
-behind the reference's velocity along a ramp. The turns are the section of the return map.
+A joint turns where it is furthest ahead of its reference: where it stops or reverses in regulation, where it falls
+behind the reference's velocity along a ramp. The turns are the section of the return map. Their deviations q - r are
+counted in the direction of the reference, so that a turn is a largest one whichever way a ramp goes.
 """
 
 from __future__ import annotations
