@@ -16,7 +16,8 @@ from stribeck.cli import main
 from stribeck.loop.analyse import analyse
 from stribeck.loop.answers import Analysis
 from stribeck.loop.cycle import Cycle
-from stribeck.loop.surroundings import Grid
+from stribeck.loop.exact.rounds import RoundsEngine
+from stribeck.loop.surroundings import Grid, map_of
 from stribeck.report.cycle_tables import method_table, verdict_table
 from stribeck.report.cycle_words import answer_sentences, headline
 from stribeck.report.figures.cycle_branch import branch_figure
@@ -137,6 +138,16 @@ def test_what_keeps_up_with_a_ramp_does_not_come_to_rest(
     assert f"slides steadily along its ramp, 18.0 mrad {side} it" in headline(answer).replace("\u00a0", " ")
     (axes,) = portrait_figure(replace(cycling, joints=(answer,)), 0).axes
     assert axes.lines[1].get_xydata().tolist() == [pytest.approx([-1e3 * error, velocity])]
+
+
+def test_the_map_of_a_backward_ramp_is_over_backward_ramps(cycling: Analysis) -> None:
+    loop = Loop(0.0, 10.0, (JointLoop("A", 30.0, Reference("ramp", velocity=-0.02), kv=1.0),))
+    found = map_of(RoundsEngine(arm()), loop, "A", Grid(3, 2), None)
+    assert found.axes.values[1] == pytest.approx([-0.002, -0.02, -0.2])
+    figure = map_figure(replace(cycling.joints[0], entry=loop.joints[0], map=found))
+    assert figure is not None
+    assert figure.axes[0].get_xlabel() == "speed of the ramp, rad/s"
+    assert figure.axes[0].get_xlim()[0] > 0.0
 
 
 def test_a_prismatic_axis_is_in_metres(cycling: Analysis) -> None:

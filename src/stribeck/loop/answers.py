@@ -140,7 +140,8 @@ class JointAnswer:
     k_critical : float or None
         Smallest k from which the loop cycles; None where none does.
     fold_velocity : float or None
-        Along a ramp: the velocity over which the joint, released from standstill, no longer sticks again, rad/s.
+        Along a ramp: the speed in its direction over which the joint, released from standstill, no longer sticks
+        again, rad/s.
     kp_max : KpMax
     margins : Margins
         Friction left out, the other loops closed.

@@ -126,11 +126,11 @@ def _setting(entry: JointLoop) -> Parameter:
 
 
 def _across(entry: JointLoop, count: int) -> tuple[str, Floats]:
-    speed = abs(entry.reference.velocity) if entry.reference.kind == "ramp" else 0.0
+    velocity = entry.reference.velocity if entry.reference.kind == "ramp" else 0.0
     if entry.compensation.kind == "feedback":
         return "k", _ratios(entry, count)
-    if speed > 0.0:
-        return "velocity", np.geomspace(0.1 * speed, 10.0 * speed, count)
+    if velocity != 0.0:
+        return "velocity", np.geomspace(0.1 * velocity, 10.0 * velocity, count)
     if entry.ki > 0.0:
         return "ki", np.geomspace(0.1 * entry.ki, 10.0 * entry.ki, count)
     return "zeta", np.linspace(0.05, 1.5, count)
