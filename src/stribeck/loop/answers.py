@@ -132,7 +132,7 @@ class JointAnswer:
     kv, ratio : float
         Derivative gain in force, N m s/rad, and k, which is 0 without compensation.
     inertia : float
-        That the joint moves, the others held, kg m^2.
+        That the joint moves in the pose in which the loop works, the others held, kg m^2.
     cycle : Cycle
         The exact answer, or the simulation's where there is none.
     methods : mapping

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Literal
 
@@ -54,11 +54,17 @@ def continue_in(
     entry = next((e for e in loop.joints if e.joint == joint), None)
     if entry is None:
         raise InputError("the loop does not control this joint", repr(joint), "name one that it controls")
+    changed = (_changed(entry, parameter, float(value), loop) for value in values)
+    joints = (tuple(new if e is entry else e for e in loop.joints) for new in changed)
+    return continue_through(engine, (replace(loop, joints=each) for each in joints), joint)
+
+
+def continue_through(engine: RoundsEngine, loops: Iterable[Loop], joint: str) -> list[Cycle]:
+    """Return the joint's cycle in each of the loops, followed from one to the next as `continue_in` does."""
     cycles: list[Cycle] = []
     known: Ending | None = None
-    for value in values:
-        changed = _changed(entry, parameter, float(value), loop)
-        rounds = Rounds(engine, replace(loop, joints=tuple(changed if e.joint == joint else e for e in loop.joints)))
+    for loop in loops:
+        rounds = Rounds(engine, loop)
         known = _next(rounds, known)
         cycles.append(answers(rounds, known)[joint])
     return cycles
