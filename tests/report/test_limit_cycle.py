@@ -150,6 +150,22 @@ def test_the_map_of_a_backward_ramp_is_over_backward_ramps(cycling: Analysis) ->
     assert figure.axes[0].get_xlim()[0] > 0.0
 
 
+def test_a_loop_that_cycles_without_compensation_may_rest_with_it(cycling: Analysis) -> None:
+    answer = replace(cycling.joints[0], k_critical=0.0)
+    assert answer.branch is not None
+    assert "; it cycles without compensation too." in answer_sentences(answer, several=False)[1][1]
+    rest = replace(answer, cycle=Cycle("rest", steady_error=0.0))
+    assert answer_sentences(rest, several=False)[1][1].endswith("; it cycles without compensation.")
+    ends = [Cycle("rest", steady_error=0.0)] * 2 + [replace(answer.cycle)]
+    branch = replace(answer.branch, values=np.array([0.6, 0.9, 1.2]), cycles=tuple(ends), predicted=np.full(3, np.nan))
+    figure = branch_figure(replace(rest, branch=branch))
+    assert figure is not None
+    assert finding_of(figure) == "A: cycles without compensation, rests at k from 0.600 to 0.900"
+    figure = branch_figure(replace(answer, branch=replace(branch, cycles=(answer.cycle,) * 3)))
+    assert figure is not None
+    assert finding_of(figure) == "A: cycles without compensation too"
+
+
 def test_a_prismatic_axis_is_in_metres(cycling: Analysis) -> None:
     answer = replace(cycling.joints[0], kind="prismatic")
     figure = map_figure(answer)

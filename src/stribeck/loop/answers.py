@@ -138,7 +138,8 @@ class JointAnswer:
     methods : mapping
         ``describing_function``, ``harmonic_balance``, ``shooting``, ``simulation``.
     k_critical : float or None
-        Smallest k from which the loop cycles; None where none does.
+        Smallest k at which the loop does not come to rest, 0 where it does not without compensation either; at larger
+        ones it may again. None where it always does.
     fold_velocity : float or None
         Along a ramp: the speed in its direction over which the joint, released from standstill, no longer sticks
         again, rad/s.

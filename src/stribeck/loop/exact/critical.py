@@ -22,7 +22,7 @@ _GROW = 1.25  # from one ratio to the next in search of the first that cycles
 
 
 def k_critical(arm: Arm | RoundsEngine, loop: Loop, joint: str) -> float | None:
-    """Return the smallest compensation ratio over which the joint no longer comes to rest.
+    """Return the smallest compensation ratio at which the joint does not come to rest; at larger ones it may again.
 
     The ratio of Coulomb friction compensated on the measured velocity, with rho = exp(-pi zeta/sqrt(1 - zeta^2)), is 1
     where the law at rest is set-valued, takes the error's sign or sees noise; 2/(1 + rho) where it is zero; and 1/rho
@@ -38,8 +38,8 @@ def k_critical(arm: Arm | RoundsEngine, loop: Loop, joint: str) -> float | None:
     Returns
     -------
     float or None
-        0 where it cycles without compensation too; None where no ratio makes it cycle, or where the compensation is
-        not on the measured velocity, so that it cannot.
+        0 where it does not without compensation either; None where no ratio makes it cycle, or where the compensation
+        is not on the measured velocity, so that it cannot.
     """
     entry = _entry(loop, joint)
     if entry.compensation.kind != "feedback":
