@@ -97,7 +97,7 @@ def branch_of(engine: RoundsEngine, loop: Loop, joint: str, highest: float | Non
     count = WINDING[2] if entry.ki > 0.0 else BRANCH
     values = _ratios(entry, count) if setting == "k" else _gains(entry, count, highest)
     own = entry.compensation.ratio if setting == "k" else entry.kp
-    values = np.unique(np.append(values, own))
+    values = np.sort(np.append(values[~np.isclose(values, own)], own))
     changed = [alone(engine.arm, _with(loop, entry, setting, float(value)), joint) for value in values]
     cycles = continue_through(engine, changed[::-1], joint)[::-1]  # downwards, to where cycles end
     return Branch(setting, values, tuple(cycles), predicted_amplitudes(engine.arm, changed, joint))

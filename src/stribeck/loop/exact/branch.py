@@ -32,7 +32,8 @@ def continue_in(
 
     A continuous loop is followed, through unstable cycles too, by Newton's method on its return map; a sampled one by
     its motion, without multipliers. Where nothing is followed any more (at a fold, or where the cycle ends in rest) the
-    loop is started anew from its large start, so that the next branch is found.
+    loop is started anew, from its large start first, so that the next branch is found; where no start leads to a cycle
+    the answer is that of its own.
 
     Parameters
     ----------
@@ -93,17 +94,11 @@ def _next(rounds: Rounds, known: Ending | None) -> Ending:
             return Ending(
                 "periodic", fixed.place, fixed.turns, fixed.period, tuple(fixed.multipliers), watch=known.watch
             )
-    if rounds.sampled:
-        return _followed(rounds, known)
-    return ending_of(rounds, _large(rounds))
-
-
-def _followed(rounds: Rounds, known: Ending | None) -> Ending:
-    """Return what a sampled loop settles on from the motion that is known; from its large start where that dies out."""
-    ending = None if known is None or not known.lasts else settle_from(rounds, _with_past(rounds, known.place))
-    if ending is None or not ending.lasts:
-        ending = settle_from(rounds, _large(rounds))
-    return ending
+    if known is not None and known.lasts and rounds.sampled:
+        ending = settle_from(rounds, _with_past(rounds, known.place))
+        if ending.lasts:
+            return ending
+    return _anew(rounds)
 
 
 def _with_past(rounds: Rounds, place: Place) -> Place:
@@ -114,9 +109,16 @@ def _with_past(rounds: Rounds, place: Place) -> Place:
     return replace(place, past=place.past[:, -rounds.history :])
 
 
-def _large(rounds: Rounds) -> Place:
+def _anew(rounds: Rounds) -> Ending:
+    """Return the first motion that lasts from a large, the own and a small start; else what the own start ends in."""
     places = starts(rounds)
-    return places.get("large", places["own"])
+    found = {}
+    for name in ("large", "own", "small"):
+        if name in places:
+            found[name] = ending_of(rounds, places[name])
+            if found[name].lasts:
+                return found[name]
+    return found["own"]
 
 
 def _corrected(rounds: Rounds, watch: int, known: Ending) -> Fixed | None:
