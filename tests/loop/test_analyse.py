@@ -145,9 +145,21 @@ def test_json_is_the_contracts(tmp_path: Path) -> None:
         assert set(method) >= {"status", "trusted", "why", "amplitude", "period"}
     assert joint["amplitude"] == pytest.approx(0.0821, abs=2e-4)
     assert joint["stable"] is True
+    assert joint["kind"] == "revolute"
     assert all(isinstance(root, (float, list)) for root in joint["multipliers"])
     assert joint["kp_max"]["stability"] is None  # continuous and critically damped: no gain is too high
     assert limit_cycle_json(found)["joints"]["A"]["branch"]["setting"] == "k"
+
+
+def test_a_prismatic_axis_is_in_metres() -> None:
+    found, joint = answer(A, loop(0.0, kv=5.0))
+    content = limit_cycle_json(replace(found, joints=(replace(joint, kind="prismatic"),)))
+    assert content["joints"]["A"]["kind"] == "prismatic"
+    here, there = content["units"], limit_cycle_json(found)["units"]
+    assert {name: unit for name, unit in here.items() if unit != there[name]} == {
+        "amplitude": "m", "peak_velocity": "m/s", "steady_error": "m", "kp_max": "N/m", "kp": "N/m", "kv": "N s/m",
+        "inertia": "kg", "fold_velocity": "m/s", "velocity": "m/s",
+    }  # fmt: skip
 
 
 def test_the_branch_and_the_map_hold_this_loop() -> None:
