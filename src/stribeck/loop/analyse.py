@@ -16,7 +16,7 @@ from stribeck.loop.answers import Analysis, JointAnswer, Method
 from stribeck.loop.approximate import Approximation, approximate
 from stribeck.loop.cycle import Cycle
 from stribeck.loop.exact.critical import fold_velocity, k_critical
-from stribeck.loop.exact.rounds import RoundsEngine
+from stribeck.loop.exact.rounds import RoundsEngine, check_autonomous
 from stribeck.loop.exact.settle import settle
 from stribeck.loop.exact.shooting import shoot
 from stribeck.loop.linear import Assembly, assemble, free, kp_max, margins
@@ -56,6 +56,7 @@ def analyse(arm: Arm, loop: Loop, *, grid: Grid | None = None, progress: Told = 
     InputError
         When a reference drives the loop for ever: a limit cycle is what a loop does of itself.
     """
+    check_autonomous(loop)
     grid = Grid() if grid is None else grid
     engine = RoundsEngine(arm)
     progress("shooting for cycles")
