@@ -16,7 +16,7 @@ from stribeck.errors import InputError
 from stribeck.loop.analyse import analyse
 from stribeck.loop.answers import Analysis, JointAnswer
 from stribeck.loop.files import limit_cycle_json, write_limit_cycle
-from stribeck.loop.surroundings import Grid, alone, grid_of
+from stribeck.loop.surroundings import Grid, grid_of
 from stribeck.loop.watched import watched
 from stribeck.simulate import Compensation, JointLoop, Loop, Reference, simulate
 
@@ -145,9 +145,21 @@ def test_json_is_the_contracts(tmp_path: Path) -> None:
         assert set(method) >= {"status", "trusted", "why", "amplitude", "period"}
     assert joint["amplitude"] == pytest.approx(0.0821, abs=2e-4)
     assert joint["stable"] is True
+    assert joint["kind"] == "revolute"
     assert all(isinstance(root, (float, list)) for root in joint["multipliers"])
     assert joint["kp_max"]["stability"] is None  # continuous and critically damped: no gain is too high
     assert limit_cycle_json(found)["joints"]["A"]["branch"]["setting"] == "k"
+
+
+def test_a_prismatic_axis_is_in_metres() -> None:
+    found, joint = answer(A, loop(0.0, kv=5.0))
+    content = limit_cycle_json(replace(found, joints=(replace(joint, kind="prismatic"),)))
+    assert content["joints"]["A"]["kind"] == "prismatic"
+    here, there = content["units"], limit_cycle_json(found)["units"]
+    assert {name: unit for name, unit in here.items() if unit != there[name]} == {
+        "amplitude": "m", "peak_velocity": "m/s", "steady_error": "m", "kp_max": "N/m", "kp": "N/m", "kv": "N s/m",
+        "inertia": "kg", "fold_velocity": "m/s", "velocity": "m/s",
+    }  # fmt: skip
 
 
 def test_the_branch_and_the_map_hold_this_loop() -> None:
@@ -174,14 +186,6 @@ def test_an_empty_or_unreadable_grid_is_refused(text: str) -> None:
 def test_a_reference_that_drives_the_loop_is_refused() -> None:
     with pytest.raises(InputError, match="limit cycle is what a loop does of itself"):
         analyse(arm(), loop(0.0, Reference("sine", amplitude=0.1, frequency=1.0)))
-
-
-def test_alone_holds_the_others_where_the_loop_has_them() -> None:
-    joints = tuple(replace(arm().joints[0], name=name) for name in "AB")
-    both = tuple(replace(loop().joints[0], joint=name, start=start) for name, start in (("A", 0.1), ("B", 0.3)))
-    single = alone(Arm("two", (0.0, 0.0), joints), Loop(0.0, 1.0, both), "A")
-    assert [entry.joint for entry in single.joints] == ["A"]
-    assert single.clamp == {"B": 0.3}
 
 
 def test_a_record_too_short_for_two_rounds_says_so() -> None:

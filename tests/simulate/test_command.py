@@ -1,12 +1,13 @@
 """``stribeck simulate``: its files, and its failures."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from stribeck.arm import save_arm
+from stribeck.arm import Arm, save_arm
 from stribeck.cli import main
 from stribeck.run import load_run
 
@@ -55,6 +56,15 @@ def test_writes_a_run_and_its_measures(capsys: pytest.CaptureFixture[str]) -> No
     assert found["units"]["mean_error"] == "rad"
     assert (run.q[:, 1] == 0.0).all()
     assert Path("out/motion_1.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.usefixtures("bench")
+def test_a_prismatic_axis_is_in_metres() -> None:
+    joint = replace(two_links().joints[0], kind="prismatic", com=(0.0, 0.0), inertia=0.0)
+    save_arm(Arm("axis", (0.0, 0.0), (joint,)), "arm.toml")
+    assert main(["simulate", "arm.toml", "loop.toml", "--out", "out"]) == 0
+    units = json.loads(Path("out/simulation.json").read_text())["units"]
+    assert [units[name] for name in ("mean_error", "peak_velocity", "peak_torque", "ended")] == ["m", "m/s", "N", "s"]
 
 
 @pytest.mark.usefixtures("bench")

@@ -16,7 +16,7 @@ from stribeck.loop.answers import Analysis, JointAnswer, Method
 from stribeck.loop.approximate import Approximation, approximate
 from stribeck.loop.cycle import Cycle
 from stribeck.loop.exact.critical import fold_velocity, k_critical
-from stribeck.loop.exact.rounds import RoundsEngine
+from stribeck.loop.exact.rounds import RoundsEngine, check_autonomous
 from stribeck.loop.exact.settle import settle
 from stribeck.loop.exact.shooting import shoot
 from stribeck.loop.linear import Assembly, assemble, free, kp_max, margins
@@ -37,7 +37,8 @@ def analyse(arm: Arm, loop: Loop, *, grid: Grid | None = None, progress: Told = 
     """Return what every method says of every controlled joint.
 
     Cycles are those of the whole arm, its joints coupled. The approximate methods, the critical ratio, branch and map
-    are those of each joint with the others held.
+    are those of each joint with the others held. Whatever is linear, or of one joint, is that of the pose in which the
+    loop works: where its references end.
 
     Parameters
     ----------
@@ -55,6 +56,7 @@ def analyse(arm: Arm, loop: Loop, *, grid: Grid | None = None, progress: Told = 
     InputError
         When a reference drives the loop for ever: a limit cycle is what a loop does of itself.
     """
+    check_autonomous(loop)
     grid = Grid() if grid is None else grid
     engine = RoundsEngine(arm)
     progress("shooting for cycles")
@@ -95,7 +97,7 @@ def _joint(
     engine: RoundsEngine, loop: Loop, entry: JointLoop, found: _Found, assembly: Assembly, grid: Grid, told: Told
 ) -> JointAnswer:
     name, best, arm = entry.joint, found.best, engine.arm
-    inertia = float(assembly.inertia[assembly.index(name)])
+    inertia, tuned = (float(each[assembly.index(name)]) for each in (assembly.inertia, assembly.tuned))
     told(f"{name}: margins and the largest gain")
     linear, largest = margins(assembly, name), kp_max(assembly, name)
     notes = _notes(loop, entry, inertia, linear.stable, largest.why)
@@ -113,13 +115,13 @@ def _joint(
     moves = entry.reference.kind == "ramp" and entry.reference.velocity != 0.0
     fold = _tried(lambda: fold_velocity(engine, single, name), "stick-slip fold", notes) if moves else None
     told(f"{name}: branch of cycles")
-    branch = _tried(lambda: branch_of(engine, single, name, largest.stability), "branch of cycles", notes)
+    branch = _tried(lambda: branch_of(engine, loop, name, largest.stability), "branch of cycles", notes)
     chart = None
     if grid.wanted:
         told(f"{name}: map")
-        chart = _tried(lambda: map_of(engine, single, name, grid, largest.stability), "map", notes)
+        chart = _tried(lambda: map_of(engine, loop, name, grid, largest.stability), "map", notes)
     return JointAnswer(
-        name, arm.joints[arm.names.index(name)].kind, entry, derivative_gain(entry, entry.kp, inertia),
+        name, arm.joints[arm.names.index(name)].kind, entry, derivative_gain(entry, entry.kp, tuned),
         0.0 if entry.compensation.kind == "none" else entry.compensation.ratio, inertia, best, methods, critical, fold,
         largest, linear, approximation.nyquist, branch, chart, tuple(notes),
         locus_of(assembly, name, largest.stability),

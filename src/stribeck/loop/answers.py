@@ -132,15 +132,17 @@ class JointAnswer:
     kv, ratio : float
         Derivative gain in force, N m s/rad, and k, which is 0 without compensation.
     inertia : float
-        That the joint moves, the others held, kg m^2.
+        That the joint moves in the pose in which the loop works, the others held, kg m^2.
     cycle : Cycle
         The exact answer, or the simulation's where there is none.
     methods : mapping
         ``describing_function``, ``harmonic_balance``, ``shooting``, ``simulation``.
     k_critical : float or None
-        Smallest k from which the loop cycles; None where none does.
+        Smallest k at which the loop does not come to rest, 0 where it does not without compensation either; at larger
+        ones it may again. None where it always does.
     fold_velocity : float or None
-        Along a ramp: the velocity over which the joint, released from standstill, no longer sticks again, rad/s.
+        Along a ramp: the speed in its direction over which the joint, released from standstill, no longer sticks
+        again, rad/s.
     kp_max : KpMax
     margins : Margins
         Friction left out, the other loops closed.

@@ -7,30 +7,34 @@ import math
 from pathlib import Path
 from typing import Any
 
+from stribeck.arm import unit_at
 from stribeck.identify.files import package_version
 from stribeck.loop.answers import Analysis, Branch, JointAnswer, Method
 from stribeck.loop.linear import Margins
 
 SCHEMA = "stribeck.limit_cycle/1"
 DIGITS = 8
-UNITS = {
-    "amplitude": "rad", "period": "s", "peak_velocity": "rad/s", "stick_fraction": "1", "multipliers": "1",
-    "steady_error": "rad", "k_critical": "1", "kp_max": "N m/rad", "kp": "N m/rad", "kv": "N m s/rad",
-    "inertia": "kg m^2", "fold_velocity": "rad/s", "phase_margin": "rad", "delay_margin": "s", "gain_margin": "1",
-    "sensitivity_peak": "1", "bandwidth": "rad/s", "damping": "1", "amplitude_error": "relative",
-    "period_error": "relative", "omega": "rad/s", "velocity": "rad/s",
+MOTION = {  # at a revolute joint
+    "amplitude": "rad", "peak_velocity": "rad/s", "steady_error": "rad", "kp_max": "N m/rad", "kp": "N m/rad",
+    "kv": "N m s/rad", "inertia": "kg m^2", "fold_velocity": "rad/s", "velocity": "rad/s",
+}  # fmt: skip
+UNITS = {  # at any: rad is here of a frequency or a phase
+    "period": "s", "stick_fraction": "1", "multipliers": "1", "k_critical": "1", "phase_margin": "rad",
+    "delay_margin": "s", "gain_margin": "1", "sensitivity_peak": "1", "bandwidth": "rad/s", "damping": "1",
+    "amplitude_error": "relative", "period_error": "relative", "omega": "rad/s",
 }  # fmt: skip
 
 
 def limit_cycle_json(analysis: Analysis) -> dict[str, Any]:
     """Return the content of ``limit_cycle.json``: plain values, null where there is none."""
+    kind = analysis.joints[0].kind  # a prismatic axis is the only joint of its arm
     content = {
         "schema": SCHEMA,
         "version": package_version(),
         "arm": analysis.arm,
         "sample_time": analysis.sample_time,
         "seed": analysis.seed,
-        "units": UNITS,
+        "units": {name: unit_at(unit, kind) for name, unit in MOTION.items()} | UNITS,
         "joints": {answer.joint: _joint(answer) for answer in analysis.joints},
     }
     plain: dict[str, Any] = _plain(content)
@@ -46,6 +50,7 @@ def write_limit_cycle(analysis: Analysis, folder: Path) -> None:
 def _joint(answer: JointAnswer) -> dict[str, Any]:
     cycle = answer.cycle
     return {
+        "kind": answer.kind,
         "verdict": cycle.verdict,
         "status": cycle.status,
         "amplitude": cycle.amplitude,

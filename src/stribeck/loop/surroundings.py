@@ -11,13 +11,15 @@ from stribeck.arm import Arm
 from stribeck.errors import InputError
 from stribeck.loop.answers import Branch, Locus
 from stribeck.loop.approximate import predicted_amplitudes
-from stribeck.loop.exact.branch import Parameter, continue_in
+from stribeck.loop.exact.branch import Parameter, continue_through
 from stribeck.loop.exact.rounds import Rounds, RoundsEngine
 from stribeck.loop.linear import Assembly, root_locus
+from stribeck.loop.linear.controller import derivative_gain, tuned_inertia
 from stribeck.loop.linear.gains import MOST_STATES
 from stribeck.loop.linear.operating import pose
 from stribeck.loop.maps import Map, label_map
 from stribeck.loop.maps.cells import fits
+from stribeck.loop.maps.grid import Axes
 from stribeck.simulate import JointLoop, Loop
 
 Floats = NDArray[np.float64]
@@ -69,29 +71,35 @@ def grid_of(text: str) -> Grid:
 
 
 def alone(arm: Arm, loop: Loop, joint: str) -> Loop:
-    """Return the loop of one joint, the others held in the loop's pose."""
+    """Return the loop of one joint, the others held in the pose in which the loop works.
+
+    Its kv is the number in force: critical damping is that of the pose in which the whole loop starts.
+    """
     held = dict(zip(arm.names, pose(arm, loop), strict=True))
-    entry = next(entry for entry in loop.joints if entry.joint == joint)
-    return replace(loop, joints=(entry,), clamp={name: q for name, q in held.items() if name != joint})
+    entry = _entry(loop, joint)
+    kv = derivative_gain(entry, entry.kp, float(tuned_inertia(arm, loop)[arm.names.index(joint)]))
+    clamp = {name: q for name, q in held.items() if name != joint}
+    return replace(loop, joints=(replace(entry, kv=kv),), clamp=clamp)
 
 
 def branch_of(engine: RoundsEngine, loop: Loop, joint: str, highest: float | None) -> Branch:
-    """Return a joint's cycles over k where it compensates on the measured velocity, else over Kp.
+    """Return a joint's cycles, the others held, over k where it compensates on the measured velocity, else over Kp.
 
     Parameters
     ----------
     loop : Loop
-        Of this joint alone.
+    joint : str
     highest : float or None
         Largest Kp of the linear loop, N m/rad.
     """
-    entry, setting = loop.joints[0], _setting(loop.joints[0])
+    entry = _entry(loop, joint)
+    setting = _setting(entry)
     count = WINDING[2] if entry.ki > 0.0 else BRANCH
     values = _ratios(entry, count) if setting == "k" else _gains(entry, count, highest)
     own = entry.compensation.ratio if setting == "k" else entry.kp
-    values = np.unique(np.append(values, own))
-    cycles = continue_in(engine, loop, joint, setting, values[::-1])[::-1]  # downwards, to where cycles end
-    changed = [_with(loop, setting, float(value)) for value in values]
+    values = np.sort(np.append(values[~np.isclose(values, own)], own))
+    changed = [alone(engine.arm, _with(loop, entry, setting, float(value)), joint) for value in values]
+    cycles = continue_through(engine, changed[::-1], joint)[::-1]  # downwards, to where cycles end
     return Branch(setting, values, tuple(cycles), predicted_amplitudes(engine.arm, changed, joint))
 
 
@@ -101,11 +109,21 @@ def map_of(engine: RoundsEngine, loop: Loop, joint: str, grid: Grid, highest: fl
     A loop that the quick kernel cannot take has a coarse map, by shooting; one with an integral, which may wind up for
     minutes between two slips, has fewer cells too.
     """
-    entry = loop.joints[0]
-    most = SLOW if fits(Rounds(engine, loop), joint) else WINDING[:2] if entry.ki > 0.0 else (grid.across, grid.up)
+    entry, single = _entry(loop, joint), alone(engine.arm, loop, joint)
+    rounds, j = Rounds(engine, single), engine.arm.names.index(joint)
+    most = SLOW if fits(rounds, joint) else WINDING[:2] if entry.ki > 0.0 else (grid.across, grid.up)
     across, up = min(grid.across, most[0]), min(grid.up, most[1])
     name, values = _across(entry, across)
-    return label_map(engine.arm, loop, joint, {"kp": _gains(entry, up, highest), name: values})
+    axes = {"kp": _gains(entry, up, highest), name: values}
+    if entry.kv is None and name != "zeta":  # kv follows Kp, at the damping ratio in force
+        axes["zeta"] = np.array([rounds.axes[j].kv / (2.0 * np.sqrt(entry.kp * rounds.inertia[j]))])
+    return _plane(label_map(engine.arm, single, joint, axes))
+
+
+def _plane(found: Map) -> Map:
+    """Return a map over its first two axes, the only ones with more than one value."""
+    axes, arrays = Axes(found.axes.names[:2], found.axes.values[:2]), ("codes", "amplitude", "period", "stick_fraction")
+    return replace(found, axes=axes, **{name: getattr(found, name).reshape(axes.shape) for name in arrays})
 
 
 def locus_of(assembly: Assembly, joint: str, highest: float | None) -> Locus | None:
@@ -126,11 +144,11 @@ def _setting(entry: JointLoop) -> Parameter:
 
 
 def _across(entry: JointLoop, count: int) -> tuple[str, Floats]:
-    speed = abs(entry.reference.velocity) if entry.reference.kind == "ramp" else 0.0
+    velocity = entry.reference.velocity if entry.reference.kind == "ramp" else 0.0
     if entry.compensation.kind == "feedback":
         return "k", _ratios(entry, count)
-    if speed > 0.0:
-        return "velocity", np.geomspace(0.1 * speed, 10.0 * speed, count)
+    if velocity != 0.0:
+        return "velocity", np.geomspace(0.1 * velocity, 10.0 * velocity, count)
     if entry.ki > 0.0:
         return "ki", np.geomspace(0.1 * entry.ki, 10.0 * entry.ki, count)
     return "zeta", np.linspace(0.05, 1.5, count)
@@ -147,9 +165,12 @@ def _gains(entry: JointLoop, count: int, highest: float | None) -> Floats:
     return np.geomspace(entry.kp / 8.0, top, count)
 
 
-def _with(loop: Loop, setting: str, value: float) -> Loop:
-    """Return the loop with its joint's k or Kp replaced."""
-    entry = loop.joints[0]
-    if setting == "kp":
-        return replace(loop, joints=(replace(entry, kp=value),))
-    return replace(loop, joints=(replace(entry, compensation=replace(entry.compensation, ratio=value)),))
+def _with(loop: Loop, entry: JointLoop, setting: str, value: float) -> Loop:
+    """Return the loop with one joint's k or Kp replaced."""
+    law = replace(entry.compensation, ratio=value)
+    changed = replace(entry, kp=value) if setting == "kp" else replace(entry, compensation=law)
+    return replace(loop, joints=tuple(changed if other is entry else other for other in loop.joints))
+
+
+def _entry(loop: Loop, joint: str) -> JointLoop:
+    return next(entry for entry in loop.joints if entry.joint == joint)

@@ -104,7 +104,7 @@ def _limits(answer: JointAnswer) -> str:
         parts.append(f"Kp is {number(answer.kp)}{NBSP}{unit}; {gain.why}")
     if answer.k_critical == 0.0:
         does = "grows without bound" if answer.cycle.verdict == "unbounded" else "cycles"
-        parts.append(f"it {does} without compensation too")
+        parts.append(f"it {does} without compensation{'' if answer.cycle.verdict == 'rest' else ' too'}")
     elif answer.k_critical is not None:
         parts.append(f"cycles begin at k = {number(answer.k_critical, 4)}")
     if answer.fold_velocity is not None:

@@ -101,7 +101,8 @@ class JointLoop:
     kp, ki : float
         N m/rad, N m/(rad s).
     kv : float or None
-        N m s/rad; None is critical damping, 2 sqrt(kp J), J the joint's inertia with the others held.
+        N m s/rad; None is critical damping, 2 sqrt(kp J), J the joint's inertia with the others held where the loop
+        starts.
     inertia : float
         Feedforward of the reference's acceleration, kg m^2.
     velocity : str

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from stribeck.arm import Arm
+from stribeck.arm import Arm, unit_at
 from stribeck.run import save_run
 from stribeck.simulate.closed import Closed
 from stribeck.simulate.loop import Loop
@@ -56,7 +56,7 @@ def simulation_json(closed: Closed, arm: Arm, loop: Loop) -> dict[str, Any]:
         "schema": SCHEMA,
         "version": _version(),
         "arm": arm.name,
-        "units": UNITS,
+        "units": {name: unit_at(unit, arm.joints[0].kind) for name, unit in UNITS.items()},
         "status": closed.motion.status,
         "ended": closed.ended,
         "duration": loop.duration,

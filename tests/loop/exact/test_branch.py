@@ -44,6 +44,15 @@ def test_branch_in_delay(joint_a, loop_of):
     assert sizes[0] == pytest.approx(0.0757, rel=0.01)  # the continuous loop's, nearly
 
 
+def test_where_the_large_start_is_lost_the_own_one_answers(joint_a, loop_of):
+    """Adaptation at a low Kp: from far out it grows without bound, from the loop's own start it comes to rest."""
+    loop = loop_of(0.7, "error_sign", kind="adaptive", kp=5.0, error=0.3, sample_time=0.0125)
+    single = shoot(joint_a, loop)["A"]
+    assert (single.verdict, single.basin["large"]) == ("rest", "unbounded")
+    (found,) = continue_in(joint_a, loop, "A", "kp", [5.0])
+    assert (found.verdict, found.steady_error) == ("rest", single.steady_error)
+
+
 @pytest.mark.parametrize(
     ("parameter", "values", "text"),
     [

@@ -1,6 +1,7 @@
 """Shooting against closed forms: the coth law, critical ratios, unbounded growth, the figures that are known."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,6 +9,8 @@ import pytest
 from stribeck.loop.exact.critical import fold_velocity, k_critical
 from stribeck.loop.exact.settle import settle
 from stribeck.loop.exact.shooting import shoot
+
+from .conftest import B
 
 
 @pytest.mark.parametrize("zeta", [0.1, 0.5, 0.9, 0.99, 0.999])
@@ -80,6 +83,24 @@ def test_fold_velocity(joint_b, loop_of, zeta, fold):
     assert found == pytest.approx(fold, abs=6e-4)
     for share, verdict in ((0.99, "stick_slip"), (1.01, "rest")):
         assert shoot(joint_b, loop_of(zeta=zeta, velocity=share * found))["A"].verdict == verdict
+
+
+@pytest.mark.parametrize("sample_time", [0.0, 0.0125])
+@pytest.mark.parametrize("method", [shoot, settle])
+def test_a_backward_ramp_is_the_mirror_image_of_a_forward_one(joint_a, loop_of, method, sample_time):
+    ways = [method(joint_a, loop_of(zeta=0.1, velocity=v, sample_time=sample_time))["A"] for v in (0.02, -0.02)]
+    seen = [(way.amplitude, way.period, way.peak_velocity, way.stick_fraction) for way in ways]
+    assert [way.verdict for way in ways] == ["stick_slip", "stick_slip"]
+    assert seen[1] == pytest.approx(seen[0], rel=1e-9)
+
+
+def test_the_fold_of_a_backward_ramp_is_that_of_its_own_friction(joint_b, loop_of):
+    steep = replace(B, C1=2.4, alpha=0.12)
+    joint = replace(joint_b.arm.joints[0], backward=steep)
+    forward, backward = (replace(joint_b.arm, joints=(side,)) for side in (replace(joint, friction=steep), joint))
+    found = fold_velocity(backward, loop_of(zeta=0.5, velocity=-0.01), "A")
+    assert found == fold_velocity(forward, loop_of(zeta=0.5, velocity=0.01), "A")
+    assert found > 2.0 * fold_velocity(backward, loop_of(zeta=0.5, velocity=0.01), "A")
 
 
 def test_trace_is_one_period(joint_a, loop_of):

@@ -100,6 +100,15 @@ def test_a_delay_of_many_samples_is_cheap_and_one_of_very_many_is_left_out() -> 
     assert tops[2] == KpMax(None, None, TOO_LATE)
 
 
+@pytest.mark.parametrize(("kp", "stable"), [(1.9, False), (2.0, True)])
+def test_margins_are_those_of_where_the_steps_end(kp: float, stable: bool) -> None:
+    """Upright a pendulum falls with less than gravity's stiffness there, m g c = 1.962 N m/rad."""
+    hanging = replace(one_joint().joints[0], com=(0.2, 0.0))
+    arm = Arm("pendulum", (9.81, 0.0), (hanging,))
+    given = loop(JointLoop("A", kp, Reference("steps", times=(0.0, 1.0), values=(1.0, math.pi)), kv=1.0))
+    assert margins(assemble(arm, given, free(arm, given)), "A").stable == stable
+
+
 def test_friction_slope_and_inertia_at_a_sliding_point() -> None:
     arm, given = one_joint(), loop()
     v = 0.03

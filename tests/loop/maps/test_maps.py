@@ -27,6 +27,7 @@ FAMILIES = {
     "zero, lag": ({"at_zero": "zero", "actuator_lag": 0.01}, {"k": RATIOS, "kp": GAINS, "zeta": DAMPING}),
     "PID": ({"at_zero": "zero", "ki": 30.0}, {"k": RATIOS[:2], "zeta": DAMPING}),
     "ramp": ({"kind": "feedforward", "velocity": 0.02}, {"velocity": (0.005, 0.02, 0.06), "zeta": DAMPING}),
+    "backward ramp": ({"kind": "none", "velocity": -0.02}, {"kp": GAINS, "zeta": DAMPING}),
     "sampled, filter": (
         {"at_zero": "zero", "sample_time": 0.0125, "velocity_filter": 0.01},
         {"k": (1.2, 2.0), "zeta": (0.2, 0.6), "delay": (0, 2)},

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from stribeck.arm import Arm
 from stribeck.errors import InputError
-from stribeck.loop.linear.controller import controller, derivative_gain
+from stribeck.loop.linear.controller import controller, derivative_gain, tuned_inertia
 from stribeck.loop.linear.operating import OperatingPoint, pose
 from stribeck.loop.linear.plant import linearise
 from stribeck.simulate.loop import JointLoop, Loop
@@ -36,6 +36,8 @@ class LinearPart:
     delay : float
         Of the arm's own effects, s.
     entry : JointLoop
+    kv : float
+        Derivative gain in force, N m s/rad.
     inertia : float
         kg m^2.
     sample_time : float
@@ -46,6 +48,7 @@ class LinearPart:
     drive: ct.StateSpace | None
     delay: float
     entry: JointLoop
+    kv: float
     inertia: float
     sample_time: float
 
@@ -53,11 +56,6 @@ class LinearPart:
     def highest(self) -> float:
         """The Nyquist frequency, rad/s; infinite for a continuous loop: nothing beyond it is a solution."""
         return math.pi / self.sample_time if self.sample_time > 0.0 else math.inf
-
-    @property
-    def kv(self) -> float:
-        """Derivative gain, N m s/rad."""
-        return derivative_gain(self.entry, self.entry.kp, self.inertia)
 
     @property
     def own_frequency(self) -> float:
@@ -106,7 +104,7 @@ class LinearPart:
 
 
 def linear_part(arm: Arm, loop: Loop, joint: str) -> LinearPart:
-    """Return the linear part of a joint's loop, the other joints held in the loop's pose.
+    """Return the linear part of a joint's loop, the other joints held in the pose in which the loop works.
 
     Raises
     ------
@@ -123,9 +121,9 @@ def linear_part(arm: Arm, loop: Loop, joint: str) -> LinearPart:
     commanded, at_motor = linearise(arm, point), linearise(arm, point, at_motor=True)
     same = commanded.system.nstates == at_motor.system.nstates and np.allclose(commanded.system.B, at_motor.system.B)
     drive = None if same else commanded.system
-    return LinearPart(
-        at_motor.system, drive, float(commanded.delays[0]), entry, float(at_motor.inertia[0]), loop.sample_time
-    )
+    kv = derivative_gain(entry, entry.kp, float(tuned_inertia(arm, loop)[j]))
+    late, inertia = float(commanded.delays[0]), float(at_motor.inertia[0])
+    return LinearPart(at_motor.system, drive, late, entry, kv, inertia, loop.sample_time)
 
 
 def _at(system: ct.StateSpace, s: Complex, output: int) -> Complex:

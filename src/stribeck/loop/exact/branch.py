@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Literal
 
@@ -32,7 +32,8 @@ def continue_in(
 
     A continuous loop is followed, through unstable cycles too, by Newton's method on its return map; a sampled one by
     its motion, without multipliers. Where nothing is followed any more (at a fold, or where the cycle ends in rest) the
-    loop is started anew from its large start, so that the next branch is found.
+    loop is started anew, from its large start first, so that the next branch is found; where no start leads to a cycle
+    the answer is that of its own.
 
     Parameters
     ----------
@@ -54,11 +55,17 @@ def continue_in(
     entry = next((e for e in loop.joints if e.joint == joint), None)
     if entry is None:
         raise InputError("the loop does not control this joint", repr(joint), "name one that it controls")
+    changed = (_changed(entry, parameter, float(value), loop) for value in values)
+    joints = (tuple(new if e is entry else e for e in loop.joints) for new in changed)
+    return continue_through(engine, (replace(loop, joints=each) for each in joints), joint)
+
+
+def continue_through(engine: RoundsEngine, loops: Iterable[Loop], joint: str) -> list[Cycle]:
+    """Return the joint's cycle in each of the loops, followed from one to the next as `continue_in` does."""
     cycles: list[Cycle] = []
     known: Ending | None = None
-    for value in values:
-        changed = _changed(entry, parameter, float(value), loop)
-        rounds = Rounds(engine, replace(loop, joints=tuple(changed if e.joint == joint else e for e in loop.joints)))
+    for loop in loops:
+        rounds = Rounds(engine, loop)
         known = _next(rounds, known)
         cycles.append(answers(rounds, known)[joint])
     return cycles
@@ -87,17 +94,11 @@ def _next(rounds: Rounds, known: Ending | None) -> Ending:
             return Ending(
                 "periodic", fixed.place, fixed.turns, fixed.period, tuple(fixed.multipliers), watch=known.watch
             )
-    if rounds.sampled:
-        return _followed(rounds, known)
-    return ending_of(rounds, _large(rounds))
-
-
-def _followed(rounds: Rounds, known: Ending | None) -> Ending:
-    """Return what a sampled loop settles on from the motion that is known; from its large start where that dies out."""
-    ending = None if known is None or not known.lasts else settle_from(rounds, _with_past(rounds, known.place))
-    if ending is None or not ending.lasts:
-        ending = settle_from(rounds, _large(rounds))
-    return ending
+    if known is not None and known.lasts and rounds.sampled:
+        ending = settle_from(rounds, _with_past(rounds, known.place))
+        if ending.lasts:
+            return ending
+    return _anew(rounds)
 
 
 def _with_past(rounds: Rounds, place: Place) -> Place:
@@ -108,9 +109,16 @@ def _with_past(rounds: Rounds, place: Place) -> Place:
     return replace(place, past=place.past[:, -rounds.history :])
 
 
-def _large(rounds: Rounds) -> Place:
+def _anew(rounds: Rounds) -> Ending:
+    """Return the first motion that lasts from a large, the own and a small start; else what the own start ends in."""
     places = starts(rounds)
-    return places.get("large", places["own"])
+    found = {}
+    for name in ("large", "own", "small"):
+        if name in places:
+            found[name] = ending_of(rounds, places[name])
+            if found[name].lasts:
+                return found[name]
+    return found["own"]
 
 
 def _corrected(rounds: Rounds, watch: int, known: Ending) -> Fixed | None:

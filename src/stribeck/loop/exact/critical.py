@@ -22,7 +22,7 @@ _GROW = 1.25  # from one ratio to the next in search of the first that cycles
 
 
 def k_critical(arm: Arm | RoundsEngine, loop: Loop, joint: str) -> float | None:
-    """Return the smallest compensation ratio over which the joint no longer comes to rest.
+    """Return the smallest compensation ratio at which the joint does not come to rest; at larger ones it may again.
 
     The ratio of Coulomb friction compensated on the measured velocity, with rho = exp(-pi zeta/sqrt(1 - zeta^2)), is 1
     where the law at rest is set-valued, takes the error's sign or sees noise; 2/(1 + rho) where it is zero; and 1/rho
@@ -38,8 +38,8 @@ def k_critical(arm: Arm | RoundsEngine, loop: Loop, joint: str) -> float | None:
     Returns
     -------
     float or None
-        0 where it cycles without compensation too; None where no ratio makes it cycle, or where the compensation is
-        not on the measured velocity, so that it cannot.
+        0 where it does not without compensation either; None where no ratio makes it cycle, or where the compensation
+        is not on the measured velocity, so that it cannot.
     """
     entry = _entry(loop, joint)
     if entry.compensation.kind != "feedback":
@@ -61,25 +61,27 @@ def k_critical(arm: Arm | RoundsEngine, loop: Loop, joint: str) -> float | None:
 
 
 def fold_velocity(arm: Arm | RoundsEngine, loop: Loop, joint: str, fastest: float = 10.0) -> float | None:
-    """Return the ramp velocity (rad/s) over which the joint, released from standstill, no longer sticks again.
+    """Return the ramp's speed (rad/s) over which the joint, released from standstill, no longer sticks again.
 
     Parameters
     ----------
     arm : Arm
     loop : Loop
-        The joint's reference is replaced by ramps.
+        The joint's reference is replaced by ramps in the same direction; forward where it is none.
     joint : str
     fastest : float
         rad/s; None is returned where it sticks even there, or at no velocity.
     """
     engine = arm if isinstance(arm, RoundsEngine) else RoundsEngine(arm)
     entry = _entry(loop, joint)
+    backward = entry.reference.kind == "ramp" and entry.reference.velocity < 0.0
 
-    def slides(velocity: float) -> bool:
-        rounds = Rounds(engine, _with(loop, replace(entry, reference=Reference("ramp", velocity=velocity))))
+    def slides(speed: float) -> bool:
+        reference = Reference("ramp", velocity=-speed if backward else speed)
+        rounds = Rounds(engine, _with(loop, replace(entry, reference=reference)))
         return answers(rounds, ending_of(rounds, rounds.start({})))[joint].verdict != "stick_slip"
 
-    alpha = _bend(engine, joint)
+    alpha = _bend(engine, joint, backward)
     low, high = _SLOWEST * alpha, 0.25 * alpha
     if slides(low):
         return None
@@ -90,9 +92,10 @@ def fold_velocity(arm: Arm | RoundsEngine, loop: Loop, joint: str, fastest: floa
     return _bisect(slides, low, high)
 
 
-def _bend(engine: RoundsEngine, joint: str) -> float:
-    """Return the velocity over which a joint's friction bends, rad/s."""
-    return engine.arm.joints[engine.arm.names.index(joint)].friction.alpha
+def _bend(engine: RoundsEngine, joint: str, backward: bool) -> float:
+    """Return the speed over which a joint's friction bends in one direction, rad/s."""
+    values = engine.arm.joints[engine.arm.names.index(joint)]
+    return values.backward.alpha if backward else values.friction.alpha
 
 
 def _rests(engine: RoundsEngine, loop: Loop, joint: str) -> bool:

@@ -49,7 +49,8 @@ class Stretch:
         Why it stopped: ``enough`` turns, ``quiet`` (nothing moves relative to the references any more), the ``end`` of
         the time, or the engine's status.
     turns : structured array
-        ``time``, ``deviation``, and since the joint's turn before ``low``, ``high``, ``speed``, ``stuck``; ``joint``.
+        ``time``, ``deviation`` (ahead of the reference), and since the joint's turn before ``low``, ``high``,
+        ``speed``, ``stuck``; ``joint``.
     place : Place
         Where it stopped.
     record : array (R, 3, n)

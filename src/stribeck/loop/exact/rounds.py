@@ -1,7 +1,8 @@
 """Rounds of a loop: run it from a place to a joint's next turns, event by event, and go on from there.
 
-A joint turns where its deviation q - r has a largest value: where it stops or reverses in regulation, where it falls
-behind the reference's velocity along a ramp. The turns are the section of the return map.
+A joint turns where it is furthest ahead of its reference: where it stops or reverses in regulation, where it falls
+behind the reference's velocity along a ramp. The turns are the section of the return map. Their deviations q - r are
+counted in the direction of the reference, so that a turn is a largest one whichever way a ramp goes.
 """
 
 from __future__ import annotations
@@ -83,6 +84,7 @@ class Rounds:
     """
 
     def __init__(self, arm: Arm | RoundsEngine, loop: Loop, *, rtol: float = 1e-10, atol: float = 1e-13) -> None:
+        check_autonomous(loop)
         self.engine = arm if isinstance(arm, RoundsEngine) else RoundsEngine(arm)
         self.arm, self.loop = self.engine.arm, replace(loop, joints=tuple(_autonomous(entry) for entry in loop.joints))
         self.n, self.p, self.rtol, self.atol = self.engine.n, self.engine.p, rtol, atol
@@ -210,13 +212,17 @@ def _history(arm: Arm, loop: Loop) -> int:
     return max(entry.delay_samples for entry in loop.joints) + late + 1
 
 
+def check_autonomous(loop: Loop) -> None:
+    """Raise `InputError` where a reference drives the loop for ever."""
+    for entry in loop.joints:
+        if entry.reference.kind not in ("ramp", "regulate", "steps"):
+            what = f"joint {entry.joint}: a limit cycle is what a loop does of itself, and this reference drives it"
+            raise InputError(what, repr(entry.reference.kind), "use the reference kind regulate or ramp")
+
+
 def _autonomous(entry: JointLoop) -> JointLoop:
     """Return a joint's loop with a reference that leaves it to itself."""
-    kind = entry.reference.kind
-    if kind in ("ramp", "regulate"):
+    if entry.reference.kind != "steps":
         return entry
-    if kind == "steps":
-        last = entry.reference.values[-1]
-        return replace(entry, start=last, reference=Reference("regulate", initial_error=last - entry.start))
-    what = f"joint {entry.joint}: a limit cycle is what a loop does of itself, and this reference drives it"
-    raise InputError(what, repr(kind), "use the reference kind regulate or ramp")
+    last = entry.reference.values[-1]
+    return replace(entry, start=last, reference=Reference("regulate", initial_error=last - entry.start))

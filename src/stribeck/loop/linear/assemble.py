@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from stribeck.arm import Arm
 from stribeck.errors import InputError
-from stribeck.loop.linear.controller import Controller, controller, derivative_gain
+from stribeck.loop.linear.controller import Controller, controller, derivative_gain, tuned_inertia
 from stribeck.loop.linear.operating import OperatingPoint
 from stribeck.loop.linear.plant import linearise
 from stribeck.loop.linear.sampled import lagged, sampled
@@ -48,7 +48,9 @@ class Assembly:
     entries : tuple of m JointLoop
         Their controllers.
     inertia : array (m,)
-        That each joint moves, the others held, kg m^2.
+        That each joint moves at this point, the others held, kg m^2.
+    tuned : array (m,)
+        The same where the loop starts, by which its controllers set critical damping.
     slope : array (m,)
         Slope of the velocity feedback that a compensation adds at this point, N m s/rad.
     sample_time : float
@@ -60,6 +62,7 @@ class Assembly:
     plant: ct.StateSpace
     entries: tuple[JointLoop, ...]
     inertia: Floats
+    tuned: Floats
     slope: Floats
     sample_time: float
     prompt: tuple[tuple[ct.StateSpace, int], ...]
@@ -105,7 +108,7 @@ class Assembly:
     def _controller(self, i: int, kp: float | None) -> Controller:
         entry = self.entries[i]
         gain = entry.kp if kp is None else kp
-        kv = derivative_gain(entry, gain, float(self.inertia[i])) - float(self.slope[i])
+        kv = derivative_gain(entry, gain, float(self.tuned[i])) - float(self.slope[i])
         return controller(entry, gain, kv, self.sample_time)
 
 
@@ -131,7 +134,8 @@ def assemble(arm: Arm, loop: Loop, point: OperatingPoint) -> Assembly:
     plant = lagged(found.system, np.array([entry.actuator_lag for entry in entries]))
     plant, prompt = _sampled(plant, loop.sample_time, entries, found.delays)
     slope = np.array([_slope(arm, entry, point) for entry in entries])
-    return Assembly(plant, entries, found.inertia, slope, loop.sample_time, prompt)
+    tuned = tuned_inertia(arm, loop)[list(found.joints)]
+    return Assembly(plant, entries, found.inertia, tuned, slope, loop.sample_time, prompt)
 
 
 def _sampled(

@@ -8,7 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.simulate.loop import JointLoop
+from stribeck.arm import Arm
+from stribeck.simulate.axis import start_position
+from stribeck.simulate.engine import Engine, path_of
+from stribeck.simulate.loop import JointLoop, Loop
 
 Floats = NDArray[np.float64]
 
@@ -24,8 +27,13 @@ class Controller:
 
 
 def derivative_gain(entry: JointLoop, kp: float, inertia: float) -> float:
-    """Return kv, N m s/rad; critical damping, 2 sqrt(kp J), where the loop leaves it open."""
+    """Return kv, N m s/rad; critical damping, 2 sqrt(kp J), where the loop leaves it open: J is the `tuned_inertia`."""
     return 2.0 * math.sqrt(kp * inertia) if entry.kv is None else entry.kv
+
+
+def tuned_inertia(arm: Arm, loop: Loop) -> Floats:
+    """Return the inertia (n,) by which a loop's controllers set critical damping, kg m^2: where the loop starts."""
+    return Engine(path_of(arm)).moved_inertia(start_position(arm, loop))
 
 
 def controller(entry: JointLoop, kp: float, kv: float, sample_time: float) -> Controller:

@@ -8,7 +8,7 @@ from typing import Literal
 
 from stribeck.arm import Arm
 from stribeck.errors import InputError
-from stribeck.simulate.loop import Loop
+from stribeck.simulate.loop import JointLoop, Loop
 
 Contact = Literal["slides", "sticks", "free", "clamped"]
 
@@ -45,17 +45,17 @@ class OperatingPoint:
 
 
 def free(arm: Arm, loop: Loop) -> OperatingPoint:
-    """Return the pose of a loop with the friction of the controlled joints left out, the others clamped."""
+    """Return the pose in which a loop works, friction of the controlled joints left out, the others clamped."""
     return _all(arm, loop, "free", 0.0)
 
 
 def stuck(arm: Arm, loop: Loop) -> OperatingPoint:
-    """Return the pose of a loop at rest, every controlled joint stuck."""
+    """Return the pose in which a loop works, at rest, every controlled joint stuck."""
     return _all(arm, loop, "sticks", 0.0)
 
 
 def sliding(arm: Arm, loop: Loop, velocity: float) -> OperatingPoint:
-    """Return the pose of a loop with every controlled joint sliding at one velocity, rad/s."""
+    """Return the pose in which a loop works, with every controlled joint sliding at one velocity, rad/s."""
     return _all(arm, loop, "slides", velocity)
 
 
@@ -69,6 +69,13 @@ def _all(arm: Arm, loop: Loop, contact: Contact, velocity: float) -> OperatingPo
 
 
 def pose(arm: Arm, loop: Loop) -> Sequence[float]:
-    """Return the positions (n,) at which a loop's references begin and its clamped joints stand, rad."""
-    starts = {entry.joint: entry.start for entry in loop.joints}
-    return [starts.get(name, loop.clamp.get(name, 0.0)) for name in arm.names]
+    """Return the positions (n,) at which a loop is to work, rad.
+
+    References that end count where they end, a ramp where it begins, a sine at its middle; clamped joints stand still.
+    """
+    ends = {entry.joint: _end(entry) for entry in loop.joints}
+    return [ends.get(name, loop.clamp.get(name, 0.0)) for name in arm.names]
+
+
+def _end(entry: JointLoop) -> float:
+    return entry.reference.values[-1] if entry.reference.kind in ("steps", "file") else entry.start

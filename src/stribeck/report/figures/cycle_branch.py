@@ -80,6 +80,12 @@ def draw_branch(ax: Axes, branch: Branch) -> Axes:
     return ax
 
 
+def _and(branch: Branch) -> str:
+    """Return what a loop that cycles without compensation does with it."""
+    resting = [value for value, cycle in zip(branch.values, branch.cycles, strict=True) if cycle.verdict == "rest"]
+    return f", rests at k from {number(min(resting))} to {number(max(resting))}" if resting else " too"
+
+
 def _tag(ax: Axes, value: float, text: str) -> None:
     ax.annotate(
         text, (value, 0.98), xycoords=("data", "axes fraction"), xytext=(4, 0), textcoords="offset points", va="top",
@@ -97,7 +103,7 @@ def _finding(answer: JointAnswer) -> str:
         if answer.k_critical is not None and answer.k_critical > 0.0:
             return f"{name}: cycles begin at k = {number(answer.k_critical, 4)}"
         if answer.k_critical == 0.0:
-            return f"{name}: cycles without compensation too"
+            return f"{name}: cycles without compensation{_and(branch)}"
         return f"{name}: no k makes it cycle"
     if not cycling:
         return (

@@ -22,7 +22,7 @@ LABEL = {
     "k": "k, compensation over true friction",
     "zeta": "damping ratio Kv / (2 √(Kp J))",
     "ki": "Ki, N m/(rad s)",
-    "velocity": "velocity of the ramp, rad/s",
+    "velocity": "speed of the ramp, rad/s",
 }
 SPREAD = 30.0  # of the median amplitude, up to which colours differ
 MOSTLY = {"stick_slip": "in stick-slip", "hunting": "hunting", "sliding_cycle": "without sticking",
@@ -56,6 +56,7 @@ def draw_map(ax: Axes, found: Map, answer: JointAnswer) -> QuadMesh | None:
     ax.set(xlabel=label, ylabel=f"Kp, {gain_unit(answer)}", yscale="log")
     plain_log(ax.yaxis)
     if name in ("ki", "velocity"):
+        across = np.abs(across)  # a ramp may go backward
         ax.set_xscale("log")
         plain_log(ax.xaxis)
     patches = []

@@ -1,7 +1,7 @@
 /* Rounds of a loop: from one turn of a joint to the next, with a place to stop at and to go on from.
  *
  * Included after the engine's runtime. A joint turns where its velocity less its reference's falls through zero (rises,
- * for a reference that moves backward), so that its deviation q - r has a largest value there. In regulation that is
+ * for a reference that moves backward), so that it is furthest ahead of its reference there. In regulation that is
  * where it stops or reverses, which the engine meets exactly; along a ramp it is found by repeating the step.
  */
 
@@ -10,7 +10,8 @@
 enum { SB_QUIET = 20, SB_ENOUGH, SB_END }; /* further ways to stop, beside the engine's */
 enum { SB_ANY = -1 };                      /* joint whose turns count: any; below it none */
 
-/* One turn: the joint, when, its deviation; since the turn before: extremes of the deviation, top speed, time stuck. */
+/* One turn: the joint, when, its deviation q - r, counted in the direction of the reference, so that a turn is a largest
+ * one; since the turn before: extremes of the deviation, top speed, time stuck. */
 typedef struct {
     double t, deviation, low, high, speed, stuck, joint;
 } sb_turn;
@@ -66,7 +67,9 @@ static void sb_turned(sb_rounds *w, int j) {
     sb_sim *s = w->s;
     if (w->count < w->size) {
         sb_turn *turn = w->turns + w->count++;
-        turn->t = s->t, turn->deviation = sb_deviation(w, j), turn->low = w->low[j], turn->high = w->high[j];
+        const double ends[2] = {w->sign[j] * w->low[j], w->sign[j] * w->high[j]};
+        turn->t = s->t, turn->deviation = w->sign[j] * sb_deviation(w, j);
+        turn->low = fmin(ends[0], ends[1]), turn->high = fmax(ends[0], ends[1]);
         turn->speed = s->top_speed[j], turn->stuck = s->stuck_time[j] - w->stuck[j], turn->joint = j;
     }
     w->low[j] = w->high[j] = sb_deviation(w, j);

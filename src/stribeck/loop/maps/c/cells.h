@@ -33,7 +33,7 @@ typedef struct {
     double since;            /* time stuck since the round began */
     double sign;             /* of the reference's velocity */
     int above;
-    double low, high;        /* of the present round */
+    double low, high;        /* of the present round, of the deviation in the reference's direction, as all below */
     double peak, at, range;  /* the turn at which it began; how far the one before went */
     int shallow;             /* turns since that were none */
     double shallow_low, shallow_high;
@@ -90,7 +90,7 @@ static void round_done(track *k, double amplitude, double period, double stuck) 
 
 /* At a largest deviation: does a round end here? Small turns on the way do not count. */
 static void turn(track *k) {
-    const double dev = k->y[X], least = 0.25 * k->range;
+    const double dev = k->sign * k->y[X], least = 0.25 * k->range;
     k->high = fmax(k->high, dev);
     if (k->at < 0.0 || (k->peak - k->low >= least && dev - k->low >= least)) {
         if (k->at >= 0.0) {
@@ -111,9 +111,9 @@ static void turn(track *k) {
 }
 
 static void look(const cell *c, track *k) {
-    const double relative = k->sign * (k->y[V] - c->rate);
-    k->low = fmin(k->low, k->y[X]), k->high = fmax(k->high, k->y[X]);
-    if (k->shallow) k->shallow_low = fmin(k->shallow_low, k->y[X]), k->shallow_high = fmax(k->shallow_high, k->y[X]);
+    const double relative = k->sign * (k->y[V] - c->rate), dev = k->sign * k->y[X];
+    k->low = fmin(k->low, dev), k->high = fmax(k->high, dev);
+    if (k->shallow) k->shallow_low = fmin(k->shallow_low, dev), k->shallow_high = fmax(k->shallow_high, dev);
     if (k->above && !(relative > 0.0)) turn(k);
     k->above = relative > 0.0;
 }
@@ -383,8 +383,8 @@ static void begin(const cell *c, track *k, double error, double velocity) {
     k->y[X] = -error, k->y[V] = velocity;
     k->sign = c->rate < 0.0 ? -1.0 : 1.0;
     k->above = k->sign * (velocity - c->rate) > 0.0;
-    k->low = k->high = k->y[X], k->at = -1.0;
-    k->shallow_low = k->shallow_high = k->y[X];
+    k->low = k->high = k->sign * k->y[X], k->at = -1.0;
+    k->shallow_low = k->shallow_high = k->low;
     k->mode = velocity > 0.0 ? 1 : velocity < 0.0 ? -1 : 0;
     k->held = k->mode;
 }
