@@ -38,6 +38,9 @@ LEAST_OF_PERIOD = 1.0
 WHOLE, HALF, LEAST_WHOLE = 0.05, 0.5, 2.5
 """Of a whole number a turn, to WHOLE, as magnets, slots and screws come, a HALF will do; fewer may be gravity's."""
 
+DRIVEN = 0.1
+"""Part of its Coulomb friction that the command of a joint comes to whose drive does anything."""
+
 LEAST_DRIVE = 0.4
 """Part of the torque that a motion needs (root mean square): a drive with a lower limit would hardly drive."""
 
@@ -95,6 +98,11 @@ class Scale:
     def furthest(self, position: float) -> float:
         """Return how far the joint goes from a position, rad, in a run about its median."""
         return abs(self.middle - position) + 0.5 * self.travel
+
+    @property
+    def driven(self) -> bool:
+        """Whether the joint has a drive that does anything; else the others' motion, or its weight, swings it."""
+        return self.torque > DRIVEN * self.friction
 
     @property
     def link(self) -> float:

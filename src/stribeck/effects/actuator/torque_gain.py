@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import final
 
 from stribeck.model.effect import ActuatorEffect
@@ -24,6 +25,9 @@ class TorqueGain(ActuatorEffect):
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         return ({"gain": 0.9}, {"gain": 1.1})
+
+    def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
+        return scale.driven  # of nothing any multiple is as much, but fewer units are left
 
     def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         return p["gain"] * torque

@@ -42,7 +42,7 @@ class TorqueRipple(ActuatorEffect):
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
         # less than a period is any gain that changes with position
-        return scale.shows(values["harmonic"])
+        return scale.driven and scale.shows(values["harmonic"])
 
     def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
         return math.hypot(values["sine"], values["cosine"]) < STRAY

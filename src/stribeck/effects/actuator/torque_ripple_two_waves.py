@@ -43,7 +43,7 @@ class TorqueRippleTwoWaves(ActuatorEffect):
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
         # less than a period is any gain that changes with position
-        return scale.shows(values["harmonic"])
+        return scale.driven and scale.shows(values["harmonic"])
 
     def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
         return math.hypot(*(value for name, value in values.items() if name != "harmonic")) < STRAY

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import final
 
 import casadi as ca
@@ -31,6 +32,9 @@ class LoadDependentFrictionDirectional(FrictionEffect):
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         return ({"ratio": 0.08},)
+
+    def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
+        return scale.driven  # what the link of another joint takes is no load, but that joint's friction
 
     def level(self, level: Expression, direction: float, s: Signals, x: States, p: Parameters) -> Expression:
         entering = direction * (s.load + s.viscous) + level
