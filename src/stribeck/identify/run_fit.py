@@ -3,8 +3,9 @@
 Inertial values are fitted along, within the tolerances that the arm file states. Friction starts from the recordings
 themselves and not from the arm file, whose constants may be anyone's guess.
 
-What the filters blur counts less (:mod:`.blur`). Near a reversal noise hides the sign of the velocity, and least
-squares bend friction more steeply there: intervals reach to where it would be without (:mod:`.noise_pull`).
+What the filters blur counts less (:mod:`.blur`), and noise in the acceleration is no reason for less inertia
+(:mod:`.added`). Near a reversal noise hides the sign of the velocity, and least squares bend friction more steeply
+there: intervals reach to where it would be without (:mod:`.noise_pull`).
 """
 
 from __future__ import annotations
@@ -17,13 +18,14 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from stribeck.arm import Arm, Friction, Tolerance
+from stribeck.identify.added import Added
 from stribeck.identify.blocks import BLOCK, block_of_rows, correlation_rows, over_neighbours
 from stribeck.identify.blur import blur
 from stribeck.identify.conditioning import Conditioned
 from stribeck.identify.confidence import Intervals, intervals
 from stribeck.identify.fitted import arm_with
 from stribeck.identify.map_fit import Fit, fit
-from stribeck.identify.noise_pull import noise_pull
+from stribeck.identify.noise_pull import louder, noise_pull
 from stribeck.identify.problem import Weights
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import FRICTION, values_of
@@ -37,7 +39,6 @@ EVALUATIONS = 250  # a decay that the recordings hardly show takes many
 MANY_RUNS = 12  # from so many on each run is a block of its own
 LEAST_SD = 1e-6  # N m
 NEIGHBOURS = 7  # rows, over which what is blurred is averaged
-ROUNDS = 3  # of weights and fit in turn
 LEAST = {"C0": 0.3, "C1": 0.1, "C2": 0.1}  # of the friction there is: a start at zero would have no tolerance at all
 
 
@@ -68,15 +69,25 @@ def fit_runs(arm: Arm, runs: Sequence[Conditioned], moved: Sequence[tuple[bool, 
     path = path_of(start)
     free = [i for i, entry in enumerate(path.entries) if entry.sd > 0.0 and isinstance(entry.owner, str)]
     residual = Residual(path, runs, free)
-    p = values_of(path.entries)
-    for _ in range(ROUNDS):
-        weights = _weights(residual, p, cutoff)
-        known = fit(residual, weights, p, evaluations=EVALUATIONS)
-        p = known.p
+    known, weights = _settled(residual, values_of(path.entries), cutoff)
     # friction that differs from trial to trial does not average out within one: whole runs are the blocks, where many
     block = block_of_rows(runs, np.inf if len(runs) >= MANY_RUNS else BLOCK)
-    found = intervals(known, weights, block, pull=noise_pull(known, weights, residual, cutoff))
+    friction = np.array([known.entries[i].owner == "friction" for i in known.free])  # of the rest it is taken off
+    found = intervals(known, weights, block, pull=friction * noise_pull(known, weights, residual, cutoff))
     return RunFit(arm_with(start, known), known, found, np.asarray(np.sqrt(np.mean(known.residual**2, axis=0))))
+
+
+def _settled(residual: Residual, p: Floats, cutoff: float) -> tuple[Fit, Weights]:
+    """Return the fit from values (p,) on, and its weights; a round that fails leaves what the one before found."""
+    weights = _weights(residual, p, cutoff)
+    known = fit(residual, weights, p, evaluations=EVALUATIONS)
+    for last in (False, True):
+        newer = _weights(residual, known.p, cutoff)
+        noise = Added(residual, known.p, louder(residual, cutoff)) if last else None
+        found = fit(residual, newer, known.p, added=noise, evaluations=EVALUATIONS)
+        if found.ok:
+            known, weights = found, newer
+    return known, weights
 
 
 def _weights(residual: Residual, p: Floats, cutoff: float) -> Weights:
