@@ -69,6 +69,15 @@ def test_curve_error_and_coverage_at_the_paper_s_conditions() -> None:
         assert np.mean([fit.scatter for fit in fits]) == pytest.approx(0.05, rel=0.05)
 
 
+@pytest.mark.parametrize("share", [1e-6, 1e-3])
+def test_intervals_are_as_wide_as_the_readings_scatter(share: float) -> None:
+    """However little that is: intervals are narrower in proportion, and hold as well."""
+    fine, coarse = ([fit_curve(PAPER, noisy(A, seed, one)) for seed in range(20)] for one in (share, 3e-3))
+    widths = [np.mean([fit.high - fit.low for fit in fits], axis=0) for fits in (fine, coarse)]
+    assert widths[0] / share == pytest.approx(widths[1] / 3e-3, rel=0.02)
+    assert (np.mean([(fit.low <= A) & (fit.high >= A) for fit in fine], axis=0) >= 0.8).all()
+
+
 def test_the_band_is_the_spread_of_the_curve() -> None:
     fits = draws(tuple(A))
     spread = np.std([fit.level(GRID) for fit in fits], axis=0)

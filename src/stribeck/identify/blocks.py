@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from stribeck.identify.conditioning import Conditioned
 
@@ -22,6 +24,13 @@ def block_of_rows(runs: Sequence[Conditioned], length: float = BLOCK) -> np.ndar
         numbers.append(count + np.minimum(np.arange(rows) * blocks // max(rows, 1), blocks - 1))
         count += blocks
     return np.concatenate(numbers)
+
+
+def over_neighbours(power: np.ndarray, runs: Sequence[Conditioned], count: int) -> np.ndarray:
+    """Return the rows (M, n) of all runs, each the mean of so many neighbours of its run."""
+    edges = np.cumsum([0, *(len(run.analysis_index) for run in runs)])
+    parts = [uniform_filter1d(power[i:k], count, axis=0, mode="nearest") for i, k in pairwise(edges)]
+    return np.concatenate(parts)
 
 
 def correlation_rows(residual: np.ndarray, runs: Sequence[Conditioned], longest: float = 2.0) -> np.ndarray:

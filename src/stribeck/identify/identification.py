@@ -60,7 +60,7 @@ def identify(arm: Arm, runs: Sequence[Run], progress: Callable[[str], None] = la
     progress("fitting whole recordings")
     thin = [condition(arm, run, cutoff, noise, thin=True) for run in shortened(even, notes)]
     moved = _moved(thin, arm.n)
-    whole = fit_runs(arm, thin, moved)
+    whole = fit_runs(arm, thin, moved, cutoff)
     progress("reading the friction curve")
     body = path_of(whole.arm if whole.fit.ok else arm)
     points = read_points(body, values_of(body.entries), [condition(arm, run, cutoff, noise) for run in even])

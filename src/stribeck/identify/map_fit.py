@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from stribeck.identify.added import Added
 from stribeck.identify.callbacks import Cost, Gradient, Hessian, Stop
 from stribeck.identify.problem import PRIOR_LIMIT, Problem, Weights
 from stribeck.identify.residual import Residual
@@ -66,6 +67,7 @@ def fit(
     start: np.ndarray | None = None,
     scales: Mapping[str, float] | None = None,
     *,
+    added: Added | None = None,
     evaluations: int = 80,
     tolerance: float = 1e-4,
 ) -> Fit:
@@ -80,6 +82,8 @@ def fit(
         Where to start; the nominal values where None.
     scales : mapping
         Typical size of each effect parameter by key, for conditioning.
+    added : Added or None
+        What noise adds to the residual: its squares are taken off the cost.
     evaluations : int
         About so many evaluations of the residual at most.
     tolerance : float
@@ -93,7 +97,7 @@ def fit(
     friction's level within LEVEL_LIMIT, the rest of friction within FRICTION_LIMIT.
     """
     p0 = values_of(residual.path.entries) if start is None else start
-    problem = Problem(residual, weights, p0, scales or {})
+    problem = Problem(residual, weights, p0, scales or {}, added)
     cost, gradient, hessian = Cost(problem), Gradient(problem), Hessian(problem)
     z = ca.MX.sym("z", len(problem.free))
     stop = Stop(problem, evaluations)

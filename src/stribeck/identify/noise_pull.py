@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stribeck.identify.conditioning import shaken
+from stribeck.identify.conditioning import Conditioned, shaken
 from stribeck.identify.map_fit import Fit
 from stribeck.identify.problem import Weights
 from stribeck.identify.residual import Residual
@@ -37,16 +37,19 @@ def noise_pull(fit: Fit, weights: Weights, residual: Residual, cutoff: float, se
     Simulation extrapolation (Cook & Stefanski 1994, J. Am. Stat. Assoc. 89:1314) from one more level of noise. Each
     draw is added and subtracted: what is odd in it, which averages out by itself, cancels.
     """
-    rng = np.random.default_rng(seed)
     clean = _gradient(fit.residual, fit.jacobian, weights)
     total = np.zeros_like(clean)
-    for _ in range(PAIRS):
-        draws = [rng.standard_normal(run.run.q.shape) for run in residual.runs]
-        for sign in (1.0, -1.0):
-            pairs = zip(residual.runs, draws, strict=True)
-            noisier = [shaken(residual.path.arm, run, cutoff, sign * draw) for run, draw in pairs]
-            total += _gradient(*residual.along(noisier)(fit.p), weights) - clean
+    for noisier in louder(residual, cutoff, seed):
+        total += _gradient(*residual.along(noisier)(fit.p), weights) - clean
     return np.asarray(OF_ITSELF * total / (2 * PAIRS))
+
+
+def louder(residual: Residual, cutoff: float, seed: int = 0) -> list[list[Conditioned]]:
+    """Return the runs of a residual with their noise once more, by 2 PAIRS draws; as :func:`noise_pull`."""
+    rng = np.random.default_rng(seed)
+    draws = [[rng.standard_normal(run.run.q.shape) for run in residual.runs] for _ in range(PAIRS)]
+    arm, either = residual.path.arm, [[sign * draw for draw in own] for own in draws for sign in (1.0, -1.0)]
+    return [[shaken(arm, run, cutoff, draw) for run, draw in zip(residual.runs, own, strict=True)] for own in either]
 
 
 def _gradient(residual: np.ndarray, jacobian: np.ndarray, weights: Weights) -> np.ndarray:

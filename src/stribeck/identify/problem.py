@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stribeck.identify.added import Added
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import Entry, values_of
 
@@ -40,8 +41,15 @@ def prior_limit(entry: Entry) -> float:
 class Problem:
     """The fit in scaled coordinates z: nominal values in standard deviations, effect parameters in their scale."""
 
-    def __init__(self, residual: Residual, weights: Weights, start: np.ndarray, scales: Mapping[str, float]) -> None:
-        self.residual, self.weights, self.entries = residual, weights, residual.path.entries
+    def __init__(
+        self,
+        residual: Residual,
+        weights: Weights,
+        start: np.ndarray,
+        scales: Mapping[str, float],
+        added: Added | None = None,
+    ) -> None:
+        self.residual, self.weights, self.entries, self.added = residual, weights, residual.path.entries, added
         self.p0 = values_of(self.entries)
         self.free = np.array(residual.columns, dtype=int)
         self.log = np.array([self.entries[i].log for i in self.free], dtype=bool)
@@ -127,4 +135,10 @@ class Problem:
             columns = (jacobian * self.weights.scale[..., None]).reshape(len(weighted), -1) * slope
             prior = self.prior(z)
             cost = 0.5 * float(weighted @ weighted) + 0.5 * float(prior @ prior)
-            return cost, columns.T @ weighted + prior, columns.T @ columns + np.diag(self.has_prior.astype(float))
+            gradient = columns.T @ weighted + prior
+            if self.added is not None:
+                rows, slopes = self.added(p)
+                rows = rows * self.weights.scale
+                cost -= 0.5 * float(np.sum(rows**2))
+                gradient -= np.einsum("kmn,kmnf->f", rows * self.weights.scale, slopes) * slope
+            return cost, gradient, columns.T @ columns + np.diag(self.has_prior.astype(float))

@@ -2,6 +2,10 @@
 
 Inertial values are fitted along, within the tolerances that the arm file states. Friction starts from the recordings
 themselves and not from the arm file, whose constants may be anyone's guess.
+
+What the filters blur counts less (:mod:`.blur`), and noise in the acceleration is no reason for less inertia
+(:mod:`.added`). Near a reversal noise hides the sign of the velocity, and least squares bend friction more steeply
+there: intervals reach to where it would be without (:mod:`.noise_pull`).
 """
 
 from __future__ import annotations
@@ -14,11 +18,14 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from stribeck.arm import Arm, Friction, Tolerance
-from stribeck.identify.blocks import BLOCK, block_of_rows, correlation_rows
+from stribeck.identify.added import Added
+from stribeck.identify.blocks import BLOCK, block_of_rows, correlation_rows, over_neighbours
+from stribeck.identify.blur import blur
 from stribeck.identify.conditioning import Conditioned
 from stribeck.identify.confidence import Intervals, intervals
 from stribeck.identify.fitted import arm_with
 from stribeck.identify.map_fit import Fit, fit
+from stribeck.identify.noise_pull import louder, noise_pull
 from stribeck.identify.problem import Weights
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import FRICTION, values_of
@@ -30,7 +37,8 @@ FRICTION_TOLERANCE = 2.0  # relative, of the constants read off the recordings, 
 ALPHAS = np.geomspace(0.003, 0.3, 25)  # of the fastest velocity, tried for the start
 EVALUATIONS = 250  # a decay that the recordings hardly show takes many
 MANY_RUNS = 12  # from so many on each run is a block of its own
-ROUNDS = 2  # of weights and fit in turn
+LEAST_SD = 1e-6  # N m
+NEIGHBOURS = 7  # rows, over which what is blurred is averaged
 LEAST = {"C0": 0.3, "C1": 0.1, "C2": 0.1}  # of the friction there is: a start at zero would have no tolerance at all
 
 
@@ -44,7 +52,7 @@ class RunFit:
     rms: Floats
 
 
-def fit_runs(arm: Arm, runs: Sequence[Conditioned], moved: Sequence[tuple[bool, bool]]) -> RunFit:
+def fit_runs(arm: Arm, runs: Sequence[Conditioned], moved: Sequence[tuple[bool, bool]], cutoff: float) -> RunFit:
     """Fit an arm's friction, and within tolerance its inertial values, to recordings.
 
     Parameters
@@ -54,22 +62,41 @@ def fit_runs(arm: Arm, runs: Sequence[Conditioned], moved: Sequence[tuple[bool, 
     runs : sequence of Conditioned
     moved : sequence of (bool, bool)
         Whether each joint was recorded moving forward, and backward; both gives constants for each direction.
+    cutoff : float
+        Analysis cutoff of the runs, Hz.
     """
     start = _started(arm, runs, moved)
     path = path_of(start)
     free = [i for i, entry in enumerate(path.entries) if entry.sd > 0.0 and isinstance(entry.owner, str)]
     residual = Residual(path, runs, free)
-    rest, _ = Residual(path, runs, ())(values_of(path.entries))
-    known: Fit | None = None
-    for _ in range(ROUNDS):
-        sd = np.maximum(np.sqrt(np.mean(rest**2, axis=0)), 1e-6)
-        weights = Weights(sd, correlation_rows(rest, runs))
-        known = fit(residual, weights, None if known is None else known.p, evaluations=EVALUATIONS)
-        rest = known.residual
-    assert known is not None
+    known, weights = _settled(residual, values_of(path.entries), cutoff)
     # friction that differs from trial to trial does not average out within one: whole runs are the blocks, where many
-    found = intervals(known, weights, block_of_rows(runs, np.inf if len(runs) >= MANY_RUNS else BLOCK))
+    block = block_of_rows(runs, np.inf if len(runs) >= MANY_RUNS else BLOCK)
+    friction = np.array([known.entries[i].owner == "friction" for i in known.free])  # of the rest it is taken off
+    found = intervals(known, weights, block, pull=friction * noise_pull(known, weights, residual, cutoff))
     return RunFit(arm_with(start, known), known, found, np.asarray(np.sqrt(np.mean(known.residual**2, axis=0))))
+
+
+def _settled(residual: Residual, p: Floats, cutoff: float) -> tuple[Fit, Weights]:
+    """Return the fit from values (p,) on, and its weights; a round that fails leaves what the one before found."""
+    weights = _weights(residual, p, cutoff)
+    known = fit(residual, weights, p, evaluations=EVALUATIONS)
+    for last in (False, True):
+        newer = _weights(residual, known.p, cutoff)
+        noise = Added(residual, known.p, louder(residual, cutoff)) if last else None
+        found = fit(residual, newer, known.p, added=noise, evaluations=EVALUATIONS)
+        if found.ok:
+            known, weights = found, newer
+    return known, weights
+
+
+def _weights(residual: Residual, p: Floats, cutoff: float) -> Weights:
+    """Return weights from what values (p,) leave, and what filters blur of it."""
+    plain = Residual(residual.path, residual.runs, ())
+    rest = plain.value(p)
+    blurred = over_neighbours(blur(plain, p, cutoff) ** 2, residual.runs, NEIGHBOURS)
+    sd = np.sqrt(np.mean(rest**2, axis=0) + blurred + LEAST_SD**2)
+    return Weights(sd, correlation_rows(rest / sd, residual.runs))
 
 
 def _started(arm: Arm, runs: Sequence[Conditioned], moved: Sequence[tuple[bool, bool]]) -> Arm:

@@ -26,6 +26,7 @@ LEAST_POINTS = 6
 LEAST_SPEEDS = 4
 ALPHA_REACH = (0.2, 1.0)  # alpha lies between this share of the slowest velocity and this of the fastest
 ALPHAS = 300  # trial values for the profiles
+ENOUGH, ZOOMS = 30, 5  # of them within an interval, else they are drawn together around it, so often at most
 
 
 @dataclass(frozen=True)
@@ -186,20 +187,32 @@ def _profiles(
     For one alpha the sum is a parabola in each linear constant, m + (c - c*)^2 / V, the other two at their best; the
     profile is the lowest of these parabolas, so that the set is the union of their intervals.
     """
-    alphas = np.geomspace(*reach, ALPHAS)
-    decay = np.exp(-speed / alphas[:, None])
-    design = np.stack(np.broadcast_arrays(1.0, decay, speed), axis=2) / size[:, None]  # (alphas, P, 3)
-    weighted = torque / size
-    inverse = np.linalg.pinv(design.transpose(0, 2, 1) @ design, hermitian=True)
-    linear = np.einsum("aij,apj,p->ai", inverse, design, weighted)
-    spare = allowed - np.sum((weighted - np.einsum("apj,aj->ap", design, linear)) ** 2, axis=1)
-    within = np.flatnonzero(spare >= 0.0)
-    if len(within) == 0:
+    for _ in range(ZOOMS):
+        alphas = np.geomspace(*reach, ALPHAS)
+        linear, variance, chi2 = _projected(speed, torque, size, alphas)
+        spare = allowed - chi2
+        within = np.flatnonzero(spare >= 0.0)
+        if len(within) >= ENOUGH:
+            break
+        around = within if len(within) else np.array([np.argmax(spare)])
+        reach = alphas[max(around[0] - 1, 0)], alphas[min(around[-1] + 1, ALPHAS - 1)]
+    if len(within) == 0:  # exact readings
         return np.full(4, np.inf), np.full(4, -np.inf)
-    half = np.sqrt(np.einsum("aii->ai", inverse)[within] * spare[within, None])
+    half = np.sqrt(variance[within] * spare[within, None])
     ends = [_crossing(alphas, spare, within[0], -1), _crossing(alphas, spare, within[-1], 1)]
     low = np.maximum(np.append((linear[within] - half).min(axis=0), ends[0]), 0.0)
     return low, np.append((linear[within] + half).max(axis=0), ends[1])
+
+
+def _projected(speed: Floats, torque: Floats, size: Floats, alphas: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return the best C0, C1, C2 (A, 3) for each alpha, of either sign, what V is of each, and the sums of squares."""
+    decay = np.exp(-speed / alphas[:, None])
+    design = np.stack(np.broadcast_arrays(1.0, decay, speed), axis=2) / size[:, None]  # (A, P, 3)
+    weighted = torque / size
+    inverse = np.linalg.pinv(design.transpose(0, 2, 1) @ design, hermitian=True)
+    linear = np.einsum("aij,apj,p->ai", inverse, design, weighted)
+    chi2 = np.sum((weighted - np.einsum("apj,aj->ap", design, linear)) ** 2, axis=1)
+    return linear, np.einsum("aii->ai", inverse), chi2
 
 
 def _crossing(alphas: Floats, spare: Floats, k: int, side: int) -> float:

@@ -52,7 +52,8 @@ def test_friction_that_the_file_leaves_out_is_no_effect() -> None:
 def test_what_identification_reads_off_is_not_held_by_the_file() -> None:
     """A tolerance is meant around the file's value, not around one that was read off the recordings."""
     held = replace(NOMINAL, joints=(replace(NOMINAL.joints[0], tolerance={"C0": 0.0, "C2": 0.0}),))
-    runs = prepare(NOMINAL, recorded()).fit
-    plain, told = (fit_runs(arm, runs, [(True, True)]).arm.joints[0] for arm in (NOMINAL, held))
+    prepared = prepare(NOMINAL, recorded())
+    found = [fit_runs(arm, prepared.fit, [(True, True)], prepared.cutoff) for arm in (NOMINAL, held)]
+    plain, told = (one.arm.joints[0] for one in found)
     assert told.friction == plain.friction
     assert told.backward == plain.backward

@@ -11,10 +11,10 @@ from stribeck.gap.fitted.differentiable import differentiable
 from stribeck.gap.fitted.noisy import quieter
 from stribeck.gap.fitted.sizes import effect_scales
 from stribeck.gap.records.blocks import correlation_rows
-from stribeck.gap.records.floor import over_neighbours
 from stribeck.gap.records.passed import Passed, spectrum
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.records.spread import noise_power, spread
+from stribeck.identify.blocks import over_neighbours
 from stribeck.identify.conditioning import Conditioned
 from stribeck.identify.map_fit import Fit, fit
 from stribeck.identify.problem import Weights
