@@ -38,9 +38,6 @@ LEAST_OF_PERIOD = 1.0
 WHOLE, HALF, LEAST_WHOLE = 0.05, 0.5, 2.5
 """Of a whole number a turn, to WHOLE, as magnets, slots and screws come, a HALF will do; fewer may be gravity's."""
 
-DRIVEN = 0.1
-"""Part of its Coulomb friction that the command of a joint comes to whose drive does anything."""
-
 LEAST_DRIVE = 0.4
 """Part of the torque that a motion needs (root mean square): a drive with a lower limit would hardly drive."""
 
@@ -53,6 +50,9 @@ class Scale:
     ----------
     torque, needed, friction : float
         Root mean square command, and torque that the nominal arm needs for the motion, and Coulomb friction, N m.
+    driven : bool
+        Whether the joint has a drive that does anything; else the others' motion, or its weight, swings it, and
+        ``torque`` is what that needs.
     speed : float
         Root mean square velocity, rad/s.
     travel, covered, middle : float
@@ -80,6 +80,7 @@ class Scale:
     rotor: float = 0.0
     covered: float = 0.0
     needed: float = math.inf
+    driven: bool = True
 
     def may_limit(self, torque: float) -> bool:
         """Return whether a drive that gives no more than a torque, N m, drives the motion.
@@ -98,11 +99,6 @@ class Scale:
     def furthest(self, position: float) -> float:
         """Return how far the joint goes from a position, rad, in a run about its median."""
         return abs(self.middle - position) + 0.5 * self.travel
-
-    @property
-    def driven(self) -> bool:
-        """Whether the joint has a drive that does anything; else the others' motion, or its weight, swings it."""
-        return self.torque > DRIVEN * self.friction
 
     @property
     def link(self) -> float:

@@ -54,6 +54,16 @@ def test_the_torque_that_a_motion_needs_is_what_a_sound_drive_gives() -> None:
     assert wound_up.torque == pytest.approx(9.0 * scale.torque)
 
 
+def test_of_a_joint_without_a_drive_the_torque_is_what_its_motion_needs() -> None:
+    """Effects start at a part of it: of a command of zero they would never leave zero."""
+    runs = recorded()
+    (driven,) = prepare(TRUE, runs).scales
+    (free,) = prepare(TRUE, [replace(run, tau=np.zeros_like(run.tau)) for run in runs]).scales
+    assert driven.driven
+    assert not free.driven
+    assert free.torque == pytest.approx(free.needed)
+
+
 @pytest.mark.parametrize("seconds", [20.0, 400.0])
 def test_the_distance_is_that_of_all_recordings_held_out_ones_too(seconds: float) -> None:
     """Of joints on one sine each, four times the amplitude a period; long ones are analysed in parts only."""

@@ -1,5 +1,7 @@
 """The bars before an effect is taken: each of them alone keeps one out."""
 
+from collections.abc import Sequence
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -16,7 +18,9 @@ SCALES = [Scale(torque=1.0, friction=0.5, speed=1.0, travel=1.0, inertia=0.1, sa
 DELAY = Placed(effect_named("delay"), 0, {"time": 0.01})
 
 
-def taken(placed: Placed = DELAY, before: Any = (), random: Any = None, **changed: Any) -> bool:
+def taken(
+    placed: Placed = DELAY, before: Any = (), random: Any = None, scales: Sequence[Scale] = SCALES, **changed: Any
+) -> bool:
     """Return whether an effect with good figures, some of them changed, would be taken."""
     figures: dict[str, Any] = {
         "overall": 0.5, "gain": 0.4, "t": 6.0, "sure": 1.0, "lost": -0.5, "prior_gain": 0.0, "after": (1.0, 1.0)
@@ -31,7 +35,7 @@ def taken(placed: Placed = DELAY, before: Any = (), random: Any = None, **change
         power=np.array([[4.0, 1.0], figures["after"]]),
     )
     rival: Any = SimpleNamespace(placed=(*before, placed))
-    return earns_its_place(ranking, 1, rival, SCALES, before, random)
+    return earns_its_place(ranking, 1, rival, scales, before, random)
 
 
 def test_good_figures_are_taken() -> None:
@@ -115,6 +119,16 @@ def test_a_large_gain_that_few_blocks_show_is_one_unless_an_effect_is_there_alre
 
 def test_a_large_gain_may_bend_the_nominal_values() -> None:
     assert taken(prior_gain=-10.0, overall=0.3)
+
+
+def test_a_drive_s_effect_closes_nothing_at_a_joint_without_a_drive() -> None:
+    """There the equations hold at any scale: a gain of the other drive makes everything less, and what is left."""
+    free, gain = [SCALES[0], replace(SCALES[0], driven=False)], Placed(effect_named("torque_gain"), 0, {"gain": 0.6})
+    here, there, spring = (1.0, 1.0), (4.0, 0.2), Placed(effect_named("cable_spring"), 0, {"stiffness": 1.0})
+    assert taken(gain, scales=free, after=here)
+    assert taken(gain, after=there)
+    assert not taken(gain, scales=free, after=there)
+    assert taken(spring, scales=free, after=there)
 
 
 def test_the_prior_may_ask_for_an_effect() -> None:

@@ -28,6 +28,7 @@ from stribeck.model.scale import Scale
 from stribeck.run import Run
 
 LOUD_SEED = 1
+DRIVEN = 0.1  # of its Coulomb friction, that the command of a joint comes to whose drive does anything
 PUSH = 0.01  # of the typical torque: less than stiction holds would be lost at rest at one arm and not at another
 
 
@@ -169,10 +170,13 @@ def typical(arm: Arm, runs: Sequence[Conditioned], inertia: np.ndarray, gone: np
         return max(float(np.ptp(run.position[:, j])) for run in runs)
 
     needed = needed_torque(arm, runs)
+    asked = [rms("command", j) for j in range(arm.n)]
+    driven = [torque > DRIVEN * joint.friction.C0 for torque, joint in zip(asked, arm.joints, strict=True)]
     return tuple(
         Scale(
-            torque=rms("command", j) + 1e-9,
+            torque=(asked[j] if driven[j] else float(needed[j])) + 1e-9,
             needed=float(needed[j]),
+            driven=driven[j],
             friction=arm.joints[j].friction.C0,
             speed=rms("velocity", j) + 1e-6,
             travel=travel(j) + 1e-6,

@@ -12,6 +12,7 @@ import numpy as np
 from stribeck.gap.fitted.model import Model
 from stribeck.gap.search.random_torque import Randomness
 from stribeck.gap.search.rank import Ranking
+from stribeck.model.effect import ActuatorEffect
 from stribeck.model.layout import Placed
 from stribeck.model.scale import Scale
 
@@ -54,6 +55,8 @@ def earns_its_place(
     gain, held, t = ranking.overall[k], ranking.gain[k, 0], ranking.t[k]
     removed = ranking.power[0] - ranking.power[k]
     closing = int(np.argmax(removed))  # the coupling may close a gap at another joint than its own
+    if isinstance(new.effect, ActuatorEffect) and closing != new.joint and not scales[closing].driven:
+        return False  # of a joint without a drive the equations hold at any scale, and less of everything leaves less
     here = any(place.joint in (new.joint, closing) for place in taken)
     large = bool(gain > LARGE_GAIN and ranking.sure[k] > SURE and not here)
     least = LEAST_FURTHER if here else LEAST_GAIN
