@@ -12,7 +12,7 @@ from stribeck.effects.registry import effect_named
 from stribeck.gap.fitted.model import Model, fit_model, referred, retune, weights_of
 from stribeck.gap.fitted.noisy import put_back, quieter
 from stribeck.gap.records.floor import noise_of_rows
-from stribeck.gap.records.passed import BANDS, Passed
+from stribeck.gap.records.passed import BANDS, LEAST, Passed
 from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.records.spread import Noise
 from stribeck.gap.search.rank import rank
@@ -96,13 +96,28 @@ def test_a_gap_far_above_the_noise_is_made_larger_by_what_is_taken_of_a_torque_a
     drifts = np.cumsum(loud, axis=0)
 
     def times(gap: np.ndarray, noise: Passed) -> float:
-        return float(np.std(put_back(exact, gap, noise, floor)) / np.std(gap))
+        return float(np.linalg.norm(put_back(exact, gap, noise, floor)) / np.linalg.norm(gap))
 
     assert times(loud, through(0.015, 1.0)) == pytest.approx(1.0, rel=0.01)
     assert times(loud, through(0.03, 0.5)) == pytest.approx(2.0, rel=0.01)
     assert times(drifts, through(0.03, 1.0, slow=0.5)) == pytest.approx(2.0, rel=0.1)
     assert times(np.diff(loud, axis=0), through(0.03, 1.0, slow=0.5)) < 1.1
+    assert times(np.ones_like(loud), through(0.03, 1.0, slow=0.5)) == pytest.approx(2.0, rel=0.01)
+    assert times(loud[:9], through(0.03, 0.5)) == pytest.approx(2.0, rel=0.01)  # fewer rows than a spectrum has
     assert times(loud, through(0.03, 2.0)) == 1.0
+    assert times(loud, through(0.03, 1e-4)) == pytest.approx(
+        LEAST**-0.5, rel=1e-3
+    )  # what hardly passes is not known so well
+
+
+def test_where_nothing_is_known_of_a_models_noise_nothing_is_put_back() -> None:
+    """Its states have run away, or there is no noise at all."""
+    prepared, base, floor = seen(False)
+    gap = 100.0 * base.whole
+    for told, own in ((through(0.03, 1.0), through(np.nan, np.nan)), (through(0.0, 1.0), through(0.0, 1.0))):
+        exact = replace(prepared, reference=told, noise=None)
+        assert quieter(exact, own, floor) == 1.0
+        assert put_back(exact, gap, own, floor) == pytest.approx(gap)
 
 
 def test_of_a_bristle_that_one_of_two_models_has_nothing_is_put_back() -> None:

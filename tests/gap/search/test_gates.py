@@ -129,6 +129,9 @@ def test_a_drive_s_effect_closes_nothing_at_a_joint_without_a_drive() -> None:
     assert taken(gain, after=there)
     assert not taken(gain, scales=free, after=there)
     assert taken(spring, scales=free, after=there)
+    assert taken(
+        Placed(effect_named("cogging"), 1, {"sine": 0.1, "cosine": 0.0, "harmonic": 6.3}), scales=free, after=there
+    )
 
 
 def test_the_prior_may_ask_for_an_effect() -> None:
