@@ -8,6 +8,7 @@ other torque besides. That is no merit of the law: what a model takes is put bac
 from __future__ import annotations
 
 import numpy as np
+from scipy.fft import dct, idct
 
 from stribeck.gap.records.passed import Passed
 from stribeck.gap.records.prepare import Prepared
@@ -37,11 +38,13 @@ def quieter(prepared: Prepared, noise: Passed | None, floor: np.ndarray) -> np.n
 def put_back(prepared: Prepared, residual: np.ndarray, noise: Passed | None, floor: np.ndarray) -> np.ndarray:
     """Return a model's residual (M, n), N m, as it would be had the model left in it all that it takes of any torque.
 
-    Joint by joint all rows are multiplied: where no more is left than noise, as the noise is; what is more, as a torque
-    is that no model foretells.
+    Where no more is left than noise, all of a joint's rows are multiplied, as the noise is; what is more has its
+    spectrum restored, run by run, as a torque has it that no model foretells.
 
     Parameters
     ----------
+    residual : array (M, n)
+        On all runs, fitted ones first.
     noise, floor : Passed or None, array
         As of :func:`quieter`.
     """
@@ -50,5 +53,9 @@ def put_back(prepared: Prepared, residual: np.ndarray, noise: Passed | None, flo
     part = quieter(prepared, noise, floor)
     power = np.mean(residual**2, axis=0)
     taken = np.minimum(NOISE_TO * (part * floor) ** 2 / np.maximum(power, 1e-300), 1.0)
-    more = (1.0 - taken) / noise.part_of(prepared.reference, residual)
-    return np.asarray(residual * np.sqrt(taken / part**2 + more))
+    edges = np.cumsum([len(run.analysis_index) for run in (*prepared.fit, *prepared.held)])[:-1]
+    whole = []
+    for rows in np.split(residual, edges):
+        times = np.sqrt(taken / part**2 + (1.0 - taken) / noise.part_of(prepared.reference, len(rows)))
+        whole.append(idct(times * dct(rows, axis=0), axis=0))
+    return np.concatenate(whole)

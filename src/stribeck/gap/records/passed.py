@@ -33,15 +33,16 @@ class Passed:
         finite = np.isfinite(self.encoder) & np.isfinite(self.torque) & np.all(np.isfinite(self.spectrum), axis=0)
         return np.asarray(finite & (self.bristles == other.bristles))
 
-    def part_of(self, other: Passed, residual: Floats) -> Floats:
-        """Return the part (n,) of a torque's power that this model leaves, another one 1; at most 1.
+    def part_of(self, other: Passed, rows: int) -> Floats:
+        """Return the part of a torque's power that this model leaves, another one 1, by frequency; at most 1.
 
-        Of a torque with such a spectrum that this model's ``residual`` (M, n) is what it leaves of it.
+        ``rows`` frequencies (rows, n) from none to the highest that rows of a residual can have.
         """
         ratio = self.spectrum / np.maximum(other.spectrum, 1e-300)
         part = np.where(self.known(other), np.clip(ratio, LEAST, 1.0), 1.0)
-        left = spectrum(residual) + 1e-300
-        return np.asarray(np.sum(left, axis=0) / np.sum(left / part, axis=0))
+        told = np.linspace(0.0, 1.0, len(part))
+        asked = np.arange(rows) / rows
+        return np.column_stack([np.interp(asked, told, column) for column in part.T])
 
 
 def spectrum(rows: Floats) -> Floats:
