@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
 
 from stribeck.arm import Arm, Friction, Joint
 from stribeck.identify.conditioning import condition
+from stribeck.identify.map_fit import Fit, fit
 from stribeck.identify.run_fit import RunFit, fit_runs
 from stribeck.run import Run
 from stribeck.simulate import JointLoop, Loop, Reference, close_loop
@@ -51,6 +53,19 @@ def holds(found: RunFit) -> list[bool]:
 def test_intervals_hold_around_reversals_in_noise(step: float, noise: float) -> None:
     """Noise and filters shift every block alike, so that scatter from block to block does not tell."""
     assert np.mean([holds(fitted(swung(step), noise, seed)) for seed in range(3)]) > 0.9
+
+
+def test_a_round_that_fails_leaves_what_the_one_before_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    rounds: list[Fit] = []
+
+    def fails_later(*given: Any, **named: Any) -> Fit:
+        found = fit(*given, **named)
+        rounds.append(replace(found, status="Restoration_Failed", p=0.0 * found.p) if rounds else found)
+        return rounds[-1]
+
+    monkeypatch.setattr("stribeck.identify.run_fit.fit", fails_later)
+    assert fitted(swung(0.005), 1e-5, 0).fit is rounds[0]
+    assert len(rounds) == 3
 
 
 def set_off(own: Joint, speed: float, noise: float, seed: int) -> Run:

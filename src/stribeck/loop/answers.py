@@ -139,7 +139,7 @@ class JointAnswer:
         ``describing_function``, ``harmonic_balance``, ``shooting``, ``simulation``.
     k_critical : float or None
         Smallest k at which the loop does not come to rest, 0 where it does not without compensation either; at larger
-        ones it may again. None where it always does.
+        ones it may again. None where no k makes it cycle, or where the compensation is not on the measured velocity.
     fold_velocity : float or None
         Along a ramp: the speed in its direction over which the joint, released from standstill, no longer sticks
         again, rad/s.

@@ -37,9 +37,8 @@ class Prepared:
     """Runs ready for the search.
 
     ``fit`` and ``held`` are conditioned runs; ``scales`` typical magnitudes per joint; ``cutoff`` in Hz; ``noise`` that
-    of every row of the residual, once a model is there to tell, and ``reference`` what noise adds to the
-    re-tuned model's; ``arm`` has tolerances for what its file, as
-    ``stated``, says nothing of.
+    of every row of the residual, once a model is there to tell, and ``reference`` what noise adds to the re-tuned
+    model's; ``arm`` has tolerances for what its file, as ``stated``, says nothing of.
     """
 
     arm: Arm
