@@ -16,11 +16,11 @@ FEWEST_ROWS = 16
 _LARGEST_POSITION = 1000.0  # rad; 160 turns away from zero
 _DOUBTFUL_POSITION = 25.0  # rad; four turns; +-180 given in degrees lies well above
 _LARGEST_TORQUE = 1e6  # N m; twenty times the largest industrial arm's
-_SLOWEST_STEP = 0.2  # s; no arm is controlled at under 5 Hz, but clocks in milliseconds are common
+_LONGEST_STEP = 0.2  # s; no arm is controlled at under 5 Hz, but clocks in milliseconds are common
 
 
 def check_time(t: Floats, path: Path, first_row: int) -> None:
-    """Raise `InputError` unless there are enough samples and `t` increases strictly.
+    """Raise `InputError` unless there are enough samples, `t` increases strictly, and its steps are an arm's in s.
 
     Parameters
     ----------
@@ -36,6 +36,7 @@ def check_time(t: Floats, path: Path, first_row: int) -> None:
         raise InputError(what, f"{len(t)} (at least {FEWEST_ROWS} are needed)", "give a longer recording")
     stopped = np.diff(t) <= 0.0
     if not stopped.any():
+        _check_step(float(np.median(np.diff(t))), path)
         return
     i = int(stopped.argmax()) + 1
     before, now = float(t[i - 1]), float(t[i])
@@ -43,6 +44,12 @@ def check_time(t: Floats, path: Path, first_row: int) -> None:
     more = int(stopped.sum())
     do = "sort the rows by t and drop repeated ones" + (f" ({more} rows are like that)" if more > 1 else "")
     raise InputError(f"{path}: column t, row {first_row + i} {fault}", f"{now!r} after {before!r}", do)
+
+
+def _check_step(step: float, path: Path) -> None:
+    if step > _LONGEST_STEP:
+        what = f"{path}: column t has a median step above {_LONGEST_STEP:g} s, and no arm is controlled so slowly"
+        raise InputError(what, f"{step:g}", "give t in seconds; milliseconds are a common slip")
 
 
 def check_units(run: Run, path: Path) -> tuple[str, ...]:
@@ -64,10 +71,7 @@ def check_units(run: Run, path: Path) -> tuple[str, ...]:
         if peaks[k] > limit:
             what = f"{path}: column {key}{k + 1} is beyond {limit:g} {unit}"
             raise InputError(what, f"{peaks[k]:g}", do)
-    found = [*_doubtful_positions(run), *_doubtful_velocities(run)]
-    if run.sample_time > _SLOWEST_STEP:
-        found.append(f"the median step of t is {run.sample_time:g} s: is t in seconds?")
-    return tuple(found)
+    return (*_doubtful_positions(run), *_doubtful_velocities(run))
 
 
 def _doubtful_positions(run: Run) -> list[str]:
