@@ -153,6 +153,9 @@ def test_records_that_share_a_clock_are_late_at_all_joints(time: float, same: bo
     (cause,), _ = causes_of(steps, ("A", "B"), SCALES)
     assert cause.joints == ("A", "B")
     assert ("delay" in cause.equivalent) is same
+    slight = (Placed(effect_named("delay"), 1, {"time": 1e-5}),)  # what every arm has, re-tuned along
+    steps[0].base.placed, steps[0].best.placed = slight, (*slight, *placed)
+    assert ("delay" in causes_of(steps, ("A", "B"), SCALES)[0][0].equivalent) is same
     models = (SimpleNamespace(placed=placed),)
     (near, _) = suspected(Step(None, models, SimpleNamespace(order=(1,)), (), (), FLOOR), 0.9, ("A", "B"))  # type: ignore[arg-type]
     assert near.joints == ("A", "B")

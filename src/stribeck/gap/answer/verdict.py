@@ -126,10 +126,8 @@ def _found(step: Step, steps: Sequence[Step], fills: bool, scales: Sequence[Scal
 def _late_as_one(steps: Sequence[Step], joints: int) -> tuple[str, ...]:
     """Return the laws of a delay where all joints are late by the same: which record it is in cannot be told then."""
     placed = [place for place in last_model(steps).placed if place.effect.delays]
-    times = [place.values["time"] for place in placed]
-    if {joint for place in placed for joint in place.joints(joints)} != set(range(joints)) or min(times) <= 0.0:
-        return ()
-    if max(times) - min(times) > IN_TIME * float(np.mean(times)):
+    late = [sum(place.values["time"] for place in placed if j in place.joints(joints)) for j in range(joints)]
+    if min(late) <= 0.0 or max(late) - min(late) > IN_TIME * float(np.mean(late)):
         return ()
     return tuple(effect.name for effect in registry().values() if effect.delays and effect.name in _tried(steps[0]))
 
