@@ -44,11 +44,14 @@ class Gradient(ca.Callback):  # type: ignore[misc]
 
 
 class Stop(ca.Callback):  # type: ignore[misc]
-    """Ends IPOPT between iterations once the evaluations are used up; a kinked law can eat any number of them."""
+    """Ends IPOPT between iterations once the evaluations are used up; a kinked law can eat any number of them.
 
-    def __init__(self, problem: Problem, limit: int) -> None:
+    And once a signal has ``come``.
+    """
+
+    def __init__(self, problem: Problem, limit: int, come: Sequence[int]) -> None:
         ca.Callback.__init__(self)
-        self.problem, self.limit = problem, limit
+        self.problem, self.limit, self.come = problem, limit, come
         self.construct("stop", {})
 
     def get_n_in(self) -> int:
@@ -64,7 +67,7 @@ class Stop(ca.Callback):  # type: ignore[misc]
 
     def eval(self, arg: Sequence[Any]) -> list[Any]:
         """Return the results."""
-        return [1 if self.problem.evaluations >= self.limit or self.problem.stuck else 0]
+        return [1 if self.come or self.problem.evaluations >= self.limit or self.problem.stuck else 0]
 
 
 class Cost(ca.Callback):  # type: ignore[misc]

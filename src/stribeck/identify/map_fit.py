@@ -10,6 +10,7 @@ import numpy as np
 
 from stribeck.identify.added import Added
 from stribeck.identify.callbacks import Cost, Gradient, Hessian, Stop
+from stribeck.identify.interrupts import held_back
 from stribeck.identify.problem import PRIOR_LIMIT, Problem, Weights
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import Entry, values_of
@@ -100,7 +101,8 @@ def fit(
     problem = Problem(residual, weights, p0, scales or {}, added)
     cost, gradient, hessian = Cost(problem), Gradient(problem), Hessian(problem)
     z = ca.MX.sym("z", len(problem.free))
-    stop = Stop(problem, evaluations)
+    come: list[int] = []
+    stop = Stop(problem, evaluations, come)
     options = {
         "grad_f": gradient,
         "iteration_callback": stop,
@@ -129,7 +131,8 @@ def fit(
     }
     solver = ca.nlpsol("fit", "ipopt", {"x": z, "f": cost(z)}, options)
     lower, upper = problem.bounds()
-    solution = solver(x0=problem.start, lbx=lower, ubx=upper)
+    with held_back(come):
+        solution = solver(x0=problem.start, lbx=lower, ubx=upper)
     stats = solver.stats()
     status = "No_Further_Descent" if problem.stuck else str(stats["return_status"])
     found = solution["x"].full().ravel()

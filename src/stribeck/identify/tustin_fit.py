@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy import stats
 from scipy.optimize import nnls
 
+from stribeck.identify.interrupts import held_back
 from stribeck.identify.map_fit import GOOD
 
 Floats = NDArray[np.float64]
@@ -148,7 +149,8 @@ def _solve(
     z0 = np.append(start[:3] / unit, np.log(start[3]))
     solver = _solver(len(speed))
     low, high = [0.0, 0.0, 0.0, np.log(reach[0])], [np.inf, np.inf, np.inf, np.log(reach[1])]
-    solution = solver(x0=z0, p=data.T.ravel(), lbx=low, ubx=high)
+    with held_back([]):
+        solution = solver(x0=z0, p=data.T.ravel(), lbx=low, ubx=high)
     z = solution["x"].full().ravel()
     return np.append(z[:3] * unit, np.exp(z[3])), str(solver.stats()["return_status"])
 
