@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass, replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -325,3 +326,10 @@ def test_diagnosis_proposes_and_writes_it(tmp_path) -> None:  # type: ignore[no-
     section = next_section(found)
     assert section is not None
     assert dict(section.pairs)["expected gain"].startswith("The likeliest, if it is true, comes out")
+
+
+def test_of_a_joint_that_never_moved_no_motion_is_proposed() -> None:
+    """Nothing is known of its speed; a part of a range of zero, as ramps over growing distances, is none."""
+    still, moved = Reach(0.3, 0.3, 0.0, 0.0, 1e-4, 8.0), Reach(-0.4, 1.2, 2.5, 20.0, 1e-4, 8.0)
+    assert (still.still, moved.still) == (True, False)
+    assert list(Plan.choices(SimpleNamespace(seen=(moved, still)))) == []  # type: ignore[arg-type]

@@ -44,6 +44,11 @@ class Reach:
     band: float
 
     @property
+    def still(self) -> bool:
+        """Whether it was not seen to move."""
+        return self.travel <= self.finest
+
+    @property
     def travel(self) -> float:
         """Width of the range, rad."""
         return self.high - self.low

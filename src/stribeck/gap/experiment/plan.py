@@ -118,7 +118,12 @@ class Plan:
         return Options(tuple(motion for motion, _ in kept), tuple(prospect for _, prospect in kept), reach, wider)
 
     def choices(self, *, as_it_is: bool = False) -> Iterator[Choice]:
-        """Yield the best programme within what was recorded, that beyond it, and those with a change if asked for."""
+        """Yield the best programme within what was recorded, that beyond it, and those with a change if asked for.
+
+        None where a joint never moved.
+        """
+        if any(one.still for one in self.seen):  # nothing is known of how fast such a joint may move
+            return
         last: Options | None = None
         for wider in (1.0, WIDER):
             options = self.options(wider)
