@@ -20,7 +20,7 @@ _LONGEST_STEP = 0.2  # s; no arm is controlled at under 5 Hz, but clocks in mill
 
 
 def check_time(t: Floats, path: Path, first_row: int) -> None:
-    """Raise `InputError` unless there are enough samples, `t` increases strictly, and its steps are an arm's in s.
+    """Raise `InputError` unless there are enough samples and `t` increases strictly, by steps of a controlled arm.
 
     Parameters
     ----------

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass, replace
 from functools import cache
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,7 +12,7 @@ import pytest
 from stribeck.effects.registry import registry
 from stribeck.gap.answer.files import write_diagnosis
 from stribeck.gap.diagnose import diagnose
-from stribeck.gap.experiment.motions import KINDS, Motion, Reach
+from stribeck.gap.experiment.motions import KINDS, Motion, Reach, family
 from stribeck.gap.experiment.plan import DURATION, PARTS, WIDER, Options, Plan
 from stribeck.gap.experiment.programme import PART, Programme, shortest
 from stribeck.gap.experiment.proposal import WORTH, Experiment, next_experiment, open_question, resolved
@@ -328,8 +327,14 @@ def test_diagnosis_proposes_and_writes_it(tmp_path) -> None:  # type: ignore[no-
     assert dict(section.pairs)["expected gain"].startswith("The likeliest, if it is true, comes out")
 
 
-def test_of_a_joint_that_never_moved_no_motion_is_proposed() -> None:
-    """Nothing is known of its speed; a part of a range of zero, as ramps over growing distances, is none."""
-    still, moved = Reach(0.3, 0.3, 0.0, 0.0, 1e-4, 8.0), Reach(-0.4, 1.2, 2.5, 20.0, 1e-4, 8.0)
-    assert (still.still, moved.still) == (True, False)
-    assert list(Plan.choices(SimpleNamespace(seen=(moved, still)))) == []  # type: ignore[arg-type]
+def test_a_joint_that_never_moved_is_left_where_it_is() -> None:
+    """Nothing is known of its speed, and a part of a range of zero, as ramps over growing distances, is none."""
+    locked, moved = Reach(0.3, 0.3, 1e-14, 1e-13, 1e-4, 8.0), Reach(-0.4, 1.2, 2.5, 20.0, 1e-4, 8.0)
+    reach = (moved, locked)
+    assert {motion.joints for motion in family(reach, (0, 1))} == {(0,)}
+    assert {motion.joints for motion in family((moved, moved), (1,))} == {(1,), (0, 1)}
+    assert family((locked,), (0,)) == ()
+    programme, _ = shortest([Motion(kind, (0,)) for kind in list(KINDS)[:PARTS]], 0.01, reach)
+    course = programme.course(0.01, reach)
+    assert np.ptp(course, axis=0)[1] == 0.0 < np.ptp(course, axis=0)[0]
+    assert len(course) < DURATION / 0.01 + 2

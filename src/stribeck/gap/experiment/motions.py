@@ -45,8 +45,8 @@ class Reach:
 
     @property
     def still(self) -> bool:
-        """Whether it was not seen to move."""
-        return self.travel <= self.finest
+        """Whether it came no further in a second than the encoder shows: nothing is known of how it may move."""
+        return self.speed <= self.finest
 
     @property
     def travel(self) -> float:
@@ -225,8 +225,8 @@ class Motion:
         return f"{self.kind}, joint {' and '.join(arm.names[j] for j in self.joints)} alone"
 
 
-def family(arm: Arm, joints: Sequence[int]) -> tuple[Motion, ...]:
-    """Return every kind of motion: each of ``joints`` alone, the others still, and all joints of the arm together."""
-    alone = [(j,) for j in dict.fromkeys(joints)]
-    places = [*alone, *([tuple(range(arm.n))] if arm.n > 1 else [])]
-    return tuple(Motion(kind, place) for place in places for kind in KINDS)
+def family(reach: Sequence[Reach], joints: Sequence[int]) -> tuple[Motion, ...]:
+    """Return every kind of motion: each of ``joints`` alone, the others still, and all together, but for still ones."""
+    able = tuple(j for j, one in enumerate(reach) if not one.still)
+    places = dict.fromkeys([*((j,) for j in joints if j in able), able])
+    return tuple(Motion(kind, place) for place in places if place for kind in KINDS)

@@ -107,7 +107,7 @@ class Plan:
     def options(self, wider: float = 1.0, change: Change = AS_IT_IS) -> Options:
         """Return the motions of the family, made smaller where the arm's torque asks for it; some drop out."""
         reach = tuple(one.wider(wider) if wider > 1.0 else one for one in self.seen)
-        motions: Sequence[Motion] = family(self.prepared.arm, self.joints)
+        motions: Sequence[Motion] = family(reach, self.joints)
         kept: list[tuple[Motion, Prospect]] = []
         for size in SMALLER:
             scaled = [replace(motion, size=size) for motion in motions]
@@ -118,12 +118,7 @@ class Plan:
         return Options(tuple(motion for motion, _ in kept), tuple(prospect for _, prospect in kept), reach, wider)
 
     def choices(self, *, as_it_is: bool = False) -> Iterator[Choice]:
-        """Yield the best programme within what was recorded, that beyond it, and those with a change if asked for.
-
-        None where a joint never moved.
-        """
-        if any(one.still for one in self.seen):  # nothing is known of how fast such a joint may move
-            return
+        """Yield the best programme within what was recorded, that beyond it, and those with a change if asked for."""
         last: Options | None = None
         for wider in (1.0, WIDER):
             options = self.options(wider)
