@@ -329,7 +329,7 @@ def test_diagnosis_proposes_and_writes_it(tmp_path) -> None:  # type: ignore[no-
 
 def test_a_joint_that_never_moved_is_left_where_it_is() -> None:
     """Nothing is known of its speed, and a part of a range of zero, as ramps over growing distances, is none."""
-    locked, moved = Reach(0.3, 0.3, 1e-14, 1e-13, 1e-4, 8.0), Reach(-0.4, 1.2, 2.5, 20.0, 1e-4, 8.0)
+    locked, moved = Reach(0.3, 0.3, 0.0, 0.0, 1e-4, 8.0), Reach(-0.4, 1.2, 2.5, 20.0, 1e-4, 8.0)
     reach = (moved, locked)
     assert {motion.joints for motion in family(reach, (0, 1))} == {(0,)}
     assert {motion.joints for motion in family((moved, moved), (1,))} == {(1,), (0, 1)}

@@ -127,7 +127,7 @@ def _late_as_one(steps: Sequence[Step], joints: int) -> tuple[str, ...]:
     """Return the laws of a delay where all joints are late by the same: which record it is in cannot be told then."""
     placed = [place for place in last_model(steps).placed if place.effect.delays]
     late = [sum(place.values["time"] for place in placed if j in place.joints(joints)) for j in range(joints)]
-    if min(late) <= 0.0 or max(late) - min(late) > IN_TIME * float(np.mean(late)):
+    if np.ptp(late) >= IN_TIME * np.mean(late):  # nor are joints late that are early
         return ()
     return tuple(effect.name for effect in registry().values() if effect.delays and effect.name in _tried(steps[0]))
 

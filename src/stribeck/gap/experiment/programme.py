@@ -50,7 +50,7 @@ def _move(start: Floats, end: Floats, step: float, reach: Sequence[Reach]) -> Fl
     """Return positions (N, n) strictly between two poses (n,): a quintic as quick as speed and acceleration allow."""
     moves = np.flatnonzero(end != start)
     far = np.abs(end - start)[moves]
-    speed, acceleration = (np.array([getattr(reach[j], name) for j in moves]) for name in ("speed", "acceleration"))
+    speed, acceleration = (np.array([getattr(r, name) for r in reach])[moves] for name in ("speed", "acceleration"))
     quickest = np.maximum(PEAK_SPEED * far / speed, np.sqrt(PEAK_ACCELERATION * far / acceleration))
     count = int(np.ceil(max(QUICKEST, float(quickest.max(initial=0.0))) / step))
     u = np.arange(1, count)[:, None] / count
