@@ -13,6 +13,7 @@ from scipy.interpolate import make_interp_spline
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from stribeck.arm import Arm
+from stribeck.identify.braked import braked
 from stribeck.identify.cutoff import MOST_OF_MOTION, motion_cutoff
 from stribeck.identify.filters import low_pass, smoother
 from stribeck.identify.noise import encoder_noise
@@ -49,9 +50,9 @@ class Conditioned:
 
     ``position``, ``velocity``, ``acceleration``, ``command``, ``stuck`` are (N, n); so is ``sliding``, the part of the
     motion that is no noise, and ``velocity_sd``, what encoder noise leaves in the velocity, or its filter after a hard
-    stop and at a hard turn; ``noise`` (n,) is the encoder's own;
-    ``instant`` the time to either side for which a sample stands, s; ``analysis_time`` (M,); ``taps`` the low-pass (odd
-    length). ``clock`` is the time of the first sample by the clock of what acts from outside, s (set in
+    stop and at a hard turn; ``noise`` (n,) is the encoder's own; ``braked`` (n,) tells which joints are held all along;
+    ``instant`` is the time to either side for which a sample stands, s; ``analysis_time`` (M,); ``taps`` the low-pass
+    (odd length). ``clock`` is the time of the first sample by the clock of what acts from outside, s (set in
     ``gap.fitted.clocks``); None: its own. ``past`` is what was recorded before it (set in ``gap.records.sequence``).
     """
 
@@ -66,6 +67,7 @@ class Conditioned:
     instant: float
     stuck: np.ndarray
     noise: np.ndarray
+    braked: np.ndarray
     taps: np.ndarray
     decimation: int
     run: Run
@@ -78,8 +80,8 @@ class Conditioned:
         return self.time if self.clock is None else self.time - self.time[0] + self.clock
 
     def as_recorded(self, run: Conditioned) -> Conditioned:
-        """Return a run in the place among all recordings that another conditioning of it was given."""
-        return replace(self, clock=run.clock, past=run.past)
+        """Return a run in the place among all recordings that another conditioning of it was given, and as held."""
+        return replace(self, clock=run.clock, past=run.past, braked=run.braked)
 
     @property
     def sample_time(self) -> float:
@@ -159,6 +161,7 @@ def condition(
         instant=INSTANT[0] * keep * h + INSTANT[1] / (sharpness * sharp),
         stuck=stuck[::keep],
         noise=noise,
+        braked=braked(run, noise),
         taps=low_pass(cutoff, keep * h),
         decimation=max(1, int(1.0 / (OVERSAMPLING * cutoff * keep * h))),
         run=run,

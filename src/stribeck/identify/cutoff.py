@@ -7,6 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from stribeck.arm import Arm
+from stribeck.identify.braked import braked
+from stribeck.identify.filters import smoother
 from stribeck.run import Run
 
 NOISE_SHARE = 0.015  # encoder noise after filtering may be this share of the torque
@@ -21,6 +23,9 @@ MOST_OF_MOTION = 0.35  # the motion's filter as a share of the sample rate, at m
 def cutoff_frequency(arm: Arm, runs: Sequence[Run], inertia: np.ndarray, noise: np.ndarray) -> float:
     """Return the analysis cutoff (Hz): as high as encoder noise, differentiated twice, allows.
 
+    It may be a small share of a joint's torque: of the drive's, or of what swings it where others do. A joint that no
+    run moves sets no bound.
+
     Parameters
     ----------
     inertia : array (n,)
@@ -30,8 +35,9 @@ def cutoff_frequency(arm: Arm, runs: Sequence[Run], inertia: np.ndarray, noise: 
     """
     rate = min(1.0 / run.sample_time for run in runs)
     best = min(CUTOFF_RANGE[1], MOST_OF_RATE * rate)
-    for j in range(arm.n):
-        torque = float(np.sqrt(np.mean(np.concatenate([run.tau[:, j] for run in runs]) ** 2)))
+    accelerated = [_acceleration(run) for run in runs]
+    for j in np.flatnonzero(~np.all([braked(run, noise) for run in runs], axis=0)):
+        torque = max(_rms([run.tau[:, j] for run in runs]), inertia[j] * _rms([swung[:, j] for swung in accelerated]))
         ratio = (NOISE_SHARE * torque + 1e-12) / (SKIRT * inertia[j] * noise[j] * (2 * np.pi) ** 2)
         best = min(best, float((ratio**2 * 2.5 * rate) ** 0.2))
     return max(best, min(CUTOFF_RANGE[0], MOST_OF_RATE * rate))
@@ -51,3 +57,14 @@ def motion_cutoff(run: Run, noise: np.ndarray, cutoff: float) -> float:
     allowed = float(np.min(VELOCITY_NOISE * speed[moving] / noise[moving]))
     sharp = float((allowed / (2 * np.pi)) ** (2 / 3) * (1.5 / h) ** (1 / 3))
     return min(max(sharp, SMOOTHING * cutoff), MOST_OF_MOTION / h)
+
+
+def _acceleration(run: Run) -> np.ndarray:
+    """Return how a run's joints accelerate (N, n) below the lowest cutoff, rad/s^2."""
+    h = run.sample_time
+    smooth, _, _ = smoother(min(CUTOFF_RANGE[0], MOST_OF_MOTION / h), h)
+    return np.asarray(np.gradient(np.gradient(smooth(run.q), h, axis=0), h, axis=0))
+
+
+def _rms(parts: Sequence[np.ndarray]) -> float:
+    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))

@@ -22,6 +22,8 @@ SAME_STEP = 1e-4  # of it, by which the steps of two runs may differ and still b
 class Residual:
     """Residual torque of a path along conditioned runs, in N m of command, at the analysis samples.
 
+    None is left at a joint that a run holds by a brake.
+
     Parameters
     ----------
     path : SignalPath
@@ -107,7 +109,9 @@ class Residual:
             outputs.append(_keep(run, values, lo, begin, min(begin + SAMPLES, len(run.time))))
         merged = np.concatenate(outputs)
         width = merged.shape[1] // n - 1
-        return merged[:, :n], merged[:, n:].reshape(len(merged), width, n).transpose(0, 2, 1)
+        rows = merged.reshape(len(merged), width + 1, n)
+        rows[:, :, run.braked] = 0.0
+        return rows[:, 0], rows[:, 1:].transpose(0, 2, 1)
 
     def stages(self, run: Conditioned, p: np.ndarray) -> dict[str, np.ndarray]:
         """Return the unfiltered residual and stage torques of one run, each (N, n), N m of command."""

@@ -16,12 +16,13 @@ from stribeck.simulate.predict import predict_conditioned
 def motion_gap(arm: Arm, runs: Sequence[Conditioned], cutoff: float, horizon: float) -> tuple[dict[str, float], int]:
     """Return the rms position error (rad) per joint over windows of a horizon (s), and the windows that failed.
 
-    A window that the simulation could not finish is left out of every joint's figure and counted.
+    A window that the simulation could not finish is left out of every joint's figure and counted; so, uncounted, is a
+    run in which a brake holds a joint, for the arm has none.
     """
     path = path_of(arm)
     engine = Engine(path)
     squares, count, failed = np.zeros(arm.n), 0, 0
-    for thinned in runs:
+    for thinned in (run for run in runs if not np.any(run.braked)):
         run = condition(arm, thinned.run, cutoff, thinned.noise).as_recorded(thinned)
         prediction = predict_conditioned(engine, engine.p, run, horizon)
         good = ~np.isin(prediction.window, prediction.failed)
@@ -30,5 +31,5 @@ def motion_gap(arm: Arm, runs: Sequence[Conditioned], cutoff: float, horizon: fl
         squares += np.sum(error**2, axis=0)
         count += len(error)
     if count == 0:
-        raise StribeckError("no window could be simulated", do="give a shorter horizon")
+        raise StribeckError("no window could be simulated", do="give a shorter horizon, or runs without a braked joint")
     return {name: float(np.sqrt(squares[j] / count)) for j, name in enumerate(arm.names)}, failed

@@ -1,0 +1,29 @@
+"""Joints that a recording neither moves nor drives: a brake, a pin or stiction holds them, with any torque.
+
+Of such a joint no law can be learnt: what holds it is no friction that it would move against.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stribeck.run import Run
+
+WINDOW = 0.1  # s, whose mean positions are compared
+WITHIN = 4.0  # standard deviations of noise, within which they all lie: one step of an encoder
+
+
+def braked(run: Run, noise: np.ndarray) -> np.ndarray:
+    """Return which joints (n,) stand still all along under a torque that is the same all along.
+
+    Parameters
+    ----------
+    run : Run
+        On a uniform clock.
+    noise : array (n,)
+        Of the recorded positions, rad.
+    """
+    width = min(max(1, round(WINDOW / run.sample_time)), len(run.q))
+    count = len(run.q) // width
+    means = run.q[: count * width].reshape(count, width, run.n).mean(axis=1)
+    return np.asarray((np.ptp(means, axis=0) <= WITHIN * noise) & (np.ptp(run.tau, axis=0) == 0.0))
