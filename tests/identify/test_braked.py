@@ -66,7 +66,7 @@ def test_nothing_is_left_at_it_whatever_it_would_have_to_hold() -> None:
 
 
 def test_noise_that_is_added_does_not_release_it() -> None:
-    again = shaken(TWO, braked_run(), 15.0, 3.0 * np.random.default_rng(0).standard_normal((3000, 2)))
+    again = shaken(TWO, braked_run(), 15.0, 30.0 * np.random.default_rng(0).standard_normal((3000, 2)))
     assert again.braked.tolist() == [False, True]
 
 
