@@ -85,11 +85,14 @@ def closed_on(runs: Sequence[Run], retuned: Arm, corrected: Arm, cutoff: float) 
         Analysis cutoff, Hz.
     """
     even = [condition(retuned, uniform(run)[0], cutoff, thin=True) for run in runs]
-    path = SignalPath(retuned, placed_effects(retuned))
-    noise = noise_floor(retuned, path, values_of(path.entries), even, cutoff, 0)
-    floor = np.mean(noise**2, axis=0)
+    floor = np.minimum(*(_noise(arm, even, cutoff) for arm in (retuned, corrected)))
     before, after = (float(np.sum(_mean_square(arm, even) / floor - 1.0)) for arm in (retuned, corrected))
     return 1.0 - max(after, 0.0) / before if before > LEAST else None
+
+
+def _noise(arm: Arm, runs: Sequence[Conditioned], cutoff: float) -> np.ndarray:
+    path = SignalPath(arm, placed_effects(arm))
+    return np.asarray(np.mean(noise_floor(arm, path, values_of(path.entries), runs, cutoff, 0) ** 2, axis=0))
 
 
 def _mean_square(arm: Arm, runs: Sequence[Conditioned]) -> np.ndarray:

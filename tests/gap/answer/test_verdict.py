@@ -15,6 +15,7 @@ from stribeck.gap.answer.verdict import (
     NONE_OVER,
     UNKNOWN_HELD,
     causes_of,
+    closable,
     closes_estimate,
     closure,
     named_of,
@@ -62,6 +63,7 @@ def test_closure_in_numbers() -> None:
 def test_nothing_to_close() -> None:
     """Below the floor there is no gap; nothing is divided by nothing."""
     assert np.isfinite(closure(rows(0.05, 0.1), rows(0.05, 0.1), FLOOR))
+    assert closable(rows(0.05, 0.4), FLOOR) < 0.0 < closable(rows(0.15, 0.4), FLOOR)
 
 
 def test_interval_of_the_closed_part() -> None:

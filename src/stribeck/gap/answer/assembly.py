@@ -12,6 +12,7 @@ from stribeck.effects.registry import placed_effects
 from stribeck.gap.answer.commands import told_commands
 from stribeck.gap.answer.delivered import delivered
 from stribeck.gap.answer.listing import candidates_of, traces_of
+from stribeck.gap.answer.noise import heard, heard_through
 from stribeck.gap.answer.off_the_line import told_off_the_line
 from stribeck.gap.answer.places import places
 from stribeck.gap.answer.recordings import recordings_of, told_alone
@@ -22,6 +23,7 @@ from stribeck.gap.answer.verdict import (
     NAMED_OVER,
     NONE_OVER,
     causes_of,
+    closable,
     closes_estimate,
     named_of,
     no_gap_probability,
@@ -44,7 +46,7 @@ from stribeck.gap.result import Cause, Diagnosis, Estimate
 from stribeck.gap.search.gates import LEAST_GAIN
 from stribeck.gap.search.look_alike import doubt, told_alike
 from stribeck.gap.search.ordinary import told_ordinary, told_unnamed
-from stribeck.gap.search.random_torque import added_power, loud, random_torque
+from stribeck.gap.search.random_torque import loud
 from stribeck.gap.search.step import Step, last_model
 from stribeck.model.layout import Placed
 
@@ -66,10 +68,8 @@ class Assembly:
         self.seen = seen
         self.steps = tuple(steps)
         self.base = steps[0].base
-        # what knows nothing of the motion is noise as well: no model can close it
-        self.random = random_torque(prepared, last_model(steps), floor, seed)
-        more = added_power(self.random, prepared.arm.names)
-        self.noise, self.floor = np.sqrt(noise**2 + more), np.sqrt(floor**2 + more)
+        self.heard = heard(prepared, last_model(steps), noise, floor, seed)
+        self.floor = self.heard.floor  # by which the search's models compare
         taken = [step.best for step in steps if step.taken and step.best is not None]
         again = [step.base for step in self.steps[1:]]  # what was taken, fitted once more with weights of its own
         self.models: list[Model] = [self.base, *again, *taken[len(again) :]]
@@ -86,10 +86,12 @@ class Assembly:
             causes, left_over = with_idle(causes, idle)
             in_torque = named_of(causes)
             chain = self._chain(in_torque, causes)
+        if in_torque:
+            self.heard = heard_through(prepared, chain, self.steps[-1].floor, self.seed)
         causes = [self._with_details(cause, chain if cause.effect in in_torque else self.models) for cause in causes]
         final = chain[-1]
         verdict, causes = self._verdict(final, in_torque, causes, left_over)
-        closed = self._closes(self.base, final) if in_torque else None
+        closed = self._closes(self.base, final) if in_torque and self._any_gap() else None
         verdict, causes = with_observed(verdict, causes, self.seen.causes, len(in_torque))
         named = (*(cause.effect for cause in self.seen.causes), *in_torque)
         every = (*prepared.fit, *prepared.held)
@@ -100,9 +102,10 @@ class Assembly:
         }
         experiment = self._experiment(causes, unexplained=verdict == "unexplained")
         tuned = tuned_of(self.base, prepared, self.floor)
-        stages, missing = stages_of(prepared, self.given, chain, self.floor)
-        recordings = recordings_of(prepared, self.base, final, self.floor)
-        regions_ = regions(prepared, self.base.held, final.held, self.noise, self.seed)
+        told = self.heard
+        stages, missing = stages_of(prepared, self.given, chain, told.floor)
+        recordings = recordings_of(told.prepared, self.base, final, told.floor)
+        regions_ = regions(prepared, self.base.held, final.held, told.rows, self.seed)
         return Diagnosis(
             arm=arm.name,
             joints=arm.names,
@@ -113,7 +116,7 @@ class Assembly:
             horizon=HORIZON,
             stages=stages,
             closed=closed,
-            where=places(prepared, chain, self.noise, regions_, self.seed),
+            where=places(prepared, chain, told.rows, regions_, self.seed),
             regions=regions_,
             recordings=recordings,
             causes=tuple(causes),
@@ -132,7 +135,7 @@ class Assembly:
                 *prepared.warnings,
                 *told_commands(prepared, self.given),
                 *missing,
-                *loud(self.random, arm.names, self.steps[-1].floor),
+                *loud(told.random, arm.names, self.steps[-1].floor),
                 *told_of(tuned),
                 *told_alone(recordings),
                 *(told_alike(self.steps, arm.names) if verdict != "no_gap" else ()),
@@ -141,7 +144,7 @@ class Assembly:
             next_experiment=experiment.plain() if experiment else None,
             next_reference=experiment.reference if experiment else None,
             delivered=delivered(prepared, self.base, self.steps[-1].floor, self.seed),
-            random=self.random,
+            random=told.random,
             settings={"seed": self.seed, "cutoff_hz": prepared.cutoff, "horizon_s": HORIZON},
         )
 
@@ -188,7 +191,7 @@ class Assembly:
         self, final: Model, named: tuple[str, ...], causes: list[Cause], left_over: float
     ) -> tuple[str, list[Cause]]:
         """Return the verdict, and the causes with what is left for ``none`` and ``unknown``."""
-        ratio = float(np.max(np.sqrt(np.mean(self._held(final) ** 2, axis=0)) / self.floor))
+        ratio = float(np.max(np.sqrt(np.mean(self._held(final) ** 2, axis=0)) / self.heard.floor))
         if named:
             verdict = (
                 "explained" if ratio < AT_FLOOR or self._closes(self.base, final).value > 0.9 else "partly_explained"
@@ -200,7 +203,7 @@ class Assembly:
         rest = left_over - nothing.probability
         if none > NONE_OVER:
             listed = {cause.effect for cause in causes}
-            outside = shaken(nothing, self.steps[0], [row.joint for row in self.random], listed)
+            outside = shaken(nothing, self.steps[0], [row.joint for row in self.heard.random], listed)
             return "no_gap", [*causes, *outside, Cause("unknown", rest)]
         if causes:
             return "unexplained", [*causes, nothing, Cause("unknown", rest)]
@@ -213,16 +216,21 @@ class Assembly:
         return next_experiment(self.prepared, models, self.floor, as_it_is=unexplained) if models else None
 
     def _closes(self, before: Model, after: Model) -> Estimate:
-        return closes_estimate(self._held(before), self._held(after), self.floor, self.block, self.draws)
+        return closes_estimate(self._held(before), self._held(after), self.heard.floor, self.block, self.draws)
+
+    def _any_gap(self) -> bool:
+        """Return whether re-tuning leaves more than noise on the held-out runs: of less, nothing is to be closed."""
+        return closable(self._held(self.base), self.heard.floor) > 0.0
 
     def _held(self, model: Model) -> np.ndarray:
         """Return a model's residual (M, n) on the held-out runs with all noise in it: less of it closes no gap."""
-        return put_back(self.prepared, model.whole, model.noise, self.floor)[-len(model.held) :]
+        told = self.heard
+        return put_back(told.prepared, model.whole, model.noise, told.floor)[-len(model.held) :]
 
     def _with_details(self, cause: Cause, chain: Sequence[Model]) -> Cause:
         """Return a cause with its parameters from the last of a chain of models, and what its own steps close."""
         parameters = parameters_of(cause, chain[-1], self.prepared, self.floor)
-        closes = self._closed_by(cause.effect, chain)
+        closes = self._closed_by(cause.effect, chain) if self._any_gap() else Estimate(0.0, 0.0, 0.0)
         added = self.models[-1].placed[len(self.base.placed) :]
         return replace(cause, parameters=parameters, closes=closes, law=laws_of(cause, added, self.prepared.arm))
 

@@ -40,13 +40,17 @@ NAMED_OVER = 0.6
 NONE_OVER = 0.5  # probability of nothing, from which there is no gap
 
 
+def closable(residual: np.ndarray, floor: np.ndarray) -> float:
+    """Return what a residual (M, n) has over its floor (n,), in squared floors, summed over joints: a gap above 0."""
+    return float(np.sum(np.mean(residual**2, axis=0) / floor**2 - 1.0))
+
+
 def closure(before: np.ndarray, after: np.ndarray, floor: np.ndarray) -> float:
     """Return the part of the closable squared gap that is closed, 1 - (after^2 - floor^2) / (before^2 - floor^2).
 
     Of residuals (M, n), all joints scaled by their floor (n,); negative where it has grown.
     """
-    first, last = np.mean(before**2, axis=0) / floor**2, np.mean(after**2, axis=0) / floor**2
-    return 1.0 - max(float(np.sum(last - 1.0)), 0.0) / max(float(np.sum(first - 1.0)), 1e-9)
+    return 1.0 - max(closable(after, floor), 0.0) / max(closable(before, floor), 1e-9)
 
 
 def causes_of(steps: Sequence[Step], names: Sequence[str], scales: Sequence[Scale]) -> tuple[list[Cause], float]:
