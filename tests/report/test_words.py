@@ -57,9 +57,9 @@ def test_two_effects_are_both_claimed(diagnosis):
     assert text == "Presliding at joint A (probability 97 %); and cable spring at joint B (probability 90 %)."
 
 
-def test_how_far_without_anything_closable_gives_the_numbers_alone(diagnosis):
+def test_how_far_without_anything_closable_claims_nothing(diagnosis):
     text = sentences.how_far(replace(diagnosis(), closed=None))
-    assert text.startswith("Torque rms, as given → re-tuned → corrected: A ")
+    assert text.startswith("No part of a torque gap counts as closed. Torque rms, as given → re-tuned → corrected: A ")
 
 
 @pytest.mark.parametrize(

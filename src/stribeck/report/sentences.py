@@ -91,7 +91,7 @@ def how_far(diagnosis: Diagnosis) -> str:
     if not diagnosis.named:
         return f"No effect was added, so the gap stays as re-tuning leaves it. {rms}{random}"
     if diagnosis.closed is None:
-        return f"Re-tuning leaves no more than noise, so nothing counts as closed. {rms}{random}"
+        return f"No part of a {words.effort(diagnosis)} gap counts as closed. {rms}{random}"
     what = "it closes" if len(diagnosis.named) == 1 else "together they close"
     part = f"{percent_interval(diagnosis.closed)} of the {words.effort(diagnosis)} gap"
     return f"Added to the model, {what} {part} above the noise floor, on runs that were not fitted. {rms}{random}"
