@@ -16,7 +16,7 @@ from stribeck.gap.answer.noise import heard, heard_through
 from stribeck.gap.answer.off_the_line import told_off_the_line
 from stribeck.gap.answer.places import places
 from stribeck.gap.answer.recordings import recordings_of, told_alone
-from stribeck.gap.answer.stages import HORIZON, stages_of
+from stribeck.gap.answer.stages import HORIZON, stages_of, told_worse
 from stribeck.gap.answer.values import laws_of, parameters_of, tuned_of
 from stribeck.gap.answer.verdict import (
     AT_FLOOR,
@@ -135,6 +135,7 @@ class Assembly:
                 *prepared.warnings,
                 *told_commands(prepared, self.given),
                 *missing,
+                *(told_worse(stages, arm) if verdict == "unexplained" else ()),
                 *loud(told.random, arm.names, self.steps[-1].floor),
                 *told_of(tuned),
                 *told_alone(recordings),

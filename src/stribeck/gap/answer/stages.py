@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stribeck.arm import Arm
+from stribeck.arm import Arm, unit_at
 from stribeck.errors import StribeckError
 from stribeck.gap.answer.motion import motion_gap
 from stribeck.gap.fitted.corrected import arm_of
@@ -15,6 +15,7 @@ from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.result import Stage
 
 HORIZON = 0.5  # s
+WORSE = 1.5  # times what the nominal values leave on held-out runs, that re-tuned ones leave: more than an effect bends
 
 
 def stages_of(
@@ -43,6 +44,17 @@ def stages_of(
         Stage(name, _named(arm, _rms(held)), _motion(prepared, name, model, warnings)) for name, held, model in rows
     ]
     return (*stages, Stage("noise_floor", _named(arm, floor), _named(arm, prepared.held[0].noise))), warnings
+
+
+def told_worse(stages: Sequence[Stage], arm: Arm) -> list[str]:
+    """Return a warning for each joint of an arm that re-tuning has made worse on the held-out runs."""
+    given, tuned = (next(stage.torque for stage in stages if stage.stage == name) for name in ("as_given", "retuned"))
+    return [
+        f"{joint.name}: re-tuned values leave {tuned[joint.name]:.3g} {unit_at('N m', joint.kind)} rms on the held-out "
+        f"runs, the nominal ones {given[joint.name]:.3g}: the fitted runs are too short or unlike these; record more"
+        for joint in arm.joints
+        if tuned[joint.name] > WORSE * given[joint.name]
+    ]
 
 
 def _rms(held: np.ndarray) -> np.ndarray:
