@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -220,6 +221,22 @@ def test_stop_by_a_batch_system_leaves_nothing(tmp_path: Path, capsys: pytest.Ca
     assert_one_line(capsys, "interrupted")
     assert os.listdir(tmp_path) == []
     assert signal.getsignal(signal.SIGTERM) is before
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_stop_whose_exception_is_lost_writes_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], number: int
+) -> None:
+    """A library that clears what is raised inside it must not make an answer of what was cut short."""
+
+    def cleared() -> None:
+        with suppress(KeyboardInterrupt):
+            os.kill(os.getpid(), number)
+
+    assert guarded(failing(None, tmp_path / "out", cleared), ["fail"]) == 130
+    assert_one_line(capsys, "interrupted; nothing was written")
+    assert os.listdir(tmp_path) == []
+    assert guarded(failing(None, tmp_path / "out"), ["fail"]) == 0  # it was that command's
 
 
 def assert_one_line(capsys: pytest.CaptureFixture[str], says: str) -> None:

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 import traceback
 from collections.abc import Sequence
-from types import FrameType
-from typing import Any, Never
+from typing import Any
 
 import typer
 
 from stribeck.errors import InputError, StribeckError
+from stribeck.stopping import stoppable
 
 DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 
@@ -33,10 +32,9 @@ def guarded(command: Any, arguments: Sequence[str]) -> int:
     """
     debug = "--debug" in arguments
     arguments = [argument for argument in arguments if argument != "--debug"]
-    before = signal.signal(signal.SIGTERM, _interrupt)  # a batch system's stop must clean up as Ctrl-C does
     try:
         # not command.main(): it would turn Ctrl-C into an exception of its own and print an empty line
-        with command.make_context("stribeck", arguments) as context:
+        with stoppable(), command.make_context("stribeck", arguments) as context:
             command.invoke(context)
     except typer.Exit as stop:
         return int(stop.exit_code)
@@ -47,8 +45,6 @@ def guarded(command: Any, arguments: Sequence[str]) -> int:
         if debug:
             traceback.print_exc()
         return _explain(error)
-    finally:
-        signal.signal(signal.SIGTERM, before)
     return DONE
 
 
@@ -88,7 +84,3 @@ def _explain(error: Exception) -> int:
 
 def _say(text: str) -> None:
     print("stribeck:", " ".join(text.split()), file=sys.stderr)
-
-
-def _interrupt(number: int, frame: FrameType | None) -> Never:
-    raise KeyboardInterrupt

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from stribeck.errors import InputError
+from stribeck.stopping import stop_if_asked
 
 
 @contextmanager
@@ -38,6 +39,7 @@ def whole_folder(path: Path | str) -> Iterator[Path]:
         raise _cannot_write(path, error) from error
     try:
         yield part
+        stop_if_asked()
         part.chmod(0o777 & ~_umask())  # mkdtemp makes it private; the result should be as readable as any folder
         part.replace(path)
     except BaseException:
@@ -70,6 +72,7 @@ def whole_file(path: Path | str) -> Iterator[Path]:
     part = Path(name)
     try:
         yield part
+        stop_if_asked()
         part.chmod(0o666 & ~_umask())
         part.replace(path)
     except BaseException:

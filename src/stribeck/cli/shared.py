@@ -16,6 +16,7 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from stribeck.arm import Arm
 from stribeck.errors import InputError
 from stribeck.run import Run, load_run
+from stribeck.stopping import stop_if_asked
 
 OutDir = Annotated[Path, typer.Option("--out", metavar="DIR", help="New folder; written whole or not at all.")]
 
@@ -25,12 +26,22 @@ def progress(task: str) -> Iterator[Callable[[str], None]]:
     """Show on standard error what is being done; line by line where there is no terminal."""
     console = Console(stderr=True)
     if not console.is_terminal:
-        yield lambda text: print(f"{task}: {text}", file=sys.stderr, flush=True)
+        yield unless_asked(lambda text: print(f"{task}: {text}", file=sys.stderr, flush=True))
         return
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True) as bar:
         number = bar.add_task(task)
-        yield lambda text: bar.update(number, description=text)
+        yield unless_asked(lambda text: bar.update(number, description=text))
+
+
+def unless_asked(show: Callable[[str], None]) -> Callable[[str], None]:
+    """Return what shows a text, unless the program has been asked to stop: then it ends."""
+
+    def told(text: str) -> None:
+        stop_if_asked()
+        show(text)
+
+    return told
 
 
 def load_runs(arm: Arm, fitted: Sequence[Path], judged: Sequence[Path]) -> tuple[list[Run], list[Run]]:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
+from stribeck.cli.shared import unless_asked
 from stribeck.errors import InputError
 from stribeck.exits import INTERRUPTED
 from stribeck.outputs import check_free, whole_folder
@@ -203,4 +204,4 @@ def _resumable(out: Path) -> Iterator[None]:
 def _told(task: str) -> Callable[[str], None]:
     """Show on standard error what is being done, line by line."""
     console = Console(stderr=True)
-    return lambda text: console.print(f"{task}: {text}", highlight=False, markup=False, soft_wrap=True)
+    return unless_asked(lambda text: console.print(f"{task}: {text}", highlight=False, markup=False, soft_wrap=True))
