@@ -76,6 +76,9 @@ def test_it_is_told_of_and_its_motion_is_not_foretold() -> None:
     assert any("a, b: B neither moves nor is driven" in note for note in prepared.notes)
     with pytest.raises(StribeckError, match="no window"):
         motion_gap(TWO, prepared.held, prepared.cutoff, 0.5)
+    assert not any("without a drive" in note for note in prepared.notes)
+    swung = [replace(beside(recorded(), recorded().q[:, 0], 0.0), name=name) for name in ("a", "b")]
+    assert "no torque is recorded at B: taken as without a drive" in prepare(TWO, swung).notes
     driven = [replace(beside(recorded(), 0.7, np.linspace(0.0, 1.0, 3000)), name=name) for name in ("a", "b")]
     assert not any("B neither" in note for note in prepare(TWO, driven).notes)
 

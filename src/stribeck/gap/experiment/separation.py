@@ -13,7 +13,7 @@ from scipy.ndimage import convolve1d
 
 from stribeck.arm import Arm
 from stribeck.gap.experiment.changes import Change
-from stribeck.gap.fitted.model import Model
+from stribeck.gap.fitted.model import HUGE, Model
 from stribeck.identify.conditioning import Conditioned
 from stribeck.identify.problem import Weights
 from stribeck.identify.residual import Residual
@@ -142,7 +142,7 @@ class Candidate:
         for _ in range(ROUNDS):
             before = least.copy()
             missing, _ = self.balance.along(bare)(self.p)
-            parts = np.split(missing, edges)
+            parts = np.split(_countable(missing), edges)
             if turned:  # beyond a third of a turn a delay makes it grow: only what is looked at is mended further
                 parts = [_in_band(part, run.taps) for part, run in zip(parts, runs, strict=True)]
             turned = True
@@ -157,7 +157,7 @@ class Candidate:
 
     def misfit(self, runs: Sequence[Conditioned]) -> tuple[list[Floats], list[Floats]]:
         """Return residuals (M n,) and their derivatives (M n, f) per run, in units of the noise and of the priors."""
-        residual, jacobian = self.residual.along(runs)(self.p)
+        residual, jacobian = map(_countable, self.residual.along(runs)(self.p))
         edges = np.cumsum([len(run.analysis_index) for run in runs])[:-1]
         left = [(part * self.scale).ravel() for part in np.split(residual, edges)]
         return left, [self._columns(part) for part in np.split(jacobian, edges)]
@@ -166,6 +166,11 @@ class Candidate:
         """Return the root of what this model, re-tuned by old recordings and a new one, leaves unexplained of that."""
         (left,), (columns,) = self.misfit([run])
         return _excess(float(left @ left), columns.T @ left, self.known + columns.T @ columns)
+
+
+def _countable(values: Floats) -> Floats:
+    """Return values whose squares are numbers: a law that runs away on a planned motion is far off, and no more."""
+    return np.clip(np.nan_to_num(values, nan=HUGE), -HUGE, HUGE)
 
 
 def _in_band(values: Floats, taps: Floats) -> Floats:

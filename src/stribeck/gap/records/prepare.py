@@ -107,7 +107,7 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = (), fitted:
     for run in conditioned:
         if not len(run.analysis_index):
             raise InputError(f"{run.name}: too short to be analysed", f"{len(run.time)} samples", "leave it out")
-    notes += [f"{run.name}: {text}" for run in conditioned for text in _held(arm, run)]
+    notes += [f"{run.name}: {text}" for run in conditioned for text in _held(arm, run)] + _undriven(arm, conditioned)
     warnings = tuple(f"{run.name}: {text}" for run in every for text in run.warnings)
     gone = sum(distance_gone(run.q, run.sample_time) for run in [*even, *kept_back])
     scales = typical(arm, learnt, inertia, np.asarray(gone))
@@ -125,6 +125,14 @@ def _held(arm: Arm, run: Conditioned) -> list[str]:
     """Return what is said of the joints that a run neither moves nor drives."""
     names = [name for name, held in zip(arm.names, run.braked, strict=True) if held]
     return [f"{', '.join(names)} neither moves nor is driven: taken as held by a brake"] if names else []
+
+
+def _undriven(arm: Arm, runs: Sequence[Conditioned]) -> list[str]:
+    """Return what is said of the joints that runs move, none of them by a torque."""
+    still = np.all([run.braked for run in runs], axis=0)
+    asked = np.any([np.any(run.run.tau, axis=0) for run in runs], axis=0)
+    names = [name for name, alone in zip(arm.names, ~still & ~asked, strict=True) if alone]
+    return [f"no torque is recorded at {', '.join(names)}: taken as without a drive"] if names else []
 
 
 def _together(notes: Sequence[str]) -> tuple[str, ...]:
