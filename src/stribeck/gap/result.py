@@ -118,7 +118,10 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Tuned:
-    """A nominal value before and after re-tuning; ``at_limit`` where the data push it to three deviations."""
+    """A nominal value before and after re-tuning; ``at_limit`` where the data push it to three deviations.
+
+    The ``tolerance`` of an effect's value is infinite: the file states none.
+    """
 
     key: str
     unit: str
