@@ -12,6 +12,7 @@ import numpy as np
 from stribeck.arm import Arm, unit_at
 from stribeck.errors import InputError
 from stribeck.gap.records.passed import Passed
+from stribeck.gap.records.rests import without_long_rests
 from stribeck.gap.records.sequence import distance_gone, in_sequence
 from stribeck.gap.records.split import split
 from stribeck.gap.records.spread import Noise
@@ -96,15 +97,16 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = (), fitted:
     notes: list[str] = []
     even = [_even(run, notes) for run in runs]
     kept_back = [_even(run, notes) for run in held_out]
-    fit, held = (even, kept_back) if held_out else split(even, notes, fitted)
+    noise = encoder_noise(arm, [*even, *kept_back])
+    moving, judged = ([without_long_rests(run, noise, notes) for run in runs] for runs in (even, kept_back))
+    fit, held = (moving, judged) if held_out else split(moving, notes, fitted)
     fit, held = shortened(fit, notes), shortened(held, notes)
     every = [*fit, *held]
     inertia = moved_inertia(arm, every)
-    noise = encoder_noise(arm, every)
     cutoff = cutoff_frequency(arm, every, inertia, noise)
     notes.append(f"analysed up to {cutoff:.3g} Hz")
     conditioned = in_sequence([condition(arm, run, cutoff, noise, thin=True) for run in every], [*even, *kept_back])
-    learnt, judged = conditioned[: len(fit)], conditioned[len(fit) :]
+    learnt, kept = conditioned[: len(fit)], conditioned[len(fit) :]
     for run in conditioned:
         if not len(run.analysis_index):
             raise InputError(f"{run.name}: too short to be analysed", f"{len(run.time)} samples", "leave it out")
@@ -113,7 +115,7 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = (), fitted:
     gone = sum(distance_gone(run.q, run.sample_time) for run in [*even, *kept_back])
     scales = typical(arm, learnt, inertia, np.asarray(gone))
     said = _together(notes)
-    return Prepared(with_unsaid(arm, scales), learnt, judged, scales, cutoff, said, warnings, stated=arm)
+    return Prepared(with_unsaid(arm, scales), learnt, kept, scales, cutoff, said, warnings, stated=arm)
 
 
 def _even(run: Run, notes: list[str]) -> Run:
