@@ -1,6 +1,7 @@
-"""Joints that a recording neither moves nor drives: a brake, a pin or stiction holds them, with any torque.
+"""Joints that a recording does not drive. One that it does not move either is held, by a brake or a pin, at any torque.
 
-Of such a joint no law can be learnt: what holds it is no friction that it would move against.
+Of a held joint no law can be learnt: what holds it is no friction that it would move against. One that others swing
+balances at any scale of its masses: no torque is measured that holds against them.
 """
 
 from __future__ import annotations
@@ -27,3 +28,8 @@ def braked(run: Run, noise: np.ndarray) -> np.ndarray:
     count = len(run.q) // width
     means = run.q[: count * width].reshape(count, width, run.n).mean(axis=1)
     return np.asarray((np.ptp(means, axis=0) <= WITHIN * noise) & (np.ptp(run.tau, axis=0) == 0.0))
+
+
+def undriven(run: Run) -> np.ndarray:
+    """Return at which joints (n,) a run has no torque."""
+    return np.asarray(~np.any(run.tau, axis=0))

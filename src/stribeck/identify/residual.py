@@ -9,7 +9,9 @@ from functools import cached_property
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from stribeck.identify.braked import undriven
 from stribeck.identify.conditioning import Conditioned
+from stribeck.identify.inertia import MovedInertia
 from stribeck.identify.machine import Abreast, Machine, machine_of
 from stribeck.model.cut import Cut
 from stribeck.model.drive import DRIVE, PAST, RATES
@@ -22,7 +24,8 @@ SAME_STEP = 1e-4  # of it, by which the steps of two runs may differ and still b
 class Residual:
     """Residual torque of a path along conditioned runs, in N m of command, at the analysis samples.
 
-    None is left at a joint that a run holds by a brake.
+    None is left at a joint that a run holds by a brake. At one that a run does not drive it is told for the inertia of
+    the arm file: else smaller masses would leave less of everything, noise and gap alike.
 
     Parameters
     ----------
@@ -54,6 +57,7 @@ class Residual:
         self.path, self.runs, self.known, self.observe = path, tuple(runs), known, observe
         free = [i for i, entry in enumerate(path.entries) if entry.sd > 0.0]
         self.columns = tuple(free if columns is None else columns)
+        self._inertia = MovedInertia(path)
         self._machines: dict[float, Machine] = {}
         self._abreast: dict[Machine, Abreast] = {}
         self._last: tuple[bytes, list[np.ndarray]] = (b"", [])
@@ -111,6 +115,12 @@ class Residual:
         width = merged.shape[1] // n - 1
         rows = merged.reshape(len(merged), width + 1, n)
         rows[:, :, run.braked] = 0.0
+        free = undriven(run.run)
+        if free.any():
+            ratio, slopes = self._inertia.nominal_over(run.position.mean(axis=0), p)
+            times, change = np.where(free, ratio, 1.0), np.where(free, slopes[:, self._derived].T, 0.0)
+            rows[:, 1:] = times * rows[:, 1:] + change * rows[:, :1]
+            rows[:, 0] *= times
         return rows[:, 0], rows[:, 1:].transpose(0, 2, 1)
 
     def stages(self, run: Conditioned, p: np.ndarray) -> dict[str, np.ndarray]:

@@ -20,11 +20,12 @@ from stribeck.gap.records.unsaid import with_unsaid
 from stribeck.grid import uniform
 from stribeck.identify.conditioning import Conditioned, condition, shaken
 from stribeck.identify.cutoff import cutoff_frequency
+from stribeck.identify.inertia import MovedInertia
 from stribeck.identify.noise import encoder_noise
 from stribeck.identify.stretches import shortened
 from stribeck.model.layout import values_of
 from stribeck.model.path import SignalPath
-from stribeck.model.rigid_body import inverse_dynamics, mass_matrix
+from stribeck.model.rigid_body import inverse_dynamics
 from stribeck.model.scale import Scale
 from stribeck.run import Run
 
@@ -164,14 +165,9 @@ def _together(notes: Sequence[str]) -> tuple[str, ...]:
 
 def moved_inertia(arm: Arm, runs: Sequence[Run]) -> np.ndarray:
     """Return the mean inertia (n,) that each joint moves in the poses of the runs, kg m^2."""
-    path = SignalPath(arm)
-    q = ca.SX.sym("q", arm.n)
-    mass = mass_matrix(path.body(), [q[i] for i in range(arm.n)], prismatic=path.prismatic)
-    diagonal = ca.diag(mass) + ca.vertcat(*[path.rotor(j) for j in range(arm.n)])
-    function = ca.Function("inertia", [q, path.p], [diagonal])
+    inertia = MovedInertia(SignalPath(arm))
     poses = np.concatenate([run.q[:: max(1, len(run.q) // 50)] for run in runs])
-    values = function(poses.T, values_of(path.entries)).full()
-    return np.asarray(values.mean(axis=1))
+    return np.asarray(inertia(poses, values_of(inertia.path.entries)).mean(axis=0))
 
 
 def needed_torque(arm: Arm, runs: Sequence[Conditioned]) -> np.ndarray:
