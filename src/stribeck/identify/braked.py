@@ -24,10 +24,15 @@ def braked(run: Run, noise: np.ndarray) -> np.ndarray:
     noise : array (n,)
         Of the recorded positions, rad.
     """
+    means, _ = window_means(run)
+    return np.asarray((np.ptp(means, axis=0) <= WITHIN * noise) & (np.ptp(run.tau, axis=0) == 0.0))
+
+
+def window_means(run: Run) -> tuple[np.ndarray, int]:
+    """Return the mean positions (K, n) in the windows of a run, rad, and how many samples a window has."""
     width = min(max(1, round(WINDOW / run.sample_time)), len(run.q))
     count = len(run.q) // width
-    means = run.q[: count * width].reshape(count, width, run.n).mean(axis=1)
-    return np.asarray((np.ptp(means, axis=0) <= WITHIN * noise) & (np.ptp(run.tau, axis=0) == 0.0))
+    return run.q[: count * width].reshape(count, width, run.n).mean(axis=1), width
 
 
 def undriven(run: Run) -> np.ndarray:

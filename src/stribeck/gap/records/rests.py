@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from stribeck.identify.braked import WITHIN, window_means
 from stribeck.identify.stretches import part
 from stribeck.run import Run
 
 KEPT = 2.0  # s of rest on either side
 LEAST = 1.0  # s: less is not worth a word
-WINDOW = 0.1  # s, whose mean positions are compared
-WITHIN = 4.0  # standard deviations of noise, within which all of them lie at rest
 
 
 def without_long_rests(run: Run, noise: np.ndarray, notes: list[str]) -> Run:
@@ -30,9 +29,7 @@ def without_long_rests(run: Run, noise: np.ndarray, notes: list[str]) -> Run:
         Takes a word on what is left out.
     """
     h = run.sample_time
-    width = min(max(1, round(WINDOW / h)), len(run.q))
-    count = len(run.q) // width
-    means = run.q[: count * width].reshape(count, width, run.n).mean(axis=1)
+    means, width = window_means(run)
     left, right = (np.flatnonzero(np.any(np.abs(means - end) > WITHIN * noise, axis=1)) for end in means[[0, -1]])
     if not len(left):
         return run
