@@ -37,6 +37,8 @@ def ways() -> dict[str, tuple[np.ndarray | float, np.ndarray | float]]:
     return {
         "braked": (0.7, 0.0),
         "braked, a noisy encoder": (shaky, 0.0),
+        "braked, a noisy torque": (0.7, 0.02 * np.random.default_rng(1).standard_normal(len(t))),
+        "braked, its drive set": (0.7, 3.0),
         "held by its drive": (0.7, np.sin(t)),
         "swung by others": (0.7 + 0.3 * np.sin(t), 0.0),
         "creeping": (0.7 + 20.0 * NOISE * t / t[-1], 0.0),
@@ -46,7 +48,7 @@ def ways() -> dict[str, tuple[np.ndarray | float, np.ndarray | float]]:
 @pytest.mark.parametrize("way", ways())
 def test_what_neither_moves_nor_is_driven(way: str) -> None:
     run = beside(recorded(), *ways()[way])
-    assert braked(run, np.full(2, NOISE)).tolist() == [False, way.startswith("braked")]
+    assert braked(TWO, run, np.full(2, NOISE)).tolist() == [False, way.startswith("braked")]
 
 
 def braked_run(arm: Arm = TWO) -> Conditioned:
@@ -78,7 +80,7 @@ def test_it_is_told_of_and_its_motion_is_not_foretold() -> None:
         motion_gap(TWO, prepared.held, prepared.cutoff, 0.5)
     assert not any("without a drive" in note for note in prepared.notes)
     swung = [replace(beside(recorded(), recorded().q[:, 0], 0.0), name=name) for name in ("a", "b")]
-    assert "no torque is recorded at B: taken as without a drive" in prepare(TWO, swung).notes
+    assert "next to no torque is recorded at B: taken as without a drive" in prepare(TWO, swung).notes
     driven = [replace(beside(recorded(), 0.7, np.linspace(0.0, 1.0, 3000)), name=name) for name in ("a", "b")]
     assert not any("B neither" in note for note in prepare(TWO, driven).notes)
 

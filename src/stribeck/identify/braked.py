@@ -8,24 +8,28 @@ from __future__ import annotations
 
 import numpy as np
 
+from stribeck.arm import Arm
 from stribeck.run import Run
 
+DRIVEN = 0.1  # of its Coulomb friction, that the torque of a joint comes to whose drive does anything
 WINDOW = 0.1  # s, whose mean positions are compared
 WITHIN = 4.0  # standard deviations of noise, within which they all lie: one step of an encoder
 
 
-def braked(run: Run, noise: np.ndarray) -> np.ndarray:
-    """Return which joints (n,) stand still all along under a torque that is the same all along.
+def braked(arm: Arm, run: Run, noise: np.ndarray) -> np.ndarray:
+    """Return which joints (n,) stand still all along without a torque, or under one that is the same all along.
 
     Parameters
     ----------
+    arm : Arm
     run : Run
         On a uniform clock.
     noise : array (n,)
         Of the recorded positions, rad.
     """
     means, _ = window_means(run)
-    return np.asarray((np.ptp(means, axis=0) <= WITHIN * noise) & (np.ptp(run.tau, axis=0) == 0.0))
+    still = np.ptp(means, axis=0) <= WITHIN * noise
+    return np.asarray(still & (undriven(arm, run) | (np.ptp(run.tau, axis=0) == 0.0)))
 
 
 def window_means(run: Run) -> tuple[np.ndarray, int]:
@@ -35,6 +39,7 @@ def window_means(run: Run) -> tuple[np.ndarray, int]:
     return run.q[: count * width].reshape(count, width, run.n).mean(axis=1), width
 
 
-def undriven(run: Run) -> np.ndarray:
-    """Return at which joints (n,) a run has no torque."""
-    return np.asarray(~np.any(run.tau, axis=0))
+def undriven(arm: Arm, run: Run) -> np.ndarray:
+    """Return at which joints (n,) a run has no torque, or next to none beside friction."""
+    least = DRIVEN * np.array([joint.friction.C0 for joint in arm.joints])
+    return np.asarray(np.sqrt(np.mean(run.tau**2, axis=0)) <= least)

@@ -161,7 +161,7 @@ def condition(
         instant=INSTANT[0] * keep * h + INSTANT[1] / (sharpness * sharp),
         stuck=stuck[::keep],
         noise=noise,
-        braked=braked(run, noise),
+        braked=braked(arm, run, noise),
         taps=low_pass(cutoff, keep * h),
         decimation=max(1, int(1.0 / (OVERSAMPLING * cutoff * keep * h))),
         run=run,

@@ -115,7 +115,7 @@ class Residual:
         width = merged.shape[1] // n - 1
         rows = merged.reshape(len(merged), width + 1, n)
         rows[:, :, run.braked] = 0.0
-        free = undriven(run.run)
+        free = undriven(self.path.arm, run.run)
         if free.any():
             ratio, slopes = self._inertia.nominal_over(run.position.mean(axis=0), p)
             times, change = np.where(free, ratio, 1.0), np.where(free, slopes[:, self._derived].T, 0.0)

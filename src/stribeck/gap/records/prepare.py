@@ -18,6 +18,7 @@ from stribeck.gap.records.split import split
 from stribeck.gap.records.spread import Noise
 from stribeck.gap.records.unsaid import with_unsaid
 from stribeck.grid import uniform
+from stribeck.identify.braked import DRIVEN, undriven
 from stribeck.identify.conditioning import Conditioned, condition, shaken
 from stribeck.identify.cutoff import cutoff_frequency
 from stribeck.identify.inertia import MovedInertia
@@ -30,7 +31,6 @@ from stribeck.model.scale import Scale
 from stribeck.run import Run
 
 LOUD_SEED = 1
-DRIVEN = 0.1  # of its Coulomb friction, that the command of a joint comes to whose drive does anything
 BEYOND = 1.01  # of a torque limit: what rounding leaves is not beyond it
 PUSH = 0.01  # of the typical torque: less than stiction holds would be lost at rest at one arm and not at another
 
@@ -148,9 +148,9 @@ def _beyond(arm: Arm, runs: Sequence[Run]) -> list[str]:
 def _undriven(arm: Arm, runs: Sequence[Conditioned]) -> list[str]:
     """Return what is said of the joints that runs move, none of them by a torque."""
     still = np.all([run.braked for run in runs], axis=0)
-    asked = np.any([np.any(run.run.tau, axis=0) for run in runs], axis=0)
-    names = [name for name, alone in zip(arm.names, ~still & ~asked, strict=True) if alone]
-    return [f"no torque is recorded at {', '.join(names)}: taken as without a drive"] if names else []
+    alone = np.all([undriven(arm, run.run) for run in runs], axis=0) & ~still
+    names = [name for name, here in zip(arm.names, alone, strict=True) if here]
+    return [f"next to no torque is recorded at {', '.join(names)}: taken as without a drive"] if names else []
 
 
 def _together(notes: Sequence[str]) -> tuple[str, ...]:
