@@ -32,6 +32,17 @@ def test_what_hardly_closes_anything_without_the_others_is_idle(monkeypatch: pyt
     assert assembly._idle(tuple(CLOSES), assembly.models) == []  # as the search left it
 
 
+@pytest.mark.parametrize(("width", "high"), [(0.04, 0.98), (0.4, 1.0)])
+def test_no_effect_closes_more_than_there_is(monkeypatch: pytest.MonkeyPatch, width: float, high: float) -> None:
+    assembly, chain = object.__new__(Assembly), delivered()[:2]
+    assembly.base = chain[0]
+    found = Estimate(0.96, 0.96 - width / 2, 0.96 + width / 2)
+    monkeypatch.setattr(assembly, "_closes", lambda before, after: found)
+    closes = assembly._closed_by(chain[1].placed[-1].effect.name, chain)
+    assert closes.high == pytest.approx(high)
+    assert closes.low == pytest.approx(found.low)
+
+
 def test_a_gain_counts_at_the_joint_that_gains_most() -> None:
     chain = delivered()
     assert gained("delay", chain) == pytest.approx(1.0 - 0.3**2)

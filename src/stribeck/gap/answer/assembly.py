@@ -242,7 +242,7 @@ class Assembly:
         at = {id(model): estimate for model, estimate in zip(chain, closed, strict=True)}
         value = sum(at[id(after)].value - at[id(before)].value for before, after in pairs)
         spread = max((at[id(after)].high - at[id(after)].low) / 2 for _, after in pairs)
-        return Estimate(value, value - spread, value + spread)
+        return Estimate(value, value - spread, max(value, min(value + spread, 1.0)))  # no more than all of it is closed
 
 
 def _laws(placed: Sequence[Placed]) -> list[tuple[str, int, str]]:
