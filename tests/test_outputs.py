@@ -42,26 +42,6 @@ def test_empty_folder_may_exist_and_survives_failure(tmp_path: Path) -> None:
     assert os.listdir(out) == ["a"]
 
 
-@pytest.mark.parametrize("there", [True, False])
-def test_a_link_to_a_folder_is_followed(tmp_path: Path, there: bool) -> None:
-    link, folder = tmp_path / "link", tmp_path / "disk" / "out"
-    link.symlink_to(folder)
-    if there:
-        folder.mkdir(parents=True)
-    with whole_folder(link) as part:
-        (part / "a").touch()
-    assert os.listdir(folder) == ["a"]
-    assert link.is_symlink()
-
-
-def test_a_place_that_another_has_taken_meanwhile_is_left_to_it(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="out: cannot be written"), whole_folder(tmp_path / "out"):
-        (tmp_path / "out").mkdir()
-        (tmp_path / "out" / "theirs").touch()
-    assert os.listdir(tmp_path / "out") == ["theirs"]
-    assert os.listdir(tmp_path) == ["out"]
-
-
 @pytest.mark.parametrize("kind", ["full folder", "file", "below a file"])
 def test_folder_refuses_what_is_there(tmp_path: Path, kind: str) -> None:
     out = tmp_path / "out"

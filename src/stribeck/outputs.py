@@ -29,7 +29,7 @@ def whole_folder(path: Path | str) -> Iterator[Path]:
     InputError
         Before the block runs, when `path` is a file or a folder that is not empty, or cannot be made.
     """
-    path = Path(os.path.realpath(path))  # the folder that a link stands for, not the link, takes the place
+    path = Path(path)
     check_free(path)
     made = _make_parents(path)
     try:
@@ -41,7 +41,7 @@ def whole_folder(path: Path | str) -> Iterator[Path]:
         yield part
         stop_if_asked()
         part.chmod(0o777 & ~_umask())  # mkdtemp makes it private; the result should be as readable as any folder
-        _move(part, path)
+        part.replace(path)
     except BaseException:
         shutil.rmtree(part, ignore_errors=True)
         _remove_empty(made)
@@ -74,7 +74,7 @@ def whole_file(path: Path | str) -> Iterator[Path]:
         yield part
         stop_if_asked()
         part.chmod(0o666 & ~_umask())
-        _move(part, path)
+        part.replace(path)
     except BaseException:
         part.unlink(missing_ok=True)
         _remove_empty(made)
@@ -93,13 +93,6 @@ def check_free(path: Path | str) -> None:
         elif path.exists() or path.is_symlink():
             raise InputError(f"{path}: output folder cannot be made", "a file of that name", "give a new folder")
     except OSError as error:
-        raise _cannot_write(path, error) from error
-
-
-def _move(part: Path, path: Path) -> None:
-    try:
-        part.replace(path)
-    except OSError as error:  # another has taken the place meanwhile
         raise _cannot_write(path, error) from error
 
 

@@ -2,7 +2,6 @@
 
 import json
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -10,7 +9,6 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -104,37 +102,6 @@ def test_a_failure_is_an_answer(tmp_path, sealed, straw_with):
     assert result["failed"]["k"] == 1
     assert [row["error"] for row in result["rows"] if row["error"]] == ["StribeckError: the fit failed: found status 3"]
     assert result["pairs"]["all"]["both"]["k"] == 0
-
-
-def test_an_error_is_tried_again(tmp_path, sealed, straw, straw_with):
-    """A case may have been damaged when it was answered; what has its answer is left as it is."""
-
-    def fail(level: float) -> None:
-        if level == 10.0:
-            raise StribeckError("a run is missing")
-
-    def diagnose(diagnoser: Any) -> list[str]:
-        told: list[str] = []
-        diagnose_cases(sealed[0], answers, farm=Processes(1), diagnoser=diagnoser, progress=told.append)
-        return told
-
-    answers = tmp_path / "answers"
-    assert diagnose(straw_with(fail))[-1] == "1 of 10 cases ended in an error; the same command tries them again"
-    before = {path.name: path.read_bytes() for path in answers.iterdir()}
-    assert len(diagnose(straw)) == 2  # nine have their answers, one is diagnosed
-    after = {path.name: path.read_bytes() for path in answers.iterdir()}
-    (changed,) = [name for name, content in before.items() if after[name] != content]
-    assert b"a run is missing" in before[changed]
-    assert "error" not in json.loads(after[changed])
-
-
-def test_a_folder_that_is_no_case_is_named(tmp_path, sealed, straw):
-    cases = tmp_path / "copied"
-    shutil.copytree(sealed[0], cases)
-    (cases / "case_x").mkdir()
-    with pytest.raises(InputError, match=r"^case_x: case.json is not the note of a sealed case"):
-        diagnose_cases(cases, tmp_path / "answers", farm=Processes(1), diagnoser=straw)
-    assert not (tmp_path / "answers").exists()
 
 
 def test_answers_of_other_settings_are_not_mixed(tmp_path, sealed, straw):

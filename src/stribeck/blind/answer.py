@@ -75,7 +75,7 @@ def answer_case(files: Files, diagnoser: Diagnoser = diagnosed, leave_out: Seque
     return {**answer, **read, "code": code_digest(), **spent}
 
 
-def left_out_of(files: Files, case: str = "a case") -> tuple[str, ...]:
+def left_out_of(files: Files) -> tuple[str, ...]:
     """Return the names that a case asks to withhold from the library."""
     try:
         note = json.loads(files["case.json"])
@@ -83,8 +83,7 @@ def left_out_of(files: Files, case: str = "a case") -> tuple[str, ...]:
             raise ValueError(note["schema"])
         return tuple(str(name) for name in note["leave_out"])
     except (KeyError, TypeError, ValueError) as error:
-        what = f"{case}: case.json is not the note of a sealed case"
-        raise InputError(what, str(error), "record the cases anew, or take that folder away") from None
+        raise InputError("case.json: not the note of a sealed case", str(error), "record the cases anew") from None
 
 
 def _loaded(files: Files) -> tuple[Arm, list[Run]]:

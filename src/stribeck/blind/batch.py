@@ -31,7 +31,7 @@ def diagnose_cases(
     diagnoser: Diagnoser = diagnosed,
     progress: Progress = lambda text: None,
 ) -> int:
-    """Diagnose every case of a folder that has no answer yet, or an error; return how many cases now have one.
+    """Diagnose every case of a folder that has no answer yet; return how many cases now have one.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def diagnose_cases(
     """
     names = case_names(cases)
     for name in names:  # before hours of work, not after
-        left_out_of(case_files(cases, name), name)
+        left_out_of(case_files(cases, name))
     library = library_without(leave_out)
     settings = {
         "schema": SCHEMA,
@@ -67,7 +67,7 @@ def diagnose_cases(
         "library": library,
     }
     _begin(out, settings)
-    left = [name for name in names if not _answered(out / f"{name}.json")]
+    left = [name for name in names if not (out / f"{name}.json").exists()]
     if len(left) < len(names):
         progress(f"{len(names) - len(left)} of {len(names)} cases have their answers already")
     work = partial(answer_case, diagnoser=diagnoser, leave_out=tuple(leave_out))
@@ -76,18 +76,7 @@ def diagnose_cases(
         write_json(out / f"{name}.json", {"schema": ANSWER_SCHEMA, "case": name, **answer})
         done += 1
         progress(f"{done} of {len(names)} cases diagnosed; {name}: {_in_words(answer)}")
-    failed = sum(not _answered(out / f"{name}.json") for name in left)
-    if failed:
-        progress(f"{failed} of {len(names)} cases ended in an error; the same command tries them again")
     return done
-
-
-def _answered(path: Path) -> bool:
-    """Return whether a case has an answer that is no error."""
-    try:
-        return "error" not in json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return False
 
 
 def case_names(cases: Path) -> list[str]:

@@ -6,7 +6,6 @@ import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -46,35 +45,15 @@ def unless_asked(show: Callable[[str], None]) -> Callable[[str], None]:
 
 
 def load_runs(arm: Arm, fitted: Sequence[Path], judged: Sequence[Path]) -> tuple[list[Run], list[Run]]:
-    """Load the runs of both kinds; one that is given twice would judge a fit by its own data.
-
-    Files of one name go by that of their folders as well.
-    """
-    paths = [*fitted, *judged]
-    true = [os.path.realpath(path) for path in paths]  # not resolve(): it raises where links go round in a circle
-    _once(true, paths)
-    runs = [replace(load_run(path, arm.n), name=name) for path, name in zip(paths, _names(true), strict=True)]
-    _once([run.q.tobytes() + run.tau.tobytes() for run in runs], paths)
+    """Load the runs of both kinds; a file that is given twice would judge a fit by its own data."""
+    seen: set[str] = set()
+    for path in (*fitted, *judged):
+        true = os.path.realpath(path)  # not resolve(): it raises where links go round in a circle
+        if true in seen:
+            raise InputError("a run is given twice", str(path), "give each recording once")
+        seen.add(true)
+    runs = [load_run(path, arm.n) for path in (*fitted, *judged)]
     for run in runs:
         for text in run.warnings:
             print(f"warning: {run.name}: {text}", file=sys.stderr)
     return runs[: len(fitted)], runs[len(fitted) :]
-
-
-def _once(told: Sequence[str | bytes], paths: Sequence[Path]) -> None:
-    """Raise `InputError` where two files are told by the same."""
-    first: dict[str | bytes, Path] = {}
-    for own, path in zip(told, paths, strict=True):
-        if own in first:
-            raise InputError("a run is given twice", f"{first[own]} and {path}", "give each recording once")
-        first[own] = path
-
-
-def _names(paths: Sequence[str]) -> list[str]:
-    """Return the files' names, with as many of their folders as tell them apart."""
-    parts = [Path(path).parts for path in paths]
-    names = ["/".join(own[-1:]) for own in parts]
-    for depth in range(2, max(map(len, parts), default=0) + 1):
-        again = {name for name in names if names.count(name) > 1}
-        names = ["/".join(own[-depth:]) if name in again else name for own, name in zip(parts, names, strict=True)]
-    return names

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from stribeck.cli.shared import load_runs, unless_asked
+from stribeck.cli.shared import unless_asked
 from stribeck.errors import InputError
 from stribeck.exits import INTERRUPTED
 from stribeck.outputs import check_free, whole_folder
@@ -178,9 +178,10 @@ def power(
 
 def _experiment(arm: Path, runs: Sequence[Path]) -> tuple[Arm, list[Run]]:
     from stribeck.arm import load_arm
+    from stribeck.run import load_run
 
     nominal = load_arm(arm)
-    return nominal, load_runs(nominal, runs, ())[0]
+    return nominal, [load_run(path, nominal.n) for path in runs]
 
 
 def _farm(jobs: int, cluster: str | None) -> Farm:
