@@ -15,7 +15,7 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from stribeck.arm import Arm
 from stribeck.errors import InputError
-from stribeck.run import Run, load_run
+from stribeck.run import Run, load_runs
 
 OutDir = Annotated[Path, typer.Option("--out", metavar="DIR", help="New folder; written whole or not at all.")]
 
@@ -33,15 +33,15 @@ def progress(task: str) -> Iterator[Callable[[str], None]]:
         yield lambda text: bar.update(number, description=text)
 
 
-def load_runs(arm: Arm, fitted: Sequence[Path], judged: Sequence[Path]) -> tuple[list[Run], list[Run]]:
-    """Load the runs of both kinds; a file that is given twice would judge a fit by its own data."""
+def read_runs(arm: Arm, fitted: Sequence[Path], judged: Sequence[Path] = ()) -> tuple[list[Run], list[Run]]:
+    """Load the runs of both kinds and say what makes them doubtful; a file given twice would be its own judge."""
     seen: set[str] = set()
     for path in (*fitted, *judged):
         true = os.path.realpath(path)  # not resolve(): it raises where links go round in a circle
         if true in seen:
             raise InputError("a run is given twice", str(path), "give each recording once")
         seen.add(true)
-    runs = [load_run(path, arm.n) for path in (*fitted, *judged)]
+    runs = load_runs((*fitted, *judged), arm.n)
     for run in runs:
         for text in run.warnings:
             print(f"warning: {run.name}: {text}", file=sys.stderr)

@@ -177,10 +177,10 @@ def power(
 
 def _experiment(arm: Path, runs: Sequence[Path]) -> tuple[Arm, list[Run]]:
     from stribeck.arm import load_arm
-    from stribeck.run import load_run
+    from stribeck.run import load_runs
 
     nominal = load_arm(arm)
-    return nominal, [load_run(path, nominal.n) for path in runs]
+    return nominal, load_runs(runs, nominal.n)
 
 
 def _farm(jobs: int, cluster: str | None) -> Farm:

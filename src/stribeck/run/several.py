@@ -1,0 +1,47 @@
+"""Several runs, and names that tell them apart."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import count
+from pathlib import Path
+
+from stribeck.errors import InputError
+from stribeck.run.file import load_run
+from stribeck.run.values import Run
+
+
+def load_runs(paths: Sequence[Path | str], n_joints: int) -> list[Run]:
+    """Read runs of one arm; files of the same name in several folders are named with as many folders as differ.
+
+    Parameters
+    ----------
+    paths : sequence of path
+        See :func:`load_run`.
+    n_joints : int
+        Number of joints that the arm has.
+
+    Returns
+    -------
+    list of Run
+        ``run_0.csv``, ..; ``monday/run_0.csv``, .. where the files' own names do not tell them apart.
+    """
+    return [replace(load_run(path, n_joints), name=name) for path, name in zip(paths, _names(paths), strict=True)]
+
+
+def check_apart(runs: Sequence[Run]) -> None:
+    """Raise `InputError` for two runs of one name, by which results tell them apart."""
+    names: set[str] = set()
+    for run in runs:
+        if run.name in names:
+            raise InputError("two runs have the same name", run.name, "give each run a name of its own")
+        names.add(run.name)
+
+
+def _names(paths: Sequence[Path | str]) -> list[str]:
+    """Return a name for each path: its end, of all the same length, for names tell the order of recordings."""
+    whole = [Path(os.path.abspath(path)).parts for path in paths]
+    ends = next(ends for k in count(1) if len(set(ends := [parts[-k:] for parts in whole])) == len(set(whole)))
+    return [Path(*parts).as_posix() for parts in ends]
