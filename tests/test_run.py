@@ -269,6 +269,14 @@ def test_runs_of_one_name_are_refused() -> None:
         check_apart([a_run(), a_run(50)])
 
 
+def test_a_run_that_is_there_twice_is_refused() -> None:
+    """Whatever its name and its clock say."""
+    run = a_run()
+    copy = dataclasses.replace(run, name="b", t=run.t + 9.0)
+    with pytest.raises(InputError, match="a run is given twice: found a and b; give each recording once"):
+        check_apart([run, dataclasses.replace(run, name="c", q=run.q + 1e-6), copy])
+
+
 @pytest.mark.skipif(not REAL.exists(), reason="the real recordings do not come with the package")
 def test_real_recordings_load() -> None:
     paths = sorted(REAL.glob("*/run_*.csv"))

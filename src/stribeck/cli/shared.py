@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -14,7 +13,6 @@ from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from stribeck.arm import Arm
-from stribeck.errors import InputError
 from stribeck.run import Run, load_runs
 
 OutDir = Annotated[Path, typer.Option("--out", metavar="DIR", help="New folder; written whole or not at all.")]
@@ -34,13 +32,7 @@ def progress(task: str) -> Iterator[Callable[[str], None]]:
 
 
 def read_runs(arm: Arm, fitted: Sequence[Path], judged: Sequence[Path] = ()) -> tuple[list[Run], list[Run]]:
-    """Load the runs of both kinds and say what makes them doubtful; a file given twice would be its own judge."""
-    seen: set[str] = set()
-    for path in (*fitted, *judged):
-        true = os.path.realpath(path)  # not resolve(): it raises where links go round in a circle
-        if true in seen:
-            raise InputError("a run is given twice", str(path), "give each recording once")
-        seen.add(true)
+    """Load the runs of both kinds, and say what gives reason to doubt them."""
     runs = load_runs((*fitted, *judged), arm.n)
     for run in runs:
         for text in run.warnings:

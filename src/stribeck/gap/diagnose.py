@@ -60,7 +60,7 @@ def diagnose(
     Raises
     ------
     InputError
-        When a run has not the arm's joints, or has the name of another.
+        When a run has not the arm's joints, or is there twice, or has the name of another.
     """
     check_apart((*runs, *held_out))
     for run in (*runs, *held_out):

@@ -48,7 +48,7 @@ def identify(arm: Arm, runs: Sequence[Run], progress: Callable[[str], None] = la
     Raises
     ------
     InputError
-        When a recording has too few samples, or has the name of another.
+        When a recording has too few samples, or is there twice, or has the name of another.
     """
     check_apart(runs)
     notes: list[str] = []

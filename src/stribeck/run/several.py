@@ -1,7 +1,8 @@
-"""Several runs, and names that tell them apart."""
+"""Several runs: names that tell them apart, and none of them twice."""
 
 from __future__ import annotations
 
+import hashlib
 import os
 from collections.abc import Sequence
 from dataclasses import replace
@@ -32,12 +33,24 @@ def load_runs(paths: Sequence[Path | str], n_joints: int) -> list[Run]:
 
 
 def check_apart(runs: Sequence[Run]) -> None:
-    """Raise `InputError` for two runs of one name, by which results tell them apart."""
+    """Raise `InputError` for two runs of one name, and for a recording that is there twice: it would judge itself."""
     names: set[str] = set()
+    known: dict[bytes, str] = {}
     for run in runs:
+        samples = _digest(run)
+        if samples in known:
+            raise InputError("a run is given twice", f"{known[samples]} and {run.name}", "give each recording once")
         if run.name in names:
             raise InputError("two runs have the same name", run.name, "give each run a name of its own")
+        known[samples] = run.name
         names.add(run.name)
+
+
+def _digest(run: Run) -> bytes:
+    """Return what tells a run's samples; not its times, for a copy may be told as of another hour."""
+    total = hashlib.sha256(run.q.tobytes())
+    total.update(run.tau.tobytes())
+    return total.digest()
 
 
 def _names(paths: Sequence[Path | str]) -> list[str]:
