@@ -181,7 +181,8 @@ def failing(error: BaseException | None, out: Path, act: Callable[[], object] = 
         (KeyboardInterrupt(), 130, "interrupted; nothing was written"),
         (StribeckError("the fit failed", "status 3"), 1, "the fit failed: found status 3"),
         (ValueError("a\nb"), 1, "ValueError: a b (add --debug for a traceback)"),
-        (OSError(28, "No space left on device"), 1, "No space left on device"),
+        (OSError(28, "No space left on device"), 2, "out: cannot be written: found no space left on device"),
+        (OSError(5, "Input/output error"), 1, "OSError: [Errno 5] Input/output error"),
         (MemoryError(), 1, "MemoryError"),
     ],
 )
