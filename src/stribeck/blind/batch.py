@@ -11,13 +11,11 @@ from typing import Any
 
 from stribeck.blind.answer import Diagnoser, Files, answer_case, diagnosed, left_out_of
 from stribeck.blind.farm import Farm, Processes
+from stribeck.blind.files import ANSWER_SCHEMA, SCHEMA, SETTINGS
 from stribeck.blind.source import code_digest
 from stribeck.errors import InputError
 from stribeck.outputs import whole_file
 from stribeck.withheld.seal import read_digest
-
-SCHEMA, ANSWER_SCHEMA = "stribeck.withheld-results/1", "stribeck.withheld-answer/1"
-SETTINGS = "settings.json"
 
 Progress = Callable[[str], None]
 
