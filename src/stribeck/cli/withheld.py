@@ -97,7 +97,7 @@ def diagnose(
     jobs: Jobs = 2,
     cluster: Address = None,
 ) -> None:
-    """Diagnose every case without its answer; what is done stays done, and a second call goes on."""
+    """Diagnose every case without its answer; a second call goes on, and tries what failed again."""
     from stribeck.blind.batch import diagnose_cases
 
     with _resumable(out):
