@@ -12,6 +12,7 @@ from __future__ import annotations
 import sys
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -38,7 +39,8 @@ def pieces(runs: Sequence[Run]) -> list[Run]:
     for run in runs:
         count = int(np.ceil(run.duration / PIECE - 0.1))
         edges = np.linspace(0, len(run.t), count + 1).astype(int)
-        out += [part(run, lo, hi) for lo, hi in pairwise(edges)]
+        parts = enumerate(pairwise(edges))
+        out += [replace(part(run, lo, hi), name=f"{run.name}, part {k}") for k, (lo, hi) in parts]
     return out
 
 

@@ -1,6 +1,7 @@
 """The program's failures: exit status, exactly one line on standard error, and nothing left behind."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -129,7 +130,7 @@ def test_bad_input(bench: Path, capsys: pytest.CaptureFixture[str], name: str) -
         ("diagnose --out out", "diagnose needs an arm file and at least one run"),
         ("diagnose arm.toml --out out", "diagnose needs an arm file and at least one run"),
         ("diagnose arm.toml run.csv --example --out out", "--example brings its own arm and runs"),
-        ("diagnose arm.toml run.csv run.csv --out out", "a run is given twice: found run.csv"),
+        ("diagnose arm.toml run.csv run.csv --out out", "a run is given twice: found run.csv and run.csv"),
         ("diagnose arm.toml run.csv --out out --held-out ./run.csv", "a run is given twice"),
         ("diagnose arm.toml run.csv --out out --outt", "No such option: --outt"),
         ("diagnose arm.toml run.csv --torque measured --out out", "run.csv: --torque measured needs tau1_meas"),
@@ -145,6 +146,14 @@ def test_bad_arguments(bench: Path, capsys: pytest.CaptureFixture[str], argument
     assert main(arguments.split()) == 2
     assert_one_line(capsys, says)
     assert sorted(os.listdir(bench)) == ["arm.toml", "run.csv"]
+
+
+def test_a_copy_does_not_judge_its_original(bench: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (bench / "later").mkdir()
+    shutil.copy("run.csv", "later/run.csv")
+    assert main(["diagnose", "arm.toml", "run.csv", "--held-out", "later/run.csv", "--out", "out"]) == 2
+    assert_one_line(capsys, f"a run is given twice: found {bench.name}/run.csv and later/run.csv")
+    assert not (bench / "out").exists()
 
 
 def failing(error: BaseException | None, out: Path, act: Callable[[], object] = lambda: None) -> typer.main.TyperGroup:
@@ -173,7 +182,8 @@ def failing(error: BaseException | None, out: Path, act: Callable[[], object] = 
         (KeyboardInterrupt(), 130, "interrupted; nothing was written"),
         (StribeckError("the fit failed", "status 3"), 1, "the fit failed: found status 3"),
         (ValueError("a\nb"), 1, "ValueError: a b (add --debug for a traceback)"),
-        (OSError(28, "No space left on device"), 1, "No space left on device"),
+        (OSError(28, "No space left on device"), 2, "out: cannot be written: found no space left on device"),
+        (OSError(5, "Input/output error"), 1, "OSError: [Errno 5] Input/output error"),
         (MemoryError(), 1, "MemoryError"),
     ],
 )

@@ -1,7 +1,10 @@
 """Outputs appear whole or not at all."""
 
+import errno
 import os
 import stat
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import pytest
@@ -57,6 +60,67 @@ def test_folder_refuses_what_is_there(tmp_path: Path, kind: str) -> None:
     if kind != "below a file":
         with pytest.raises(InputError):
             check_free(out)
+
+
+def test_a_link_to_an_empty_folder_stays_a_link(tmp_path: Path) -> None:
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "out").symlink_to("elsewhere")
+    with whole_folder(tmp_path / "out") as part:
+        (part / "a").touch()
+    assert os.readlink(tmp_path / "out") == "elsewhere"
+    assert os.listdir(tmp_path / "elsewhere") == ["a"]
+    assert sorted(os.listdir(tmp_path)) == ["elsewhere", "out"]
+
+
+def test_the_current_folder_may_be_given(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "out").mkdir()
+    monkeypatch.chdir(tmp_path / "out")
+    with whole_folder(".") as part:
+        (part / "a").touch()
+    assert os.listdir(tmp_path / "out") == ["a"]
+
+
+@pytest.mark.parametrize("links", ["nowhere", "out"])
+def test_a_link_to_nothing_is_refused(tmp_path: Path, links: str) -> None:
+    (tmp_path / "out").symlink_to(links)
+    with pytest.raises(InputError, match="out: output folder cannot be made"), whole_folder(tmp_path / "out"):
+        pytest.fail("the block must not run")
+    assert os.listdir(tmp_path) == ["out"]
+
+
+@pytest.mark.parametrize("kind", ["full folder", "file"])
+def test_who_comes_second_is_told(tmp_path: Path, kind: str) -> None:
+    """Another program has made the folder meanwhile: its result stays, and the other leaves nothing."""
+    out = tmp_path / "out"
+    with pytest.raises(InputError, match=r"out: cannot be written: found .*; give another place"):  # noqa: SIM117
+        with whole_folder(out) as part:
+            (part / "a").touch()
+            if kind == "file":
+                out.touch()
+            else:
+                out.mkdir()
+                (out / "theirs").touch()
+    assert os.listdir(tmp_path) == ["out"]
+    assert kind == "file" or os.listdir(out) == ["theirs"]
+
+
+@pytest.mark.parametrize("whole", [whole_folder, whole_file])
+def test_a_full_disk_is_told(tmp_path: Path, whole: Callable[[Path], AbstractContextManager[Path]]) -> None:
+    with (
+        pytest.raises(InputError, match="out: cannot be written: found no space left on device"),
+        whole(tmp_path / "deep" / "out"),
+    ):
+        raise OSError(errno.ENOSPC, "No space left on device")
+    assert os.listdir(tmp_path) == []
+
+
+def test_a_file_is_written_where_its_link_points(tmp_path: Path) -> None:
+    (tmp_path / "true.csv").write_text("old")
+    (tmp_path / "x.csv").symlink_to("true.csv")
+    with whole_file(tmp_path / "x.csv") as part:
+        part.write_text("new")
+    assert (tmp_path / "x.csv").is_symlink()
+    assert (tmp_path / "true.csv").read_text() == "new"
 
 
 def test_file_is_replaced_only_when_whole(tmp_path: Path) -> None:

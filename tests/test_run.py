@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from stribeck.errors import InputError, StribeckError
-from stribeck.run import Run, load_run, save_run
+from stribeck.run import Run, check_apart, load_run, load_runs, save_run
 
 REAL = Path(__file__).parents[2] / "shared" / "data" / "dfki-double-pendulum"
 FORMATS = [".csv", ".parquet"]
@@ -243,6 +243,38 @@ def test_shapes_must_agree() -> None:
     run = a_run()
     with pytest.raises(StribeckError, match=r"tau must have shape \(40, 2\): found \(39, 2\)"):
         dataclasses.replace(run, tau=run.tau[1:])
+
+
+@pytest.mark.parametrize(
+    ("paths", "names"),
+    [
+        ("a/run.csv b/other.csv", "run.csv other.csv"),
+        ("a/run.csv b/run.csv", "a/run.csv b/run.csv"),
+        ("run.csv a/../b/run.csv a/other.csv", "{here}/run.csv b/run.csv a/other.csv"),
+        ("a/x/run.csv b/x/run.csv", "a/x/run.csv b/x/run.csv"),
+    ],
+)
+def test_names_tell_runs_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, paths: str, names: str) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a").mkdir()
+    for path in paths.split():
+        save_run(a_run(), path)
+    runs = load_runs(paths.split(), 2)
+    assert [run.name for run in runs] == names.format(here=tmp_path.name).split()
+    assert load_runs([], 2) == []
+
+
+def test_runs_of_one_name_are_refused() -> None:
+    with pytest.raises(InputError, match="two runs have the same name: found a; give each run a name of its own"):
+        check_apart([a_run(), a_run(50)])
+
+
+def test_a_run_that_is_there_twice_is_refused() -> None:
+    """Whatever its name and its clock say."""
+    run = a_run()
+    copy = dataclasses.replace(run, name="b", t=run.t + 9.0)
+    with pytest.raises(InputError, match="a run is given twice: found a and b; give each recording once"):
+        check_apart([run, dataclasses.replace(run, name="c", q=run.q + 1e-6), copy])
 
 
 @pytest.mark.skipif(not REAL.exists(), reason="the real recordings do not come with the package")

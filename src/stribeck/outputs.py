@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from stribeck.errors import InputError
 from stribeck.stopping import stop_if_asked
+
+FULL = (errno.ENOSPC, errno.EDQUOT)  # the disk, or the user's part of it
 
 
 @contextmanager
@@ -22,30 +25,18 @@ def whole_folder(path: Path | str) -> Iterator[Path]:
     Parameters
     ----------
     path : path
-        The folder to make. It may exist when it is empty.
+        The folder to make. It may exist when it is empty, and be a link to such a one.
 
     Raises
     ------
     InputError
-        Before the block runs, when `path` is a file or a folder that is not empty, or cannot be made.
+        Before the block runs, when `path` is a file or a folder that is not empty, or cannot be made. At its end, when
+        someone else has written there meanwhile, or the disk is full.
     """
     path = Path(path)
     check_free(path)
-    made = _make_parents(path)
-    try:
-        part = Path(tempfile.mkdtemp(prefix=f".{path.name}.", suffix=".part", dir=path.absolute().parent))
-    except OSError as error:
-        _remove_empty(made)
-        raise _cannot_write(path, error) from error
-    try:
+    with _part(path, tempfile.mkdtemp, 0o777) as part:
         yield part
-        stop_if_asked()
-        part.chmod(0o777 & ~_umask())  # mkdtemp makes it private; the result should be as readable as any folder
-        part.replace(path)
-    except BaseException:
-        shutil.rmtree(part, ignore_errors=True)
-        _remove_empty(made)
-        raise
 
 
 @contextmanager
@@ -57,28 +48,50 @@ def whole_file(path: Path | str) -> Iterator[Path]:
     Raises
     ------
     InputError
-        Before the block runs, when `path` is a folder or its folder cannot be written.
+        Before the block runs, when `path` is a folder or its folder cannot be written. At its end, when that is so by
+        then, or the disk is full.
     """
     path = Path(path)
     if path.is_dir():
         raise InputError(f"{path}: cannot be written", "a folder", "give the name of a file")
-    made = _make_parents(path)
+    with _part(path, _new_file, 0o666) as part:
+        yield part
+
+
+@contextmanager
+def _part(path: Path, make: Callable[[str, str, Path], str], mode: int) -> Iterator[Path]:
+    """Give what `make` makes beside `path`, moved there at the end of the block and removed where it raises."""
+    true = Path(os.path.realpath(path))  # a link stays one; not resolve(): it raises where links go round in a circle
+    made = _make_parents(true, path)
     try:
-        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.absolute().parent)
+        part = Path(make(".part", f".{true.name}.", true.parent))
     except OSError as error:
         _remove_empty(made)
         raise _cannot_write(path, error) from error
-    os.close(handle)
-    part = Path(name)
     try:
         yield part
         stop_if_asked()
-        part.chmod(0o666 & ~_umask())
-        part.replace(path)
-    except BaseException:
-        part.unlink(missing_ok=True)
+        _move(part, true, mode, path)
+    except BaseException as error:
+        _remove(part)
         _remove_empty(made)
+        if isinstance(error, OSError) and error.errno in FULL:
+            raise _cannot_write(path, error) from error
         raise
+
+
+def _new_file(suffix: str, prefix: str, folder: Path) -> str:
+    handle, name = tempfile.mkstemp(suffix, prefix, folder)
+    os.close(handle)
+    return name
+
+
+def _move(part: Path, true: Path, mode: int, path: Path) -> None:
+    try:
+        part.chmod(mode & ~_umask())  # a temporary one is private; the result should be as readable as any
+        part.replace(true)
+    except OSError as error:  # hours may have passed since the place was looked at
+        raise _cannot_write(path, error) from error
 
 
 def check_free(path: Path | str) -> None:
@@ -96,15 +109,22 @@ def check_free(path: Path | str) -> None:
         raise _cannot_write(path, error) from error
 
 
-def _make_parents(path: Path) -> list[Path]:
-    """Make the missing parent folders of `path`; return those made, deepest first."""
-    missing = [folder for folder in path.absolute().parents if not folder.exists()]
+def _make_parents(true: Path, path: Path) -> list[Path]:
+    """Make the missing parent folders of `true`, which was given as `path`; return those made, deepest first."""
+    missing = [folder for folder in true.parents if not folder.exists()]
     try:
-        path.absolute().parent.mkdir(parents=True, exist_ok=True)
+        true.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         _remove_empty(missing)
         raise _cannot_write(path, error) from error
     return missing
+
+
+def _remove(part: Path) -> None:
+    if part.is_dir():
+        shutil.rmtree(part, ignore_errors=True)
+    else:
+        part.unlink(missing_ok=True)
 
 
 def _remove_empty(folders: list[Path]) -> None:

@@ -8,6 +8,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -102,6 +103,46 @@ def test_a_failure_is_an_answer(tmp_path, sealed, straw_with):
     assert result["failed"]["k"] == 1
     assert [row["error"] for row in result["rows"] if row["error"]] == ["StribeckError: the fit failed: found status 3"]
     assert result["pairs"]["all"]["both"]["k"] == 0
+
+
+def test_what_failed_or_was_of_other_files_is_done_again(tmp_path, sealed, straw):
+    """So is a case that lacked a file: which ones it should have, it does not tell."""
+    cases, _ = sealed
+    damaged, lacking = cases / "case_0002" / "run_00.csv", cases / "case_0005" / "run_00.csv"
+    whole = {path: path.read_bytes() for path in (damaged, lacking)}
+    damaged.write_text("t,q1\n")
+    lacking.with_name("run_01.csv").write_bytes(whole[lacking].replace(b"\n0,", b"\n0.0,", 1))
+    told: list[str] = []
+    run = partial(diagnose_cases, cases, tmp_path / "answers", farm=Processes(1), diagnoser=straw, progress=told.append)
+    assert run() == 10
+    assert any("case_0002: failed, InputError: " in text and "column tau1 is missing" in text for text in told)
+    assert told[-1] == "1 of 10 cases failed; the same command tries them again"
+    damaged.write_bytes(whole[damaged])
+    lacking.with_name("run_01.csv").unlink()
+    told.clear()
+    assert run() == 10
+    assert told[:2] == [
+        "8 of 10 cases have their answers already",
+        "case_0002, case_0005: failed before, or had other files, and done again",
+    ]
+    assert len(told) == 4
+    assert scored(tmp_path / "answers", sealed[1])["failed"]["k"] == 0
+    told.clear()
+    assert run() == 10
+    assert told == ["10 of 10 cases have their answers already"]
+
+
+@pytest.mark.parametrize(
+    ("file", "says"),
+    [("", r"case_x: not a sealed case: found no case\.json"), ("case.json", r"case_x.case\.json: not the note")],
+)
+def test_a_folder_that_is_no_case_is_named(tmp_path, sealed, straw, file, says):
+    (sealed[0] / "case_x").mkdir()
+    if file:
+        (sealed[0] / "case_x" / file).write_text("{}")
+    with pytest.raises(InputError, match=says):
+        diagnose_cases(sealed[0], tmp_path / "answers", farm=Processes(1), diagnoser=straw)
+    assert not (tmp_path / "answers").exists()
 
 
 def test_answers_of_other_settings_are_not_mixed(tmp_path, sealed, straw):

@@ -254,6 +254,14 @@ def test_run_of_another_arm_is_refused() -> None:
         diagnose(two, [sines(3.0)])
 
 
+def test_runs_of_one_name_are_refused() -> None:
+    """Results tell runs apart by their names."""
+    with pytest.raises(InputError, match="two runs have the same name: found run"):
+        diagnose(NOMINAL, [sines(3.0), sines(4.0)], [sines(3.0, name="other")])
+    with pytest.raises(InputError, match="two runs have the same name: found run"):
+        diagnose(NOMINAL, [sines(3.0)], [sines(4.0)])
+
+
 def test_what_is_pushed_to_its_limits_is_told_of_the_model_that_is_delivered(monkeypatch: pytest.MonkeyPatch) -> None:
     """Beside the payload a friction torque goes to its limit; if the payload is not named, that model is not delivered.
 

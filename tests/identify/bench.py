@@ -41,7 +41,7 @@ def sliding(speed: float, gravity: float = 0.0, seed: int = 0) -> Run:
 def breaking(way: int, gravity: float = 0.0, rate: float = 1.6, seed: int = 0) -> Run:
     """A torque that rises by so many N m/s until the joint has moved 0.2 rad."""
     entry = JointLoop("A", OPEN, Reference("ramp", velocity=way * rate / OPEN), kv=0.0)
-    run = driven(entry, 1.4 * 6.25 / rate, f"break {way}", gravity, seed)
+    run = driven(entry, 1.4 * 6.25 / rate, f"break {way} no. {seed}", gravity, seed)
     end = int(np.argmax(np.abs(run.q[:, 0]) > 0.2)) or len(run.t)
     keys = ("t", "q", "tau", "q_ref", "dq_ref")
     return replace(run, **{key: getattr(run, key)[:end] for key in keys if getattr(run, key) is not None})

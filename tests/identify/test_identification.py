@@ -100,6 +100,11 @@ def test_too_short() -> None:
         identify(joint(), [run])
 
 
+def test_runs_of_one_name_are_refused() -> None:
+    with pytest.raises(InputError, match="two runs have the same name: found "):
+        identify(joint(), [recorded(noise=1e-5), recorded(noise=2e-5)])
+
+
 @pytest.fixture
 def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)

@@ -16,6 +16,7 @@ from stribeck.run import Run, load_run
 from stribeck.withheld.seal import CASE_SCHEMA, digest_of_files
 
 Files: TypeAlias = dict[str, bytes]
+NOTE = "case.json"
 Diagnoser: TypeAlias = Callable[[Arm, Sequence[Run], Sequence[str]], Mapping[str, Any]]
 
 
@@ -75,15 +76,18 @@ def answer_case(files: Files, diagnoser: Diagnoser = diagnosed, leave_out: Seque
     return {**answer, **read, "code": code_digest(), **spent}
 
 
-def left_out_of(files: Files) -> tuple[str, ...]:
-    """Return the names that a case asks to withhold from the library."""
+def left_out_of(files: Files, case: Path = Path()) -> tuple[str, ...]:
+    """Return the names that a `case`, known by its folder, asks to withhold from the library."""
+    if NOTE not in files:
+        raise InputError(f"{case}: not a sealed case", f"no {NOTE}", "remove it, or record the cases anew")
     try:
-        note = json.loads(files["case.json"])
+        note = json.loads(files[NOTE])
         if note["schema"] != CASE_SCHEMA:
             raise ValueError(note["schema"])
         return tuple(str(name) for name in note["leave_out"])
     except (KeyError, TypeError, ValueError) as error:
-        raise InputError("case.json: not the note of a sealed case", str(error), "record the cases anew") from None
+        what = f"{case / NOTE}: not the note of a sealed case"
+        raise InputError(what, str(error), "record the cases anew") from None
 
 
 def _loaded(files: Files) -> tuple[Arm, list[Run]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -11,13 +11,11 @@ from typing import Any
 
 from stribeck.blind.answer import Diagnoser, Files, answer_case, diagnosed, left_out_of
 from stribeck.blind.farm import Farm, Processes
+from stribeck.blind.files import ANSWER_SCHEMA, SCHEMA, SETTINGS, read_answer
 from stribeck.blind.source import code_digest
 from stribeck.errors import InputError
 from stribeck.outputs import whole_file
-from stribeck.withheld.seal import read_digest
-
-SCHEMA, ANSWER_SCHEMA = "stribeck.withheld-results/1", "stribeck.withheld-answer/1"
-SETTINGS = "settings.json"
+from stribeck.withheld.seal import digest_of_files, read_digest
 
 Progress = Callable[[str], None]
 
@@ -32,6 +30,8 @@ def diagnose_cases(
     progress: Progress = lambda text: None,
 ) -> int:
     """Diagnose every case of a folder that has no answer yet; return how many cases now have one.
+
+    An answer that tells of a failure, or of other files than the case holds now, counts as none.
 
     Parameters
     ----------
@@ -51,11 +51,11 @@ def diagnose_cases(
     Raises
     ------
     InputError
-        When `cases` are none, or `out` holds answers to other cases, of other settings or by other code.
+        When `cases` are none, or one of them is none, or `out` holds answers to other cases, of other settings or by
+        other code, or damaged ones.
     """
     names = case_names(cases)
-    for name in names:  # before hours of work, not after
-        left_out_of(case_files(cases, name))
+    digests = {name: _checked(cases, name) for name in names}  # before hours of work, not after
     library = library_without(leave_out)
     settings = {
         "schema": SCHEMA,
@@ -67,15 +67,16 @@ def diagnose_cases(
         "library": library,
     }
     _begin(out, settings)
-    left = [name for name in names if not (out / f"{name}.json").exists()]
-    if len(left) < len(names):
-        progress(f"{len(names) - len(left)} of {len(names)} cases have their answers already")
+    left = _left(out, digests, progress)
     work = partial(answer_case, diagnoser=diagnoser, leave_out=tuple(leave_out))
-    done = len(names) - len(left)
+    done, failed = len(names) - len(left), 0
     for name, answer in (farm or Processes()).run(work, partial(case_files, cases), left):
         write_json(out / f"{name}.json", {"schema": ANSWER_SCHEMA, "case": name, **answer})
         done += 1
+        failed += "error" in answer
         progress(f"{done} of {len(names)} cases diagnosed; {name}: {_in_words(answer)}")
+    if failed:
+        progress(f"{failed} of {len(names)} cases failed; the same command tries them again")
     return done
 
 
@@ -94,6 +95,24 @@ def case_files(cases: Path, name: str) -> Files:
         return {path.name: path.read_bytes() for path in sorted((cases / name).iterdir())}
     except OSError as error:
         raise InputError(f"{cases / name}: cannot be read", str(error.strerror), "record the cases anew") from None
+
+
+def _checked(cases: Path, name: str) -> str:
+    """Return the digest of a case's files; raise `InputError` for a folder that is no case."""
+    files = case_files(cases, name)
+    left_out_of(files, cases / name)
+    return digest_of_files(files)
+
+
+def _left(out: Path, digests: Mapping[str, str], progress: Progress) -> list[str]:
+    """Return the cases, given with the digests of their files, that are to be diagnosed."""
+    known = {name: read_answer(path) for name in digests if (path := out / f"{name}.json").exists()}
+    again = [name for name, answer in known.items() if "error" in answer or answer["files"] != digests[name]]
+    if len(known) > len(again):
+        progress(f"{len(known) - len(again)} of {len(digests)} cases have their answers already")
+    if again:
+        progress(f"{', '.join(again)}: failed before, or had other files, and done again")
+    return [name for name in digests if name not in known or name in again]
 
 
 def library_without(leave_out: Sequence[str]) -> list[str]:
@@ -133,6 +152,6 @@ def _begin(out: Path, settings: dict[str, Any]) -> None:
 
 def _in_words(answer: dict[str, Any]) -> str:
     if "error" in answer:
-        return str(answer["error"])
+        return f"failed, {answer['error']}"
     found = answer["diagnosis"]
     return ", ".join(found["named"]) or str(found["verdict"])

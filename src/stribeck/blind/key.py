@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from stribeck.blind.batch import ANSWER_SCHEMA, SCHEMA, SETTINGS
+from stribeck.blind.files import read_answer, read_json, read_settings
 from stribeck.errors import InputError
 from stribeck.withheld.seal import KEY_SCHEMA
 
@@ -39,19 +38,19 @@ def open_sealed(results: Path, key: Path, *, partial: bool = False) -> Opened:
     ------
     InputError
         When the key is not the one that was sealed, an answer belongs to other recordings than those in the key, or
-        answers are missing.
+        answers are missing or are not as ``withheld diagnose`` writes them.
     """
-    settings = _read(results / SETTINGS, SCHEMA, "not a folder of answers")
+    settings = read_settings(results)
     digest = _digest(key)
     if digest != settings["digest"]:
         what = f"{key}: is not the key of these cases"
         raise InputError(what, f"digest {digest[:12]}..", f"the sealed digest is {settings['digest'][:12]}..")
-    truths = _read(key, KEY_SCHEMA, "not a key")["cases"]
+    truths = read_json(key, KEY_SCHEMA, "not a key")["cases"]
     missing = [name for name in truths if not (results / f"{name}.json").exists()]
     if missing and (not partial or len(missing) == len(truths)):
         what = f"{results}: {len(missing)} of {len(truths)} cases have no answer"
         raise InputError(what, missing[0], "run withheld diagnose again; it goes on where it stopped")
-    answers = {n: _read(results / f"{n}.json", ANSWER_SCHEMA, "not an answer") for n in truths if n not in missing}
+    answers = {n: read_answer(results / f"{n}.json") for n in truths if n not in missing}
     for name, answer in answers.items():
         if answer["files"] != truths[name]["files"]:
             what = f"{results / name}.json: answers another recording than the one in the key"
@@ -64,16 +63,3 @@ def _digest(path: Path) -> str:
         return hashlib.sha256(path.read_bytes()).hexdigest()
     except OSError as error:
         raise InputError(f"{path}: cannot be read", str(error.strerror), "give the key file") from None
-
-
-def _read(path: Path, schema: str, what: str) -> dict[str, Any]:
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read", str(error.strerror), what) from None
-    except ValueError as error:
-        raise InputError(f"{path}: is not JSON", str(error), what) from None
-    if not isinstance(content, dict) or content.get("schema") != schema:
-        found = content.get("schema", "no schema") if isinstance(content, dict) else type(content).__name__
-        raise InputError(f"{path}: schema must be '{schema}'", str(found), what)
-    return content

@@ -14,7 +14,7 @@ import typer
 from rich.console import Console
 
 from stribeck.arm import load_arm
-from stribeck.cli.shared import OutDir, load_runs, progress
+from stribeck.cli.shared import OutDir, progress, read_runs
 from stribeck.errors import InputError
 from stribeck.outputs import check_free, whole_folder
 from stribeck.run import Run, save_columns
@@ -77,7 +77,7 @@ def diagnose(
             "before any --held-out, which takes all files up to the next option; or give --example",
         )
     nominal = load_arm(arm)
-    fitted, judged = load_runs(nominal, runs, held_out or [])
+    fitted, judged = read_runs(nominal, runs, held_out or [])
 
     if torque is Torque.measured:
         fitted, judged = _measured(fitted), _measured(judged)
@@ -109,7 +109,7 @@ def predict(
     if not 0.0 < horizon < float("inf"):
         raise InputError("--horizon must be a positive time", f"{horizon:g} s", "give seconds, for instance 0.5")
     arm = load_arm(model)
-    (recorded,), _ = load_runs(arm, [run], [])
+    (recorded,), _ = read_runs(arm, [run])
 
     from stribeck.simulate.predict import predict as ahead
 
@@ -132,7 +132,7 @@ def identify(
     """
     check_free(out)
     nominal = load_arm(arm)
-    recorded, _ = load_runs(nominal, runs, [])
+    recorded, _ = read_runs(nominal, runs)
 
     from stribeck.identify.files import write_identification
     from stribeck.identify.identification import identify as find

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -14,8 +13,7 @@ from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from stribeck.arm import Arm
-from stribeck.errors import InputError
-from stribeck.run import Run, load_run
+from stribeck.run import Run, load_runs
 from stribeck.stopping import stop_if_asked
 
 OutDir = Annotated[Path, typer.Option("--out", metavar="DIR", help="New folder; written whole or not at all.")]
@@ -44,15 +42,9 @@ def unless_asked(show: Callable[[str], None]) -> Callable[[str], None]:
     return told
 
 
-def load_runs(arm: Arm, fitted: Sequence[Path], judged: Sequence[Path]) -> tuple[list[Run], list[Run]]:
-    """Load the runs of both kinds; a file that is given twice would judge a fit by its own data."""
-    seen: set[str] = set()
-    for path in (*fitted, *judged):
-        true = os.path.realpath(path)  # not resolve(): it raises where links go round in a circle
-        if true in seen:
-            raise InputError("a run is given twice", str(path), "give each recording once")
-        seen.add(true)
-    runs = [load_run(path, arm.n) for path in (*fitted, *judged)]
+def read_runs(arm: Arm, fitted: Sequence[Path], judged: Sequence[Path] = ()) -> tuple[list[Run], list[Run]]:
+    """Load the runs of both kinds, and say what gives reason to doubt them."""
+    runs = load_runs((*fitted, *judged), arm.n)
     for run in runs:
         for text in run.warnings:
             print(f"warning: {run.name}: {text}", file=sys.stderr)

@@ -98,7 +98,7 @@ def diagnose(
     jobs: Jobs = 2,
     cluster: Address = None,
 ) -> None:
-    """Diagnose every case without its answer; what is done stays done, and a second call goes on."""
+    """Diagnose every case without its answer; a second call goes on, and tries what failed again."""
     from stribeck.blind.batch import diagnose_cases
 
     with _resumable(out):
@@ -178,10 +178,10 @@ def power(
 
 def _experiment(arm: Path, runs: Sequence[Path]) -> tuple[Arm, list[Run]]:
     from stribeck.arm import load_arm
-    from stribeck.run import load_run
+    from stribeck.run import load_runs
 
     nominal = load_arm(arm)
-    return nominal, [load_run(path, nominal.n) for path in runs]
+    return nominal, load_runs(runs, nominal.n)
 
 
 def _farm(jobs: int, cluster: str | None) -> Farm:

@@ -26,7 +26,7 @@ from stribeck.gap.search.step import Step, last_model
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import values_of
 from stribeck.model.path import SignalPath
-from stribeck.run import Run
+from stribeck.run import Run, check_apart
 
 
 def diagnose(
@@ -60,8 +60,9 @@ def diagnose(
     Raises
     ------
     InputError
-        When a run has not the arm's joints.
+        When a run has not the arm's joints, or is there twice, or has the name of another.
     """
+    check_apart((*runs, *held_out))
     for run in (*runs, *held_out):
         if run.n != arm.n:
             raise InputError(f"{run.name}: not a recording of this arm", f"{run.n} joints", f"the arm has {arm.n}")

@@ -24,7 +24,7 @@ from stribeck.identify.stretches import shortened
 from stribeck.identify.taken import taken_arm
 from stribeck.identify.tustin_fit import NAMES, fit_curve
 from stribeck.model.layout import values_of
-from stribeck.run import Run
+from stribeck.run import Run, check_apart
 from stribeck.simulate.engine import Engine, path_of
 
 Floats = NDArray[np.float64]
@@ -48,8 +48,9 @@ def identify(arm: Arm, runs: Sequence[Run], progress: Callable[[str], None] = la
     Raises
     ------
     InputError
-        When a recording has too few samples.
+        When a recording has too few samples, or is there twice, or has the name of another.
     """
+    check_apart(runs)
     notes: list[str] = []
     even = _even(runs, notes)
     engine = Engine(path_of(arm))

@@ -20,7 +20,7 @@ class Run:
     Attributes
     ----------
     name : str
-        The file's name.
+        The file's name, with folders where that alone does not tell runs apart.
     t : (N,) array
         Time, strictly increasing, s.
     q : (N, n) array

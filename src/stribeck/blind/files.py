@@ -1,0 +1,145 @@
+"""Answers and their settings, read back: in the form that the score takes them in, or refused by file and key."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import Field, TypeAdapter
+from pydantic_core import PydanticCustomError
+
+from stribeck.arm.values import Finite
+from stribeck.errors import InputError
+from stribeck.textfile import structure
+
+SCHEMA, ANSWER_SCHEMA = "stribeck.withheld-results/1", "stribeck.withheld-answer/1"
+SETTINGS = "settings.json"
+
+Names = tuple[str, ...]
+Chance = Annotated[Finite, Field(ge=0.0, le=1.0)]
+
+
+@dataclass(frozen=True)
+class _Settings:
+    digest: str
+    code: str
+    library: Names
+
+
+@dataclass(frozen=True)
+class _Done:
+    files: str
+    leave_out: Names
+    code: str
+    seconds: Finite
+    processor_seconds: Finite
+
+
+@dataclass(frozen=True)
+class _Failed(_Done):
+    error: str
+
+
+@dataclass(frozen=True)
+class _Parameter:
+    value: Finite | None
+    ci95: tuple[Finite | None, Finite | None]
+
+
+@dataclass(frozen=True)
+class _Cause:
+    effect: str
+    probability: Chance | None
+    presence: Chance | None = None
+    joints: Names | None = None
+    equivalent: Names | None = None
+    parameters: dict[str, dict[str, _Parameter]] | None = None
+    law: dict[str, str] | None = None
+
+    def __post_init__(self) -> None:
+        if self.effect not in ("none", "unknown") and None in (self.joints, self.equivalent, self.parameters):
+            raise PydanticCustomError("cause", "must have joints, equivalent and parameters")
+
+
+@dataclass(frozen=True)
+class _Place:
+    joint: str
+    channel: str
+
+
+@dataclass(frozen=True)
+class _Closed:
+    value: Finite
+
+
+@dataclass(frozen=True)
+class _Gap:
+    closed: _Closed | None
+
+
+@dataclass(frozen=True)
+class _Found:
+    verdict: str
+    named: Names
+    causes: tuple[_Cause, ...]
+    where: tuple[_Place, ...]
+    gap: _Gap
+
+    def __post_init__(self) -> None:
+        if not set(self.named) <= {cause.effect for cause in self.causes}:
+            raise PydanticCustomError("named", "must have a cause for every name in named")
+
+
+@dataclass(frozen=True)
+class _Answered(_Done):
+    diagnosis: _Found
+    retuned: str
+    corrected: str
+
+
+def read_settings(folder: Path) -> dict[str, Any]:
+    """Return the settings of a folder of answers; raise `InputError` where there are none, or others than the score's.
+
+    Parameters
+    ----------
+    folder : path
+        What ``withheld diagnose`` wrote.
+    """
+    content = read_json(folder / SETTINGS, SCHEMA, "not a folder of answers")
+    structure(content, _adapter(_Settings), str(folder / SETTINGS))
+    return content
+
+
+def read_answer(path: Path) -> dict[str, Any]:
+    """Return an answer; raise `InputError` for one that lacks what the score reads, or has it in another type.
+
+    Parameters
+    ----------
+    path : path
+        ``case_0001.json``, ..
+    """
+    content = read_json(path, ANSWER_SCHEMA, "not an answer")
+    structure(content, _adapter(_Failed if "error" in content else _Answered), str(path))
+    return content
+
+
+def read_json(path: Path, schema: str, what: str) -> dict[str, Any]:
+    """Return the content of a JSON file of a schema; raise `InputError`, with `what` it is then, for any other."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read", str(error.strerror), what) from None
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: is not JSON", str(error), what) from None
+    if not isinstance(content, dict) or content.get("schema") != schema:
+        found = content.get("schema", "no schema") if isinstance(content, dict) else type(content).__name__
+        raise InputError(f"{path}: schema must be '{schema}'", str(found), what)
+    return content
+
+
+@cache
+def _adapter(form: type) -> TypeAdapter[Any]:
+    return TypeAdapter(form)

@@ -1,0 +1,99 @@
+"""Answers that were damaged are refused in one line, by file and key."""
+
+import copy
+import json
+import math
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stribeck.blind.batch import diagnose_cases
+from stribeck.blind.farm import Processes
+from stribeck.blind.files import read_answer, read_settings
+from stribeck.blind.key import open_sealed
+from stribeck.errors import InputError
+
+CAUSE = {"effect": "delay", "joints": ["A"], "probability": 0.9, "equivalent": ["delay"], "parameters": {}}
+REST = {"effect": "unknown", "probability": 0.1}
+ANSWER = {
+    "schema": "stribeck.withheld-answer/1", "files": "0", "leave_out": [], "code": "1", "seconds": 1,
+    "processor_seconds": 1.0, "retuned": "", "corrected": "",
+    "diagnosis": {
+        "verdict": "explained", "named": ["delay"], "causes": [CAUSE, REST], "gap": {"closed": {"value": 0.9}},
+        "where": [{"joint": "A", "channel": "actuator", "share": 0.5}],
+    },
+}  # fmt: skip
+
+
+def changed(*keys: Any, value: Any = None) -> dict[str, Any]:
+    """The answer with another value at a place, or without it."""
+    answer: Any = copy.deepcopy(ANSWER)
+    inner = answer
+    for key in keys[:-1]:
+        inner = inner[key]
+    if value is None:
+        del inner[keys[-1]]
+    else:
+        inner[keys[-1]] = value
+    return answer
+
+
+@pytest.mark.parametrize(
+    ("answer", "says"),
+    [
+        (changed("diagnosis"), "diagnosis is missing"),
+        (changed("diagnosis", value=[]), "diagnosis must be a table: found []"),
+        (changed("files"), "files is missing"),
+        (changed("seconds", value="x"), 'seconds must be a number: found "x"'),
+        (changed("leave_out", value="delay"), 'leave_out must be an array: found "delay"'),
+        (changed("diagnosis", "gap", value={}), "diagnosis.gap.closed is missing"),
+        (changed("diagnosis", "named", value="delay"), 'diagnosis.named must be an array: found "delay"'),
+        (changed("diagnosis", "named", 0, value="cogging"), "diagnosis must have a cause for every name in named"),
+        (changed("diagnosis", "where", 0, "channel"), "diagnosis.where[0].channel is missing"),
+        (changed("diagnosis", "causes", 0, "equivalent"), "causes[0] must have joints, equivalent and parameters"),
+        (changed("diagnosis", "causes", 1, "probability", value=7), "causes[1].probability must not be greater than 1"),
+        (changed("diagnosis", "causes", 0, "presence", value=math.nan), "causes[0].presence must be finite: found NaN"),
+        (
+            changed("diagnosis", "causes", 0, "parameters", value={"A": {"time": 3}}),
+            "A.time must be a table",
+        ),
+        (changed("error", value=7), "error must be text in quotes: found 7"),
+    ],
+)
+def test_a_damaged_answer_is_refused(tmp_path: Path, answer: dict[str, Any], says: str) -> None:
+    path = tmp_path / "case_0001.json"
+    path.write_text(json.dumps(answer))
+    with pytest.raises(InputError, match=re.escape("case_0001.json: ") + ".*" + re.escape(says)):
+        read_answer(path)
+
+
+def test_what_is_not_scored_is_kept(tmp_path: Path) -> None:
+    for answer in (ANSWER, {**ANSWER, "more": [1]}, changed("diagnosis") | {"error": "InputError: no run"}):
+        (tmp_path / "a.json").write_text(json.dumps(answer))
+        assert read_answer(tmp_path / "a.json") == answer
+
+
+@pytest.mark.parametrize("text", ["", "[[" * 100_000, "[]", '{"schema": "x"}'])
+def test_what_is_no_answer_is_refused(tmp_path: Path, text: str) -> None:
+    (tmp_path / "a.json").write_text(text)
+    with pytest.raises(InputError, match=r"a\.json: .*not an answer"):
+        read_answer(tmp_path / "a.json")
+
+
+def test_a_damaged_folder_is_not_opened(
+    tmp_path: Path, sealed: tuple[Path, Path], straw: Callable[..., dict[str, Any]]
+) -> None:
+    answers = tmp_path / "answers"
+    diagnose_cases(sealed[0], answers, farm=Processes(1), diagnoser=straw)
+    path = answers / "case_0003.json"
+    answer = json.loads(path.read_text())
+    path.write_text(json.dumps({**answer, "diagnosis": {**answer["diagnosis"], "gap": {}}}))
+    with pytest.raises(InputError, match=r"case_0003\.json: diagnosis\.gap\.closed is missing"):
+        open_sealed(answers, sealed[1])
+    settings = read_settings(answers)
+    (answers / "settings.json").write_text(json.dumps({key: settings[key] for key in settings if key != "library"}))
+    with pytest.raises(InputError, match=r"settings\.json: library is missing"):
+        open_sealed(answers, sealed[1])
