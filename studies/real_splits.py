@@ -39,8 +39,7 @@ def pieces(runs: Sequence[Run]) -> list[Run]:
     for run in runs:
         count = int(np.ceil(run.duration / PIECE - 0.1))
         edges = np.linspace(0, len(run.t), count + 1).astype(int)
-        parts = enumerate(pairwise(edges))
-        out += [replace(part(run, lo, hi), name=f"{run.name}, part {k}") for k, (lo, hi) in parts]
+        out += [replace(part(run, *ends), name=f"{run.name}, part {k}") for k, ends in enumerate(pairwise(edges))]
     return out
 
 
