@@ -128,7 +128,6 @@ def test_contract_example_is_read(tmp_path: Path) -> None:
         ("[tolerance]", "[tolerance", "not valid TOML", "line 5"),
         ("sample_time = 0.002", "sample_time = 0", "sample_time", "0"),
         ("inertial = 0.05", "inertial = 0.0", "tolerance.inertial", "0.0"),
-        ("inertial = 0.05", "inertial = 1e6", "tolerance.inertial must not be greater than 10", "1000000.0"),
         ("com = [0.1, 0.0]\ninertia = 0.01", "com = [0, 0]\ninertia = 0", "joints[1] has no inertia", ""),
     ],
 )
@@ -247,8 +246,7 @@ def arms(draw: st.DrawFn) -> Arm:
         where = draw(chosen)
         values = st.dictionaries(st.sampled_from(where), st.dictionaries(texts, finite, max_size=3))
         effects.append(EffectEntry(draw(texts), where, draw(values), draw(st.none() | texts)))
-    relative = st.floats(0.0, 10.0, exclude_min=True)
-    tolerance = Tolerance(draw(relative), draw(relative))
+    tolerance = Tolerance(draw(positive), draw(positive))
     sample_time = draw(st.none() | positive)
     return Arm(draw(texts), draw(st.tuples(finite, finite)), tuple(joints), sample_time, tolerance, tuple(effects))
 

@@ -358,12 +358,6 @@ def test_unknown_effect() -> None:
         effect_named("gremlins")
 
 
-def test_an_unknown_effect_in_an_arm_file_is_found_there() -> None:
-    arm = replace(nominal_arm(), effects=(EffectEntry("delay", ("A",)), EffectEntry("gremlins", ("A",))))
-    with pytest.raises(InputError, match=rf"^{arm.name}: effects\[1\]: unknown effect: found gremlins"):
-        placed_effects(arm)
-
-
 def test_effects_of_other_packages(monkeypatch: pytest.MonkeyPatch) -> None:
     """An entry point adds an effect, or a law to a name; it cannot replace one of the library's."""
     points = [

@@ -14,7 +14,6 @@ from pydantic import ConfigDict, Field
 
 Finite = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
-Relative = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=10)]  # of a value: more is a unit mistaken
 NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
 Name = Annotated[str, Field(min_length=1, max_length=100)]
 
@@ -85,8 +84,8 @@ class Tolerance:
 
     __pydantic_config__ = _STRICT
 
-    inertial: Relative = 0.1
-    friction: Relative = 1.0
+    inertial: Positive = 0.1
+    friction: Positive = 1.0
 
 
 @dataclass(frozen=True)

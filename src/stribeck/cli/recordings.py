@@ -72,9 +72,7 @@ def diagnose(
         arm, runs = _example()
     if arm is None or not runs:
         raise InputError(
-            "diagnose needs an arm file and at least one run",
-            "",
-            "before any --held-out, which takes all files up to the next option; or give --example",
+            "diagnose needs an arm file and at least one run", "", "or --example; see stribeck diagnose --help"
         )
     nominal = load_arm(arm)
     fitted, judged = read_runs(nominal, runs, held_out or [])

@@ -175,9 +175,7 @@ def effect_named(name: str, law: str | None = None) -> Effect:
 
 def placed_effects(arm: Arm) -> tuple[Placed, ...]:
     """Return the effects of an arm file, each at its joints, parameters checked."""
-    placed = tuple(
-        _place(arm, entry, joint, f"effects[{k}]") for k, entry in enumerate(arm.effects) for joint in entry.joints
-    )
+    placed = tuple(_place(arm, entry, joint) for entry in arm.effects for joint in entry.joints)
     for k, place in enumerate(placed):
         for other in placed[:k]:
             shared = set(place.joints(arm.n)) & set(other.joints(arm.n))
@@ -188,11 +186,8 @@ def placed_effects(arm: Arm) -> tuple[Placed, ...]:
     return placed
 
 
-def _place(arm: Arm, entry: EffectEntry, joint: str, where: str) -> Placed:
-    try:
-        effect = effect_named(entry.effect, entry.law)
-    except InputError as error:
-        raise InputError(f"{arm.name}: {where}: {error.what}", error.found, error.do) from None
+def _place(arm: Arm, entry: EffectEntry, joint: str) -> Placed:
+    effect = effect_named(entry.effect, entry.law)
     place = arm.names.index(joint)
     # a payload may hang on any link, and tilted gravity be stated at any joint; a base is under the first
     bound = effect.everywhere or (effect.whole_arm and not isinstance(effect, RigidBodyEffect))

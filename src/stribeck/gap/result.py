@@ -118,10 +118,7 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Tuned:
-    """A nominal value before and after re-tuning; ``at_limit`` where the data push it to three deviations.
-
-    The ``tolerance`` of an effect's value is infinite: the file states none.
-    """
+    """A nominal value before and after re-tuning; ``at_limit`` where the data push it to three deviations."""
 
     key: str
     unit: str

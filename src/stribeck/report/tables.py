@@ -108,7 +108,7 @@ def tuned_table(diagnosis: Diagnosis) -> Table:
         cells = (
             words.clean(value.key),
             as_written(value.nominal),
-            "free" if math.isinf(value.tolerance) else as_written(value.tolerance),
+            as_written(value.tolerance),
             *(("", "") if held else _estimate_cells(value.tuned)),
             unit_text(value.unit),
             "; ".join(flags),
@@ -117,8 +117,7 @@ def tuned_table(diagnosis: Diagnosis) -> Table:
     columns = ("value", "nominal", "± tolerance", "re-tuned", "95 % interval", "unit", "")
     note = (
         "Tolerance: one standard deviation, as the arm file states it; re-tuning stays within three. At its limit: the "
-        "data want more than that. Not identified: these runs cannot tell; it stays near nominal. Held: no tolerance. "
-        "Free: of an effect in the arm file, which states no tolerance."
+        "data want more than that. Not identified: these runs cannot tell; it stays near nominal. Held: no tolerance."
     )
     return Table("Re-tuned values", columns, tuple(rows), frozenset({1, 2, 3, 4}), note)
 

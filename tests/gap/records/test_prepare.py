@@ -30,18 +30,6 @@ def test_held_out_runs_of_the_user_are_used() -> None:
     assert [run.name for run in prepared.held] == ["c"]
 
 
-def test_torques_beyond_the_limit_are_told_of() -> None:
-    runs = [sines(3.0, name="a"), sines(3.0, seed=1, name="b")]
-    most = max(np.abs(run.tau).max() for run in runs)
-
-    def limited(limit: float) -> tuple[str, ...]:
-        return prepare(replace(TRUE, joints=(replace(TRUE.joints[0], torque_limit=limit),)), runs).warnings
-
-    assert limited(most) == ()
-    (said,) = limited(0.5 * most)
-    assert said.startswith(f"A: torques up to {most:.3g} N m are recorded, and the arm file's torque_limit is ")
-
-
 def test_typical_magnitudes() -> None:
     runs = [sines(3.0, name="a"), sines(3.0, seed=1, name="b")]
     prepared = prepare(TRUE, runs)

@@ -1,16 +1,13 @@
 """What an arm file has as zero is re-tuned, not diagnosed; what it states is held to what it states."""
 
-import math
 from dataclasses import replace
 
 import pytest
 
-from stribeck.arm import Arm, EffectEntry
+from stribeck.arm import Arm
 from stribeck.effects.registry import registry
 from stribeck.gap.diagnose import diagnose
 from stribeck.gap.records.prepare import prepare
-from stribeck.gap.records.unsaid import told_of
-from stribeck.gap.result import Estimate, Tuned
 from stribeck.identify.run_fit import fit_runs
 from stribeck.model.path import SignalPath
 
@@ -50,28 +47,6 @@ def test_friction_that_the_file_leaves_out_is_no_effect() -> None:
     assert all(joint.tolerance == {} for arm in found.models.values() for joint in arm.joints)
     level = found.models["corrected"].joints[0].friction.C0
     assert level == pytest.approx(FRICTION.C0, rel=0.3)
-
-
-@pytest.mark.parametrize(
-    ("nominal", "low", "high", "told"),
-    [(10.0, 3.1, 3.7, True), (10.0, 8.0, 9.0, False), (10.0, 2.0, 11.0, False), (-1.0, 1.0, 1.2, True)],
-)
-def test_an_effect_of_the_file_that_is_off_by_far_is_told_of(
-    nominal: float, low: float, high: float, *, told: bool
-) -> None:
-    found = Estimate(0.5 * (low + high), low, high)
-    value = Tuned("cable_spring[A].stiffness", "N m/rad", nominal, math.inf, found)
-    assert bool(told_of([value])) == told
-    assert told_of([replace(value, identified=False), replace(value, tolerance=1.0)]) == []
-
-
-def test_the_effects_of_the_file_are_among_what_is_retuned() -> None:
-    spring = EffectEntry("cable_spring", ("A",), {"A": {"stiffness": 6.0}})
-    found = diagnose(replace(NOMINAL, effects=(spring,)), recorded(), jobs=1)
-    (value,) = [value for value in found.tuned if value.key == "cable_spring[A].stiffness"]
-    assert value.nominal == 6.0
-    assert abs(value.tuned.value) < 2.0
-    assert any(warning.startswith("cable_spring[A].stiffness: 6 in the arm file") for warning in found.warnings)
 
 
 def test_what_identification_reads_off_is_not_held_by_the_file() -> None:

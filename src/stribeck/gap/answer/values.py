@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from stribeck.arm import Arm
-from stribeck.effects.registry import placed_effects
 from stribeck.gap.answer.margins import widened
 from stribeck.gap.answer.nominal import nominal_intervals
 from stribeck.gap.fitted.model import Model, weights_of
@@ -15,7 +14,7 @@ from stribeck.gap.records.blocks import block_of_rows
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.result import Cause, Estimate, Tuned
 from stribeck.identify.confidence import intervals
-from stribeck.model.layout import Placed, layout
+from stribeck.model.layout import Placed
 
 
 def parameters_of(cause: Cause, model: Model, prepared: Prepared, floor: np.ndarray) -> dict[str, dict[str, Estimate]]:
@@ -51,26 +50,18 @@ def _joints_of(place: Placed, arm: Arm) -> list[str]:
 
 
 def tuned_of(base: Model, prepared: Prepared, floor: np.ndarray) -> tuple[Tuned, ...]:
-    """Return the nominal model's values before and after re-tuning, those of effects in the arm file included.
-
-    Parameters
-    ----------
-    floor : array (n,)
-        Noise floor, N m rms.
-    """
+    """Return the nominal model's values before and after re-tuning; ``floor`` (n,) is the noise, N m rms."""
     fit, bounds = base.fit, nominal_intervals(base, prepared, floor)
-    stated = tuple(place for place in placed_effects(prepared.arm) if not place.effect.direct)
-    nominal = {entry.key: entry for entry in layout(prepared.arm, stated)}
     return tuple(
         Tuned(
             entry.key,
             entry.unit,
-            nominal[entry.key].value,
+            entry.value,
             entry.sd,
             Estimate(float(fit.p[i]), float(bounds.low[i]), float(bounds.high[i]), entry.unit),
             entry.key in fit.at_limit,
             bool(bounds.identified[i]),
         )
         for i, entry in enumerate(fit.entries)
-        if entry.key in nominal
+        if entry.owner in ("inertial", "friction")
     )

@@ -9,7 +9,7 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from stribeck.arm import Arm, unit_at
+from stribeck.arm import Arm
 from stribeck.errors import InputError
 from stribeck.gap.records.passed import Passed
 from stribeck.gap.records.rests import without_long_rests
@@ -31,7 +31,6 @@ from stribeck.model.scale import Scale
 from stribeck.run import Run
 
 LOUD_SEED = 1
-BEYOND = 1.01  # of a torque limit: what rounding leaves is not beyond it
 PUSH = 0.01  # of the typical torque: less than stiction holds would be lost at rest at one arm and not at another
 
 
@@ -112,7 +111,7 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = (), fitted:
         if not len(run.analysis_index):
             raise InputError(f"{run.name}: too short to be analysed", f"{len(run.time)} samples", "leave it out")
     notes += [f"{run.name}: {text}" for run in conditioned for text in _held(arm, run)] + _undriven(arm, conditioned)
-    warnings = (*(f"{run.name}: {text}" for run in every for text in run.warnings), *_beyond(arm, every))
+    warnings = tuple(f"{run.name}: {text}" for run in every for text in run.warnings)
     gone = sum(distance_gone(run.q, run.sample_time) for run in [*even, *kept_back])
     scales = typical(arm, learnt, inertia, np.asarray(gone))
     said = _together(notes)
@@ -129,20 +128,6 @@ def _held(arm: Arm, run: Conditioned) -> list[str]:
     """Return what is said of the joints that a run neither moves nor drives."""
     names = [name for name, held in zip(arm.names, run.braked, strict=True) if held]
     return [f"{', '.join(names)} neither moves nor is driven: taken as held by a brake"] if names else []
-
-
-def _beyond(arm: Arm, runs: Sequence[Run]) -> list[str]:
-    """Return a warning for each joint whose recorded torque goes beyond the limit that the arm file states."""
-    warnings = []
-    for j, joint in enumerate(arm.joints):
-        most = max(float(np.max(np.abs(run.tau[:, j]))) for run in runs)
-        if joint.torque_limit is not None and most > BEYOND * joint.torque_limit:
-            unit = unit_at("N m", joint.kind)
-            warnings.append(
-                f"{joint.name}: torques up to {most:.3g} {unit} are recorded, and the arm file's torque_limit is "
-                f"{joint.torque_limit:.3g}: simulations cut them off there; correct it, unless the drive does so, too"
-            )
-    return warnings
 
 
 def _undriven(arm: Arm, runs: Sequence[Conditioned]) -> list[str]:
