@@ -127,6 +127,8 @@ def test_bad_input(bench: Path, capsys: pytest.CaptureFixture[str], name: str) -
         ("diagnose --out", "requires an argument"),
         ("diagnose --out out", "diagnose needs an arm file and at least one run"),
         ("diagnose arm.toml --out out", "diagnose needs an arm file and at least one run"),
+        ("diagnose --held-out run.csv arm.toml run.csv --out out", "give them before --held-out, which takes every"),
+        ("diagnose arm.toml --held-out run.csv --out out", "give them before --held-out, which takes every file"),
         ("diagnose arm.toml run.csv --example --out out", "--example brings its own arm and runs"),
         ("diagnose arm.toml run.csv run.csv --out out", "a run is given twice: found run.csv"),
         ("diagnose arm.toml run.csv --out out --held-out ./run.csv", "a run is given twice"),

@@ -29,7 +29,12 @@ RunFiles = Annotated[
 ]
 HeldOut = Annotated[
     list[Path] | None,
-    typer.Option("--held-out", metavar="RUN...", help="Recordings to judge by, never fitted.", show_default=False),
+    typer.Option(
+        "--held-out",
+        metavar="RUN...",
+        help="Recordings to judge by, never fitted: every file up to the next option.",
+        show_default=False,
+    ),
 ]
 
 
@@ -71,9 +76,9 @@ def diagnose(
             raise InputError("--example brings its own arm and runs", str(arm or held_out), "leave one of them out")
         arm, runs = _example()
     if arm is None or not runs:
-        raise InputError(
-            "diagnose needs an arm file and at least one run", "", "or --example; see stribeck diagnose --help"
-        )
+        do = "give them before --held-out, which takes every file up to the next option"
+        do = do if held_out else "or --example; see stribeck diagnose --help"
+        raise InputError("diagnose needs an arm file and at least one run", "", do)
     nominal = load_arm(arm)
     fitted, judged = load_runs(nominal, runs, held_out or [])
 
