@@ -105,6 +105,10 @@ BAD_INPUTS: dict[str, tuple[Callable[[Path], object], str]] = {
     "unreadable run": (lambda bench: (bench / "run.csv").unlink(), "run.csv: cannot be read"),
     "links in a circle": (circle, "run.csv: cannot be read"),
     "keys without end": (content("arm.toml", b".".join([b"a"] * 300) + b" = 1"), "a key of more than 100 names"),
+    "unknown effect": (
+        content("arm.toml", f'{ARM}[[effects]]\neffect = "cable_sprin"\njoints = ["A"]\n'.encode()),
+        "arm.toml: effects[0].effect is not a known effect: found 'cable_sprin'; use one of: asymmetric_friction",
+    ),
     "output not empty": (full_folder, "out: output folder is not empty"),
     "output is a file": (content("out", b"x"), "out: output folder cannot be made"),
 }

@@ -13,8 +13,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from stribeck.arm import load_arm
-from stribeck.cli.shared import OutDir, load_runs, progress
+from stribeck.cli.shared import OutDir, load_model, load_runs, progress
 from stribeck.errors import InputError
 from stribeck.outputs import check_free, whole_folder
 from stribeck.run import Run, save_columns
@@ -79,7 +78,7 @@ def diagnose(
         do = "give them before --held-out, which takes every file up to the next option"
         do = do if held_out else "or --example; see stribeck diagnose --help"
         raise InputError("diagnose needs an arm file and at least one run", "", do)
-    nominal = load_arm(arm)
+    nominal = load_model(arm)
     fitted, judged = load_runs(nominal, runs, held_out or [])
 
     if torque is Torque.measured:
@@ -111,7 +110,7 @@ def predict(
     """Start at the recorded state every S seconds and simulate on under the recorded commanded torque."""
     if not 0.0 < horizon < float("inf"):
         raise InputError("--horizon must be a positive time", f"{horizon:g} s", "give seconds, for instance 0.5")
-    arm = load_arm(model)
+    arm = load_model(model)
     (recorded,), _ = load_runs(arm, [run], [])
 
     from stribeck.simulate.predict import predict as ahead
@@ -134,7 +133,7 @@ def identify(
     Writes fitted.toml, identification.json, report.html and the figure.
     """
     check_free(out)
-    nominal = load_arm(arm)
+    nominal = load_model(arm)
     recorded, _ = load_runs(nominal, runs, [])
 
     from stribeck.identify.files import write_identification

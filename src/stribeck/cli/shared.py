@@ -13,7 +13,7 @@ import typer
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from stribeck.arm import Arm
+from stribeck.arm import Arm, load_arm
 from stribeck.errors import InputError
 from stribeck.run import Run, load_run
 
@@ -31,6 +31,15 @@ def progress(task: str) -> Iterator[Callable[[str], None]]:
     with Progress(*columns, console=console, transient=True) as bar:
         number = bar.add_task(task)
         yield lambda text: bar.update(number, description=text)
+
+
+def load_model(path: Path) -> Arm:
+    """Load an arm file whose effects are known, too: that is found now, and told with the file's name."""
+    from stribeck.effects.registry import placed_effects
+
+    arm = load_arm(path)
+    placed_effects(arm, str(path))
+    return arm
 
 
 def load_runs(arm: Arm, fitted: Sequence[Path], judged: Sequence[Path]) -> tuple[list[Run], list[Run]]:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
+from stribeck.cli.shared import load_model
 from stribeck.errors import InputError
 from stribeck.exits import INTERRUPTED
 from stribeck.outputs import check_free, whole_folder
@@ -176,10 +177,9 @@ def power(
 
 
 def _experiment(arm: Path, runs: Sequence[Path]) -> tuple[Arm, list[Run]]:
-    from stribeck.arm import load_arm
     from stribeck.run import load_run
 
-    nominal = load_arm(arm)
+    nominal = load_model(arm)
     return nominal, [load_run(path, nominal.n) for path in runs]
 
 
