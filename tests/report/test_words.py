@@ -12,9 +12,9 @@ from stribeck.gap.result import Cause, Estimate, Place
 from stribeck.report import sentences, summary, words
 
 
-def printed(diagnosis, width=100):
+def printed(diagnosis, width=100, said=()):
     stream = io.StringIO()
-    Console(file=stream, width=width, force_terminal=True, color_system=None).print(summary(diagnosis))
+    Console(file=stream, width=width, force_terminal=True, color_system=None).print(summary(diagnosis, said))
     return stream.getvalue()
 
 
@@ -50,6 +50,13 @@ def test_named_effect_at_another_joint_is_not_the_claim(diagnosis):
     made = replace(made, causes=(*made.causes, Cause("presliding", 0.001, ("B",), ("presliding",))))
     assert "joint A" in sentences.which(made)
     assert "joint B" not in sentences.which(made)
+
+
+def test_a_warning_that_the_screen_shows_already_is_not_said_twice(diagnosis):
+    made = replace(diagnosis(), warnings=("run.csv: doubtful", "a limit"))
+    assert "warning: run.csv: doubtful" in printed(made)
+    assert "doubtful" not in printed(made, said=["run.csv: doubtful"])
+    assert "warning: a limit" in printed(made, said=["run.csv: doubtful"])
 
 
 def test_two_effects_are_both_claimed(diagnosis):

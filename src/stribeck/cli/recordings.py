@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from enum import StrEnum
@@ -13,7 +12,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from stribeck.cli.shared import OutDir, load_model, load_runs, progress
+from stribeck.cli.shared import OutDir, doubts, load_model, load_runs, progress, warn
 from stribeck.errors import InputError
 from stribeck.outputs import check_free, whole_folder
 from stribeck.run import Run, save_columns
@@ -80,6 +79,7 @@ def diagnose(
         raise InputError("diagnose needs an arm file and at least one run", "", do)
     nominal = load_model(arm)
     fitted, judged = load_runs(nominal, runs, held_out or [])
+    said = doubts((*fitted, *judged))
 
     if torque is Torque.measured:
         fitted, judged = _measured(fitted), _measured(judged)
@@ -94,7 +94,7 @@ def diagnose(
         write_diagnosis(found, folder)
         write_report(found, folder)
     console = Console()
-    console.print(summary(found))
+    console.print(summary(found, said))
     console.print(f"report: {out / 'report.html'}", highlight=False, soft_wrap=True)
 
 
@@ -118,8 +118,7 @@ def predict(
     prediction = ahead(arm, recorded, horizon)
     columns = {f"{key}{k + 1}": getattr(prediction, key)[:, k] for key in ("q", "dq", "tau") for k in range(arm.n)}
     save_columns({"t": prediction.t, "window": prediction.window, **columns}, out)
-    for window in prediction.failed:
-        print(f"warning: window {window} ended early: {prediction.status[window]}", file=sys.stderr)
+    warn([f"window {window} ended early: {prediction.status[window]}" for window in prediction.failed])
 
 
 @app.command(epilog="Example: [bold]stribeck identify arm.toml run_*.csv --out out[/bold]")
@@ -147,8 +146,8 @@ def identify(
         write_report(found, folder)
     console = Console()
     console.print(summary(found))
-    for text in found.warnings:
-        print(f"warning: {text}", file=sys.stderr)
+    said = doubts(recorded)
+    warn([text for text in found.warnings if text not in said])
     console.print(f"report: {out / 'report.html'}", highlight=False, soft_wrap=True)
 
 

@@ -43,7 +43,10 @@ def load_model(path: Path) -> Arm:
 
 
 def load_runs(arm: Arm, fitted: Sequence[Path], judged: Sequence[Path]) -> tuple[list[Run], list[Run]]:
-    """Load the runs of both kinds; a file that is given twice would judge a fit by its own data."""
+    """Load the runs of both kinds and say what to doubt of them, before any work is done.
+
+    A file that is given twice would judge a fit by its own data.
+    """
     seen: set[str] = set()
     for path in (*fitted, *judged):
         true = os.path.realpath(path)  # not resolve(): it raises where links go round in a circle
@@ -51,7 +54,16 @@ def load_runs(arm: Arm, fitted: Sequence[Path], judged: Sequence[Path]) -> tuple
             raise InputError("a run is given twice", str(path), "give each recording once")
         seen.add(true)
     runs = [load_run(path, arm.n) for path in (*fitted, *judged)]
-    for run in runs:
-        for text in run.warnings:
-            print(f"warning: {run.name}: {text}", file=sys.stderr)
+    warn(doubts(runs))
     return runs[: len(fitted)], runs[len(fitted) :]
+
+
+def doubts(runs: Sequence[Run]) -> list[str]:
+    """Return what reading runs gave reason to doubt, as their analysis says it again among its own warnings."""
+    return [f"{run.name}: {text}" for run in runs for text in run.warnings]
+
+
+def warn(texts: Sequence[str]) -> None:
+    """Show warnings on standard error, a line each."""
+    for text in texts:
+        print(f"warning: {text}", file=sys.stderr)
