@@ -17,6 +17,7 @@ from stribeck.gap.records.split import split
 from stribeck.gap.records.spread import Noise
 from stribeck.gap.records.unsaid import with_unsaid
 from stribeck.grid import uniform
+from stribeck.identify.commanded import doubtful_torques
 from stribeck.identify.conditioning import Conditioned, condition, shaken
 from stribeck.identify.cutoff import cutoff_frequency
 from stribeck.identify.noise import encoder_noise
@@ -107,7 +108,8 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = (), fitted:
     for run in conditioned:
         if not len(run.analysis_index):
             raise InputError(f"{run.name}: too short to be analysed", f"{len(run.time)} samples", "leave it out")
-    warnings = tuple(f"{run.name}: {text}" for run in every for text in run.warnings)
+    doubts = [f"{run.name}: {text}" for run in every for text in run.warnings]
+    warnings = (*doubts, *doubtful_torques(arm, every, noise))
     gone = sum(distance_gone(run.q, run.sample_time) for run in [*even, *kept_back])
     scales = typical(arm, learnt, inertia, np.asarray(gone))
     said = _together(notes)
