@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from stribeck.gap.answer.files import diagnosis_json
-from stribeck.gap.result import Delivered, Estimate, Stage, Tuned
+from stribeck.gap.result import Cause, Delivered, Estimate, Stage, Tuned
 from stribeck.report import sentences, tables, words
 from stribeck.report.delivered import delivered_table
 from stribeck.report.figures.candidates import candidates_figure, ranking
@@ -77,6 +77,19 @@ def test_only_the_claimed_cause_is_strong(diagnosis):
     made = diagnosis(equivalent=("presliding", "backlash"))
     assert [row.mark for row in tables.cause_table(made).rows] == ["strong", "muted", "muted"]
     assert [row.mark for row in tables.cause_table(diagnosis("unexplained")).rows] == ["muted"] * 3
+
+
+def test_what_the_records_show_is_there_by_its_own_chance_and_closes_nothing_of_the_torque(diagnosis):
+    """Sentence and table say the same; the share of a cause, the JSON's probability, is another column."""
+    nothing = Estimate(0.0, 0.0, 0.0)
+    coarse = Cause("encoder_quantisation", 0.5, ("A",), ("encoder_quantisation",), {}, nothing, 0.98)
+    made = replace(diagnosis(), named=("encoder_quantisation",), causes=(coarse, Cause("unknown", 0.5)))
+    table = tables.cause_table(made)
+    assert table.columns[2:4] == ("is there", "share")
+    assert table.rows[0].cells == ("encoder quantisation", "A", "98\u00a0%", "50\u00a0%", "", "seen in the records")
+    assert "(probability 98\u00a0% that it is there)" in sentences.which(made)
+    assert diagnosis_json(made)["causes"][0]["presence"] == 0.98
+    assert diagnosis_json(made)["causes"][0]["closes"]["value"] == 0.0
 
 
 def test_search_path_says_what_was_added_and_what_was_not(diagnosis):

@@ -61,7 +61,8 @@ def test_a_warning_that_the_screen_shows_already_is_not_said_twice(diagnosis):
 
 def test_two_effects_are_both_claimed(diagnosis):
     text = sentences.which(diagnosis(named=("presliding", "cable_spring"))).replace("\u00a0", " ")
-    assert text == "Presliding at joint A (probability 97 %); and cable spring at joint B (probability 90 %)."
+    first, second = (f"(probability {chance} % that it is there)" for chance in (97, 90))
+    assert text == f"Presliding at joint A {first}; and cable spring at joint B {second}."
 
 
 def test_how_far_without_anything_closable_gives_the_numbers_alone(diagnosis):
@@ -102,7 +103,7 @@ def test_partly_explained_without_a_name_claims_nothing(diagnosis):
 def test_presence_is_claimed_where_effects_share_the_probability(diagnosis):
     made = diagnosis()
     made = replace(made, causes=(replace(made.causes[0], probability=0.5, presence=0.98), *made.causes[1:]))
-    assert "(probability 98\u00a0%)" in sentences.which(made)
+    assert "(probability 98\u00a0% that it is there)" in sentences.which(made)
 
 
 def test_where_says_how_much_lies_at_the_joint_and_where_it_is_densest(diagnosis):

@@ -83,9 +83,10 @@ class Cause:
     """One candidate explanation; ``effect`` may be ``none`` or ``unknown``.
 
     ``probability`` sums to 1 over the causes: where several effects are named together they share it by what each
-    closes. ``presence`` is the probability that this effect is there at all, beside whatever else is.
-    ``parameters`` is joint -> parameter -> Estimate; ``closes`` the part of the closable gap that it closes; ``law``
-    is joint -> law, where the effect is a family with several.
+    closes; those that the records show by themselves close nothing and take even parts. ``presence`` is the
+    probability that this effect is there at all, beside whatever else is. ``parameters`` is joint -> parameter ->
+    Estimate; ``closes`` the part of the closable gap that it closes; ``law`` is joint -> law, where the effect is a
+    family with several.
     """
 
     effect: str
