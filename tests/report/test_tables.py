@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 from stribeck.gap.answer.files import diagnosis_json
@@ -18,12 +19,16 @@ def test_tuned_values_are_marked_by_what_to_mind(diagnosis):
         Tuned("A.mass", "kg", 4.0, 0.4, Estimate(4.0, 3.2, 4.8), identified=False),
         Tuned("A.com_x", "m", 0.17, 0.01, Estimate(0.14, 0.139, 0.141), at_limit=True),
         Tuned("A.com_y", "m", 0.0, 0.0, Estimate(0.0, 0.0, 0.0), identified=False),
+        Tuned("cable_spring[A].stiffness", "N m/rad", 3.0, math.inf, Estimate(9.0, 8.9, 9.1), moved=True),
     )
     table = tables.tuned_table(replace(diagnosis(), tuned=rows))
-    assert [row.mark for row in table.rows] == ["", "muted", "flag", "muted"]
-    assert [row.cells[-1] for row in table.rows] == ["", "not identified", "at its limit", "held"]
+    assert [row.mark for row in table.rows] == ["", "muted", "flag", "muted", "flag"]
+    assert [row.cells[-1] for row in table.rows] == [
+        "", "not identified", "at its limit", "held", "far from nominal",
+    ]  # fmt: skip
     assert table.rows[0].cells[:5] == ("A.C0", "4.6", "1.4", "5.214", "5.130 to 5.300")
     assert table.rows[3].cells[3:5] == ("", "")
+    assert table.rows[4].cells[:4] == ("cable_spring[A].stiffness", "3", "none", "9.00")
 
 
 def test_measured_torque_is_told_beside_the_commanded_one(diagnosis):

@@ -119,7 +119,10 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Tuned:
-    """A nominal value before and after re-tuning; ``at_limit`` where the data push it to three deviations."""
+    """A value of the arm file before and after re-tuning; ``at_limit`` where the data push it to three deviations.
+
+    Those of its effects have a ``tolerance`` of infinity: ``moved`` is whether one has left its nominal value far.
+    """
 
     key: str
     unit: str
@@ -128,6 +131,7 @@ class Tuned:
     tuned: Estimate
     at_limit: bool = False
     identified: bool = True
+    moved: bool = False
 
 
 @dataclass(frozen=True)
