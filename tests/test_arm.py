@@ -202,6 +202,17 @@ def test_prismatic_axis_states_its_own_units(tmp_path: Path) -> None:
     assert load_arm(tmp_path / "arm.toml").joints == (prismatic(),)
 
 
+def test_a_straight_axis_need_not_state_what_nothing_depends_on(tmp_path: Path) -> None:
+    text = arm_to_toml(Arm("axis", (0.0, 0.0), (prismatic(),)))
+    short = "\n".join(line for line in text.splitlines() if not line.startswith(("length", "com", "inertia =")))
+    assert short.count("\n") == text.count("\n") - 4
+    assert load_text(tmp_path, short).joints == (prismatic(),)
+    with pytest.raises(InputError, match=r"joints\[0\]\.length is missing"):
+        load_text(tmp_path, short.replace("prismatic", "revolute"))
+    with pytest.raises(InputError, match=r"joints\[0\]\.mass is missing"):
+        load_text(tmp_path, short.replace("mass", "# mass"))
+
+
 def prismatic() -> Joint:
     friction = Friction(1.0, 0.0, 0.5, 0.01)
     return Joint("x", "prismatic", 0.0, 2.0, (0.0, 0.0), 0.0, 0.0, friction, friction)

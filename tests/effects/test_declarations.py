@@ -288,6 +288,13 @@ def test_a_payload_may_hang_on_any_link() -> None:
             assert [place.joint for place in stated(EffectEntry(name, (joint,)))] == ["AB".index(joint)]
 
 
+def test_a_payload_on_a_straight_axis_is_tried_as_a_part_of_its_mass() -> None:
+    """Whatever length the file states: it has no lever."""
+    axis = Scale(1.0, 1.0, 1.0, 1.0, 2.0, 1e-3, length=0.0, prismatic=True)
+    for length in (0.0, 0.5):
+        assert registry()["payload"].starts(replace(axis, length=length)) == ({"mass": pytest.approx(0.2)},)
+
+
 def test_two_laws_of_a_family_at_two_joints_may_stand() -> None:
     entries = (EffectEntry("contact", ("A",), law="linear"), EffectEntry("contact", ("B",), law="hunt_crossley"))
     assert [place.joint for place in stated(*entries)] == [0, 1]

@@ -44,7 +44,8 @@ class Joint:
     Attributes
     ----------
     name, kind : str
-        ``kind`` is ``"revolute"`` or ``"prismatic"``.
+        ``kind`` is ``"revolute"`` or ``"prismatic"``: nothing then depends on length, com and inertia, and a file may
+        leave them out.
     length : float
         From this joint's axis to the next (last joint: to the tip), m.
     mass : float
