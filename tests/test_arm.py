@@ -128,6 +128,8 @@ def test_contract_example_is_read(tmp_path: Path) -> None:
         ("[tolerance]", "[tolerance", "not valid TOML", "line 5"),
         ("sample_time = 0.002", "sample_time = 0", "sample_time", "0"),
         ("inertial = 0.05", "inertial = 0.0", "tolerance.inertial", "0.0"),
+        ("inertial = 0.05", "inertial = 1e6", "tolerance.inertial must not be greater than 10", "1000000.0"),
+        ("inertial = 0.05", "friction = 30", "tolerance.friction must not be greater than 10", "30"),
         ("com = [0.1, 0.0]\ninertia = 0.01", "com = [0, 0]\ninertia = 0", "joints[1] has no inertia", ""),
     ],
 )
@@ -200,6 +202,17 @@ def test_prismatic_axis_states_its_own_units(tmp_path: Path) -> None:
     assert load_arm(tmp_path / "arm.toml").joints == (prismatic(),)
 
 
+def test_a_straight_axis_need_not_state_what_nothing_depends_on(tmp_path: Path) -> None:
+    text = arm_to_toml(Arm("axis", (0.0, 0.0), (prismatic(),)))
+    short = "\n".join(line for line in text.splitlines() if not line.startswith(("length", "com", "inertia =")))
+    assert short.count("\n") == text.count("\n") - 4
+    assert load_text(tmp_path, short).joints == (prismatic(),)
+    with pytest.raises(InputError, match=r"joints\[0\]\.length is missing"):
+        load_text(tmp_path, short.replace("prismatic", "revolute"))
+    with pytest.raises(InputError, match=r"joints\[0\]\.mass is missing"):
+        load_text(tmp_path, short.replace("mass", "# mass"))
+
+
 def prismatic() -> Joint:
     friction = Friction(1.0, 0.0, 0.5, 0.01)
     return Joint("x", "prismatic", 0.0, 2.0, (0.0, 0.0), 0.0, 0.0, friction, friction)
@@ -215,6 +228,7 @@ def test_error_text_is_one_bounded_line() -> None:
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
 positive = st.floats(min_value=0, exclude_min=True, allow_infinity=False)
+relative = st.floats(min_value=0, exclude_min=True, max_value=10)
 not_negative = st.floats(min_value=0, allow_infinity=False)
 texts = st.text(st.characters(exclude_categories=["Cs"]), min_size=1, max_size=100)
 frictions = st.builds(Friction, not_negative, not_negative, not_negative, positive)
@@ -246,7 +260,7 @@ def arms(draw: st.DrawFn) -> Arm:
         where = draw(chosen)
         values = st.dictionaries(st.sampled_from(where), st.dictionaries(texts, finite, max_size=3))
         effects.append(EffectEntry(draw(texts), where, draw(values), draw(st.none() | texts)))
-    tolerance = Tolerance(draw(positive), draw(positive))
+    tolerance = Tolerance(draw(relative), draw(relative))
     sample_time = draw(st.none() | positive)
     return Arm(draw(texts), draw(st.tuples(finite, finite)), tuple(joints), sample_time, tolerance, tuple(effects))
 

@@ -107,6 +107,10 @@ BAD_INPUTS: dict[str, tuple[Callable[[Path], object], str]] = {
     "unreadable run": (lambda bench: (bench / "run.csv").unlink(), "run.csv: cannot be read"),
     "links in a circle": (circle, "run.csv: cannot be read"),
     "keys without end": (content("arm.toml", b".".join([b"a"] * 300) + b" = 1"), "a key of more than 100 names"),
+    "unknown effect": (
+        content("arm.toml", f'{ARM}[[effects]]\neffect = "cable_sprin"\njoints = ["A"]\n'.encode()),
+        "arm.toml: effects[0].effect is not a known effect: found 'cable_sprin'; use one of: asymmetric_friction",
+    ),
     "output not empty": (full_folder, "out: output folder is not empty"),
     "output is a file": (content("out", b"x"), "out: output folder cannot be made"),
 }
@@ -129,6 +133,8 @@ def test_bad_input(bench: Path, capsys: pytest.CaptureFixture[str], name: str) -
         ("diagnose --out", "requires an argument"),
         ("diagnose --out out", "diagnose needs an arm file and at least one run"),
         ("diagnose arm.toml --out out", "diagnose needs an arm file and at least one run"),
+        ("diagnose --held-out run.csv arm.toml run.csv --out out", "give them before --held-out, which takes every"),
+        ("diagnose arm.toml --held-out run.csv --out out", "give them before --held-out, which takes every file"),
         ("diagnose arm.toml run.csv --example --out out", "--example brings its own arm and runs"),
         ("diagnose arm.toml run.csv run.csv --out out", "a run is given twice: found run.csv and run.csv"),
         ("diagnose arm.toml run.csv --out out --held-out ./run.csv", "a run is given twice"),

@@ -117,6 +117,16 @@ def test_a_trial_step_that_runs_away_is_taken_back_in_silence(capfd: pytest.Capt
     assert capfd.readouterr() == ("", "")
 
 
+def test_a_fit_that_has_run_away_for_good_is_as_bad_as_can_be_in_silence(capfd: pytest.CaptureFixture[str]) -> None:
+    path = SignalPath(pendulum())
+    away = values_of(path.entries)
+    away[0] = 2.1
+    found = fit(Runaway(path, [clean(path, away)]), SURE, away)
+    assert found.cost == np.inf
+    assert not found.ok
+    assert capfd.readouterr() == ("", "")
+
+
 def test_held_values_do_not_move() -> None:
     path = SignalPath(pendulum())
     found = fit(Residual(path, [clean(path, perturbed(path))]), SURE)

@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
 import pytest
 
 from stribeck.arm import Friction, load_arm, save_arm
@@ -109,7 +110,8 @@ def test_runs_of_one_name_are_refused() -> None:
 def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     save_arm(pendulum(), "arm.toml")
-    save_run(recorded(rate=250.0, noise=1e-5), "run.csv")
+    run = recorded(rate=250.0, noise=1e-5)
+    save_run(replace(run, extra=pa.table({"mode": np.zeros(len(run.t))})), "run.csv")
     return tmp_path
 
 
@@ -125,6 +127,7 @@ def test_command_writes_its_files(capsys: pytest.CaptureFixture[str]) -> None:
     assert "<script" not in page
     output = capsys.readouterr()
     assert "from whole recordings" in output.out
+    assert (output.out + output.err).count("warning: run.csv: columns not used: mode") == 1
     assert "Traceback" not in output.err
 
 

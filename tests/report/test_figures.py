@@ -65,6 +65,15 @@ def test_titles_state_the_finding(diagnosis):
     assert re.fullmatch(r"B holds \d+ % of the gap; \d+ % of that lies at velocity reversals", findings[4])
 
 
+def test_a_stage_that_leaves_something_does_not_read_as_all_gone(diagnosis):
+    made = diagnosis(joints=("A",))
+    left = {"as_given": 2.0, "retuned": 1.0, "presliding": 0.003, "noise_floor": 0.001}
+    made = replace(made, stages=tuple(replace(s, torque={"A": left[s.stage]}) for s in made.stages))
+    shown = words_of(waterfall_figure(made)).replace("\u00a0", " ")
+    assert "(−50 %)" in shown
+    assert "(−99.7 %)" in shown
+
+
 @pytest.mark.parametrize("draw", DRAW)
 @pytest.mark.parametrize("verdict", ["no_gap", "unexplained"])
 def test_titles_of_abstentions_name_no_effect(diagnosis, draw, verdict):

@@ -57,7 +57,7 @@ def test_estimate_has_the_digits_of_its_interval(value, texts):
     ("part", "text"),
     [
         (0.62, "62 %"), (0.091, "9.1 %"), (0.0, "0 %"), (-0.052, "−5.2 %"), (1.0, "100 %"), (0.9999, "99.9 %"),
-        (0.9962, "99.6 %"), (-0.0001, "0 %"), (math.nan, "not known"),
+        (0.9962, "99.6 %"), (0.999998, "99.9 %"), (0.9999999, "100 %"), (-0.0001, "0 %"), (math.nan, "not known"),
     ],
 )  # fmt: skip
 def test_percent(part, text):

@@ -84,7 +84,7 @@ def test_a_hostile_name_is_text_and_nothing_else(written):
 
 def test_named_effect_is_claimed_with_probability_parameters_and_intervals(written):
     text = read(written("explained")[1]).text
-    assert "Presliding at joint A (probability 97 %)." in text
+    assert "Presliding at joint A (probability 97 % that it is there)." in text
     assert "stiffness 1502 1411 to 1594 N m/rad" in text
     assert "closes 91 % (88 to 93 %) of the torque gap above the noise floor" in text
     assert "velocity reversals" in text

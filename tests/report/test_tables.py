@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 from stribeck.gap.answer.files import diagnosis_json
-from stribeck.gap.result import Delivered, Estimate, Stage, Tuned
+from stribeck.gap.result import Cause, Delivered, Estimate, Stage, Tuned
 from stribeck.report import sentences, tables, words
 from stribeck.report.delivered import delivered_table
 from stribeck.report.figures.candidates import candidates_figure, ranking
@@ -18,12 +19,16 @@ def test_tuned_values_are_marked_by_what_to_mind(diagnosis):
         Tuned("A.mass", "kg", 4.0, 0.4, Estimate(4.0, 3.2, 4.8), identified=False),
         Tuned("A.com_x", "m", 0.17, 0.01, Estimate(0.14, 0.139, 0.141), at_limit=True),
         Tuned("A.com_y", "m", 0.0, 0.0, Estimate(0.0, 0.0, 0.0), identified=False),
+        Tuned("cable_spring[A].stiffness", "N m/rad", 3.0, math.inf, Estimate(9.0, 8.9, 9.1), moved=True),
     )
     table = tables.tuned_table(replace(diagnosis(), tuned=rows))
-    assert [row.mark for row in table.rows] == ["", "muted", "flag", "muted"]
-    assert [row.cells[-1] for row in table.rows] == ["", "not identified", "at its limit", "held"]
+    assert [row.mark for row in table.rows] == ["", "muted", "flag", "muted", "flag"]
+    assert [row.cells[-1] for row in table.rows] == [
+        "", "not identified", "at its limit", "held", "far from nominal",
+    ]  # fmt: skip
     assert table.rows[0].cells[:5] == ("A.C0", "4.6", "1.4", "5.214", "5.130 to 5.300")
     assert table.rows[3].cells[3:5] == ("", "")
+    assert table.rows[4].cells[:4] == ("cable_spring[A].stiffness", "3", "none", "9.00")
 
 
 def test_measured_torque_is_told_beside_the_commanded_one(diagnosis):
@@ -77,6 +82,19 @@ def test_only_the_claimed_cause_is_strong(diagnosis):
     made = diagnosis(equivalent=("presliding", "backlash"))
     assert [row.mark for row in tables.cause_table(made).rows] == ["strong", "muted", "muted"]
     assert [row.mark for row in tables.cause_table(diagnosis("unexplained")).rows] == ["muted"] * 3
+
+
+def test_what_the_records_show_is_there_by_its_own_chance_and_closes_nothing_of_the_torque(diagnosis):
+    """Sentence and table say the same; the share of a cause, the JSON's probability, is another column."""
+    nothing = Estimate(0.0, 0.0, 0.0)
+    coarse = Cause("encoder_quantisation", 0.5, ("A",), ("encoder_quantisation",), {}, nothing, 0.98)
+    made = replace(diagnosis(), named=("encoder_quantisation",), causes=(coarse, Cause("unknown", 0.5)))
+    table = tables.cause_table(made)
+    assert table.columns[2:4] == ("is there", "share")
+    assert table.rows[0].cells == ("encoder quantisation", "A", "98\u00a0%", "50\u00a0%", "", "seen in the records")
+    assert "(probability 98\u00a0% that it is there)" in sentences.which(made)
+    assert diagnosis_json(made)["causes"][0]["presence"] == 0.98
+    assert diagnosis_json(made)["causes"][0]["closes"]["value"] == 0.0
 
 
 def test_search_path_says_what_was_added_and_what_was_not(diagnosis):

@@ -12,9 +12,9 @@ from stribeck.gap.result import Cause, Estimate, Place
 from stribeck.report import sentences, summary, words
 
 
-def printed(diagnosis, width=100):
+def printed(diagnosis, width=100, said=()):
     stream = io.StringIO()
-    Console(file=stream, width=width, force_terminal=True, color_system=None).print(summary(diagnosis))
+    Console(file=stream, width=width, force_terminal=True, color_system=None).print(summary(diagnosis, said))
     return stream.getvalue()
 
 
@@ -52,9 +52,17 @@ def test_named_effect_at_another_joint_is_not_the_claim(diagnosis):
     assert "joint B" not in sentences.which(made)
 
 
+def test_a_warning_that_the_screen_shows_already_is_not_said_twice(diagnosis):
+    made = replace(diagnosis(), warnings=("run.csv: doubtful", "a limit"))
+    assert "warning: run.csv: doubtful" in printed(made)
+    assert "doubtful" not in printed(made, said=["run.csv: doubtful"])
+    assert "warning: a limit" in printed(made, said=["run.csv: doubtful"])
+
+
 def test_two_effects_are_both_claimed(diagnosis):
     text = sentences.which(diagnosis(named=("presliding", "cable_spring"))).replace("\u00a0", " ")
-    assert text == "Presliding at joint A (probability 97 %); and cable spring at joint B (probability 90 %)."
+    first, second = (f"(probability {chance} % that it is there)" for chance in (97, 90))
+    assert text == f"Presliding at joint A {first}; and cable spring at joint B {second}."
 
 
 def test_how_far_without_anything_closable_claims_nothing(diagnosis):
@@ -95,7 +103,7 @@ def test_partly_explained_without_a_name_claims_nothing(diagnosis):
 def test_presence_is_claimed_where_effects_share_the_probability(diagnosis):
     made = diagnosis()
     made = replace(made, causes=(replace(made.causes[0], probability=0.5, presence=0.98), *made.causes[1:]))
-    assert "(probability 98\u00a0%)" in sentences.which(made)
+    assert "(probability 98\u00a0% that it is there)" in sentences.which(made)
 
 
 def test_where_says_how_much_lies_at_the_joint_and_where_it_is_densest(diagnosis):

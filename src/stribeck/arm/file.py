@@ -15,6 +15,8 @@ from stribeck.errors import InputError
 from stribeck.outputs import whole_file
 from stribeck.textfile import check_schema, load_toml, structure
 
+# of a link that turns: nothing of a straight axis depends on them
+LEVERS = {"length": 0.0, "com": [0.0, 0.0], "inertia": 0.0}
 TOLERATED = ("mass", "com_x", "com_y", "inertia", "rotor_inertia", "C0", "C1", "C2", "alpha")
 
 
@@ -64,10 +66,16 @@ def _from_table(data: dict[str, Any], source: str) -> Arm:
     table = check_schema(data, SCHEMA, source)
     joints = table.get("joints")
     if isinstance(joints, list):
-        table["joints"] = [_lift_backward(joint, k, source) for k, joint in enumerate(joints)]
+        table["joints"] = [_lift_backward(_with_levers(joint), k, source) for k, joint in enumerate(joints)]
     arm = structure(table, _adapter(), source, {"backward": "friction.backward"})
     _check(arm, source)
     return arm
+
+
+def _with_levers(joint: Any) -> Any:
+    """Fill in what a straight axis need not state."""
+    straight = isinstance(joint, dict) and joint.get("kind") == "prismatic"
+    return {**LEVERS, **joint} if straight else joint
 
 
 def _lift_backward(joint: Any, k: int, source: str) -> Any:

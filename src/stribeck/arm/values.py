@@ -15,6 +15,7 @@ from pydantic import ConfigDict, Field
 Finite = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
 NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
+Relative = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=10)]
 Name = Annotated[str, Field(min_length=1, max_length=100)]
 
 _STRICT = ConfigDict(extra="forbid")
@@ -43,7 +44,8 @@ class Joint:
     Attributes
     ----------
     name, kind : str
-        ``kind`` is ``"revolute"`` or ``"prismatic"``.
+        ``kind`` is ``"revolute"`` or ``"prismatic"``: nothing then depends on length, com and inertia, and a file may
+        leave them out.
     length : float
         From this joint's axis to the next (last joint: to the tip), m.
     mass : float
@@ -80,12 +82,15 @@ class Joint:
 
 @dataclass(frozen=True)
 class Tolerance:
-    """How well the nominal values are known: relative, one standard deviation."""
+    """How well the nominal values are known: relative, one standard deviation.
+
+    At most 10: what is not known within ten times its value is not known at all, and re-tuning takes in any gap.
+    """
 
     __pydantic_config__ = _STRICT
 
-    inertial: Positive = 0.1
-    friction: Positive = 1.0
+    inertial: Relative = 0.1
+    friction: Relative = 1.0
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,7 @@ from typing import Annotated
 
 import typer
 
-from stribeck.arm import load_arm
-from stribeck.cli.shared import progress
+from stribeck.cli.shared import load_model, progress
 
 app = typer.Typer()
 
@@ -36,7 +35,7 @@ def export(
     ] = None,
 ) -> None:
     """Write an arm as an FMU, for Model Exchange and Co-Simulation, binaries for every platform and sources."""
-    arm = load_arm(model)
+    arm = load_model(model)
 
     from stribeck.export import export_fmu
 

@@ -9,8 +9,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from stribeck.arm import load_arm
-from stribeck.cli.shared import OutDir, progress
+from stribeck.cli.shared import OutDir, load_model, progress
 from stribeck.errors import InputError
 from stribeck.outputs import check_free, whole_folder
 
@@ -50,7 +49,7 @@ def simulate(
     from stribeck.simulate.metrics import write_simulation
 
     if fmu is None:
-        controlled = load_arm(files[0])
+        controlled = load_model(files[0])
         settings = load_loop(files[1], controlled)
         result = run_loop(controlled, settings)
     else:
@@ -87,7 +86,7 @@ def limit_cycle(
     Writes limit_cycle.json, report.html and the figures.
     """
     check_free(out)
-    controlled = load_arm(arm)
+    controlled = load_model(arm)
 
     from stribeck.loop.analyse import analyse
     from stribeck.loop.files import write_limit_cycle

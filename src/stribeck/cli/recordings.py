@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from enum import StrEnum
@@ -13,8 +12,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from stribeck.arm import load_arm
-from stribeck.cli.shared import OutDir, progress, read_runs
+from stribeck.cli.shared import OutDir, doubts, load_model, progress, read_runs, warn
 from stribeck.errors import InputError
 from stribeck.outputs import check_free, whole_folder
 from stribeck.run import Run, save_columns
@@ -29,7 +27,12 @@ RunFiles = Annotated[
 ]
 HeldOut = Annotated[
     list[Path] | None,
-    typer.Option("--held-out", metavar="RUN...", help="Recordings to judge by, never fitted.", show_default=False),
+    typer.Option(
+        "--held-out",
+        metavar="RUN...",
+        help="Recordings to judge by, never fitted: every file up to the next option.",
+        show_default=False,
+    ),
 ]
 
 
@@ -71,11 +74,12 @@ def diagnose(
             raise InputError("--example brings its own arm and runs", str(arm or held_out), "leave one of them out")
         arm, runs = _example()
     if arm is None or not runs:
-        raise InputError(
-            "diagnose needs an arm file and at least one run", "", "or --example; see stribeck diagnose --help"
-        )
-    nominal = load_arm(arm)
+        do = "give them before --held-out, which takes every file up to the next option"
+        do = do if held_out else "or --example; see stribeck diagnose --help"
+        raise InputError("diagnose needs an arm file and at least one run", "", do)
+    nominal = load_model(arm)
     fitted, judged = read_runs(nominal, runs, held_out or [])
+    said = doubts((*fitted, *judged))
 
     if torque is Torque.measured:
         fitted, judged = _measured(fitted), _measured(judged)
@@ -90,7 +94,7 @@ def diagnose(
         write_diagnosis(found, folder)
         write_report(found, folder)
     console = Console()
-    console.print(summary(found))
+    console.print(summary(found, said))
     console.print(f"report: {out / 'report.html'}", highlight=False, soft_wrap=True)
 
 
@@ -106,7 +110,7 @@ def predict(
     """Start at the recorded state every S seconds and simulate on under the recorded commanded torque."""
     if not 0.0 < horizon < float("inf"):
         raise InputError("--horizon must be a positive time", f"{horizon:g} s", "give seconds, for instance 0.5")
-    arm = load_arm(model)
+    arm = load_model(model)
     (recorded,), _ = read_runs(arm, [run])
 
     from stribeck.simulate.predict import predict as ahead
@@ -114,8 +118,7 @@ def predict(
     prediction = ahead(arm, recorded, horizon)
     columns = {f"{key}{k + 1}": getattr(prediction, key)[:, k] for key in ("q", "dq", "tau") for k in range(arm.n)}
     save_columns({"t": prediction.t, "window": prediction.window, **columns}, out)
-    for window in prediction.failed:
-        print(f"warning: window {window} ended early: {prediction.status[window]}", file=sys.stderr)
+    warn([f"window {window} ended early: {prediction.status[window]}" for window in prediction.failed])
 
 
 @app.command(epilog="Example: [bold]stribeck identify arm.toml run_*.csv --out out[/bold]")
@@ -129,7 +132,7 @@ def identify(
     Writes fitted.toml, identification.json, report.html and the figure.
     """
     check_free(out)
-    nominal = load_arm(arm)
+    nominal = load_model(arm)
     recorded, _ = read_runs(nominal, runs)
 
     from stribeck.identify.files import write_identification
@@ -143,8 +146,8 @@ def identify(
         write_report(found, folder)
     console = Console()
     console.print(summary(found))
-    for text in found.warnings:
-        print(f"warning: {text}", file=sys.stderr)
+    said = doubts(recorded)
+    warn([text for text in found.warnings if text not in said])
     console.print(f"report: {out / 'report.html'}", highlight=False, soft_wrap=True)
 
 

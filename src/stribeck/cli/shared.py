@@ -12,7 +12,7 @@ import typer
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from stribeck.arm import Arm
+from stribeck.arm import Arm, load_arm
 from stribeck.run import Run, load_runs
 from stribeck.stopping import stop_if_asked
 
@@ -42,10 +42,28 @@ def unless_asked(show: Callable[[str], None]) -> Callable[[str], None]:
     return told
 
 
+def load_model(path: Path) -> Arm:
+    """Load an arm file whose effects are known, too: that is found now, and told with the file's name."""
+    from stribeck.effects.registry import placed_effects
+
+    arm = load_arm(path)
+    placed_effects(arm, str(path))
+    return arm
+
+
 def read_runs(arm: Arm, fitted: Sequence[Path], judged: Sequence[Path] = ()) -> tuple[list[Run], list[Run]]:
-    """Load the runs of both kinds, and say what gives reason to doubt them."""
+    """Load the runs of both kinds and say what to doubt of them, before any work is done."""
     runs = load_runs((*fitted, *judged), arm.n)
-    for run in runs:
-        for text in run.warnings:
-            print(f"warning: {run.name}: {text}", file=sys.stderr)
+    warn(doubts(runs))
     return runs[: len(fitted)], runs[len(fitted) :]
+
+
+def doubts(runs: Sequence[Run]) -> list[str]:
+    """Return what reading runs gave reason to doubt, as their analysis says it again among its own warnings."""
+    return [f"{run.name}: {text}" for run in runs for text in run.warnings]
+
+
+def warn(texts: Sequence[str]) -> None:
+    """Show warnings on standard error, a line each."""
+    for text in texts:
+        print(f"warning: {text}", file=sys.stderr)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from stribeck.cli.shared import unless_asked
+from stribeck.cli.shared import load_model, unless_asked
 from stribeck.errors import InputError
 from stribeck.exits import INTERRUPTED
 from stribeck.outputs import check_free, whole_folder
@@ -177,10 +177,9 @@ def power(
 
 
 def _experiment(arm: Path, runs: Sequence[Path]) -> tuple[Arm, list[Run]]:
-    from stribeck.arm import load_arm
     from stribeck.run import load_runs
 
-    nominal = load_arm(arm)
+    nominal = load_model(arm)
     return nominal, load_runs(runs, nominal.n)
 
 

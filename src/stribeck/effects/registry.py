@@ -161,54 +161,77 @@ def registry() -> Mapping[str, Effect]:
     return families
 
 
-def effect_named(name: str, law: str | None = None) -> Effect:
-    """Return one effect by its contract name, of the law given or the family's first; raise :class:`InputError`."""
+def effect_named(name: str, law: str | None = None, where: str = "") -> Effect:
+    """Return one effect by its contract name, of the law given or the family's first; raise :class:`InputError`.
+
+    Its message names the key ``effect`` or ``law``, with ``where`` they stand before it.
+    """
     if name not in registry():
-        raise InputError("unknown effect", name, f"use one of: {', '.join(registry())}")
+        raise InputError(f"{where}effect is not a known effect", repr(name), f"use one of: {', '.join(registry())}")
     if law is None:
         return registry()[name]
     if (name, law) not in laws():
         known = ", ".join(other for family, other in laws() if family == name and other)
-        raise InputError(f"unknown law of {name}", law, f"use one of: {known}" if known else "leave law out")
+        do = f"use one of: {known}" if known else "leave law out"
+        raise InputError(f"{where}law is not a law of {name}", repr(law), do)
     return laws()[name, law]
 
 
-def placed_effects(arm: Arm) -> tuple[Placed, ...]:
-    """Return the effects of an arm file, each at its joints, parameters checked."""
-    placed = tuple(_place(arm, entry, joint) for entry in arm.effects for joint in entry.joints)
-    for k, place in enumerate(placed):
-        for other in placed[:k]:
-            shared = set(place.joints(arm.n)) & set(other.joints(arm.n))
-            if shared and other.effect.name == place.effect.name:
-                raise InputError(
-                    f"{place.effect.name} is given twice", arm.names[min(shared)], "keep one law at a joint"
-                )
-    return placed
+def placed_effects(arm: Arm, source: str = "") -> tuple[Placed, ...]:
+    """Return the effects of an arm, each at its joints, parameters checked.
+
+    Parameters
+    ----------
+    arm : Arm
+    source : str
+        The file that it comes from, for the message; the arm's name where none is given.
+
+    Raises
+    ------
+    InputError
+        One line: the source, the key, what was found there and what to do.
+    """
+    source = source or f"arm {arm.name!r}"
+    placed: list[Placed] = []
+    for k, entry in enumerate(arm.effects):
+        where = f"{source}: effects[{k}]"
+        for joint in entry.joints:
+            place = _place(arm, entry, joint, where)
+            for other in placed:
+                shared = set(place.joints(arm.n)) & set(other.joints(arm.n))
+                if shared and other.effect.name == place.effect.name:
+                    name = arm.names[min(shared)]
+                    raise InputError(f"{where}: {place.effect.name} is given twice", name, "keep one law at a joint")
+            placed.append(place)
+    return tuple(placed)
 
 
-def _place(arm: Arm, entry: EffectEntry, joint: str) -> Placed:
-    effect = effect_named(entry.effect, entry.law)
+def _place(arm: Arm, entry: EffectEntry, joint: str, where: str) -> Placed:
+    effect = effect_named(entry.effect, entry.law, f"{where}.")
     place = arm.names.index(joint)
     # a payload may hang on any link, and tilted gravity be stated at any joint; a base is under the first
     bound = effect.everywhere or (effect.whole_arm and not isinstance(effect, RigidBodyEffect))
     if bound and place not in effect.sites(arm.n):
         first = arm.names[effect.sites(arm.n)[0]]
         what = "holds at all joints and is" if effect.everywhere else "is of the whole arm and"
-        raise InputError(f"{effect.label} {what} given once", joint, f"give it at joint {first}")
+        raise InputError(f"{where}.joints: {effect.label} {what} given once", joint, f"give it at joint {first}")
     if bound and not effect.applies(arm, place):
-        raise InputError(f"{effect.label} is no law for this kind of arm", arm.name, "give another law")
+        raise InputError(f"{where}: {effect.label} is no law for this kind of arm", arm.name, "give another law")
     given = dict(entry.parameters.get(joint, {}))
+    _check_values(effect, given, arm.joints[place].kind, f"{where}.parameters.{joint}")
+    return Placed(effect, place, given)
+
+
+def _check_values(effect: Effect, given: Mapping[str, float], kind: str, where: str) -> None:
     known = {parameter.name for parameter in effect.parameters}
     for name in given:
         if name not in known:
-            raise InputError(f"unknown parameter of {effect.name}", name, f"use one of: {', '.join(sorted(known))}")
+            raise InputError(f"{where}.{name} is not a known key", "", f"use one of: {', '.join(sorted(known))}")
     for parameter in effect.parameters:
         value = given.get(parameter.name, parameter.null)
         if not parameter.lower <= value <= parameter.upper and value != parameter.null:
-            where = f"{effect.name} of joint {joint}: {parameter.name}"
-            unit = unit_at(parameter.unit, arm.joints[place].kind)
-            raise InputError(where, f"{value:g}", f"give {parameter.lower:g} to {parameter.upper:g} {unit}")
-    return Placed(effect, arm.names.index(joint), given)
+            bounds = f"{parameter.lower:g} to {parameter.upper:g} {unit_at(parameter.unit, kind)}"
+            raise InputError(f"{where}.{parameter.name} is out of bounds", f"{value:g}", f"give {bounds}")
 
 
 def entries_of(arm: Arm, placed: tuple[Placed, ...]) -> tuple[EffectEntry, ...]:

@@ -83,9 +83,10 @@ class Cause:
     """One candidate explanation; ``effect`` may be ``none`` or ``unknown``.
 
     ``probability`` sums to 1 over the causes: where several effects are named together they share it by what each
-    closes. ``presence`` is the probability that this effect is there at all, beside whatever else is.
-    ``parameters`` is joint -> parameter -> Estimate; ``closes`` the part of the closable gap that it closes; ``law``
-    is joint -> law, where the effect is a family with several.
+    closes; those that the records show by themselves close nothing and take even parts. ``presence`` is the
+    probability that this effect is there at all, beside whatever else is. ``parameters`` is joint -> parameter ->
+    Estimate; ``closes`` the part of the closable gap that it closes; ``law`` is joint -> law, where the effect is a
+    family with several.
     """
 
     effect: str
@@ -118,7 +119,10 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Tuned:
-    """A nominal value before and after re-tuning; ``at_limit`` where the data push it to three deviations."""
+    """A value of the arm file before and after re-tuning; ``at_limit`` where the data push it to three deviations.
+
+    Those of its effects have a ``tolerance`` of infinity: ``moved`` is whether one has left its nominal value far.
+    """
 
     key: str
     unit: str
@@ -127,6 +131,7 @@ class Tuned:
     tuned: Estimate
     at_limit: bool = False
     identified: bool = True
+    moved: bool = False
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from stribeck.arm import Arm
 from stribeck.errors import InputError
 from stribeck.grid import uniform
 from stribeck.identify.asymmetry import common_curve, compare_curves
+from stribeck.identify.commanded import doubtful_torques
 from stribeck.identify.conditioning import Conditioned, condition
 from stribeck.identify.curve import Point, read_points
 from stribeck.identify.cutoff import cutoff_frequency
@@ -66,7 +67,8 @@ def identify(arm: Arm, runs: Sequence[Run], progress: Callable[[str], None] = la
     body = path_of(whole.arm if whole.fit.ok else arm)
     points = read_points(body, values_of(body.entries), [condition(arm, run, cutoff, noise) for run in even])
     joints = tuple(_joint(arm, j, moved[j], points, whole) for j in range(arm.n))
-    warnings = [f"{run.name}: {text}" for run in even for text in run.warnings] + left_open(joints, whole)
+    warnings = [f"{run.name}: {text}" for run in even for text in run.warnings]
+    warnings += doubtful_torques(arm, even, noise) + left_open(joints, whole)
     names = tuple(run.name for run in runs)
     return Identification(arm, taken_arm(arm, joints, whole), joints, whole, names, tuple(notes), tuple(warnings))
 

@@ -143,8 +143,7 @@ def fit(
 
 def _result(problem: Problem, z: np.ndarray, status: str, iterations: int) -> Fit:
     p = problem.physical(z)
-    r, jacobian = problem.rows(z)
-    weighted = r * problem.weights.scale
+    r, jacobian, misfit = problem.rows(z)
     prior = problem.prior(z)
     pushed = np.abs(prior) > PRIOR_LIMIT - 1e-2
     keys = tuple(problem.entries[i].key for i, flag in zip(problem.free, pushed, strict=True) if flag)
@@ -154,7 +153,7 @@ def _result(problem: Problem, z: np.ndarray, status: str, iterations: int) -> Fi
         free=problem.free,
         residual=r,
         jacobian=jacobian,
-        misfit=0.5 * float(np.sum(weighted**2)),
+        misfit=misfit,
         prior=0.5 * float(prior @ prior),
         status=status,
         iterations=iterations,

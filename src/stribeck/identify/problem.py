@@ -57,7 +57,7 @@ class Problem:
         self.unit = np.array([self._unit(self.entries[i], scales) for i in self.free])
         self.origin = np.where(self.has_prior, self.p0[self.free], 0.0)
         self.start = np.clip(self._scaled(start), *self.bounds())
-        self._key, self._cost, self._rows = b"", (np.inf, np.empty(0), np.empty(0)), (np.empty(0), np.empty(0))
+        self._key, self._cost, self._rows = b"", (np.inf, np.empty(0), np.empty(0)), (np.empty(0), np.empty(0), np.inf)
         self.evaluations = 0
         self.fallen = (np.inf, 0)
         self.best = (np.inf, self.start)
@@ -121,20 +121,22 @@ class Problem:
             self._tried(self._cost[0], z)
         return self._cost
 
-    def rows(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the residual (M, n) and its Jacobian (M, n, f) at z."""
+    def rows(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+        """Return the residual (M, n), its Jacobian (M, n, f) and half its weighted sum of squares at z."""
         self.evaluate(z)
         return self._rows
 
     def _compute(self, z: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
         p = self.physical(z)
         with np.errstate(over="ignore", invalid="ignore"):  # as in ``cost``
-            self._rows = r, jacobian = self.residual(p)
+            r, jacobian = self.residual(p)
             slope = np.where(self.log, p[self.free], self.unit)
             weighted = (r * self.weights.scale).ravel()
             columns = (jacobian * self.weights.scale[..., None]).reshape(len(weighted), -1) * slope
             prior = self.prior(z)
-            cost = 0.5 * float(weighted @ weighted) + 0.5 * float(prior @ prior)
+            misfit = 0.5 * float(weighted @ weighted)
+            self._rows = r, jacobian, misfit
+            cost = misfit + 0.5 * float(prior @ prior)
             gradient = columns.T @ weighted + prior
             if self.added is not None:
                 rows, slopes = self.added(p)

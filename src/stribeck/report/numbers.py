@@ -78,7 +78,7 @@ def probability(value: float) -> str:
 
 
 def _percent_digits(part: float) -> str:
-    value = 100.0 * part
+    value = 100.0 * round(part, 6)  # the digits that files have: they agree on what is all
     if 99.5 <= value < 100.0:
         return "99.9" if value > 99.9 else f"{value:.1f}"  # what is not all must not read as all
     text = f"{value:.0f}" if abs(value) >= 9.95 or abs(value - round(value)) < 0.05 else f"{value:.1f}"

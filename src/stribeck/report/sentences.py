@@ -77,7 +77,7 @@ def claim(diagnosis: Diagnosis, cause: Cause) -> str:
     place = f"at {words.joints(cause.joints)}"
     chance = words.class_probability(diagnosis, cause)
     if len(names) == 1:
-        return f"{names[0]} {place}{_chance(chance)}"
+        return f"{names[0]} {place}{_chance(chance, 'that it is there')}"
     together = f" ({probability(chance)} together)" if math.isfinite(chance) else ""
     return f"{words.listing(names, 'or')} {place}{together}: these data cannot tell which"
 
@@ -145,7 +145,7 @@ def _place(diagnosis: Diagnosis, place: Place) -> str:
     return f"at {words.joints([place.joint])}{stage}, densest {words.region(place.region)}"
 
 
-def _chance(value: float, what: str = "") -> str:
+def _chance(value: float, what: str) -> str:
     if not (math.isfinite(value) and value > 0):
         return ""
-    return f" (probability {probability(value)}{' ' + what if what else ''})"
+    return f" (probability {probability(value)} {what})"

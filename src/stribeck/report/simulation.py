@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stribeck.arm import Arm, unit_at
+from stribeck.report.numbers import percent
 from stribeck.report.style import COLOUR, MUTED, RULE, drawn, grid, heading, key, new_figure, png, title
 from stribeck.simulate.closed import Closed
 from stribeck.simulate.metrics import measures
@@ -94,4 +95,4 @@ def _finding(closed: Closed, arm: Arm, joint: int, unit: str) -> str:
     if mean is None or stuck is None or not np.isfinite(mean):
         return name
     size = f"{1e3 * mean:.4g}" if abs(mean) > NOTHING else "0"
-    return f"{name}: mean error {size} m{unit} in the second half, stuck {stuck:.0%} of that time (shaded)"
+    return f"{name}: mean error {size} m{unit} in the second half, stuck {percent(stuck)} of that time (shaded)"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 
 from rich.console import Group, RenderableType
 from rich.table import Table
@@ -15,10 +16,16 @@ from stribeck.report.numbers import number
 STYLE = {"no_gap": "bold green", "explained": "bold cyan", "partly_explained": "bold yellow", "unexplained": "bold red"}
 
 
-def summary(diagnosis: Diagnosis) -> RenderableType:
+def summary(diagnosis: Diagnosis, said: Collection[str] = ()) -> RenderableType:
     """Return the verdict, the three sentences, the torque gap per stage, notes and warnings, for rich to print.
 
     Names go in as plain text: markup and control characters in them do nothing.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    said : collection of str
+        Warnings that the screen shows already.
     """
     head = Text(words.VERDICT.get(diagnosis.verdict, diagnosis.verdict), STYLE.get(diagnosis.verdict, "bold"))
     head.append(f"  {words.clean(diagnosis.arm)}", "default not bold")
@@ -26,7 +33,7 @@ def summary(diagnosis: Diagnosis) -> RenderableType:
     if diagnosis.stages:
         parts.append(_stages(diagnosis))
     parts += [Text(f"note: {words.clean(text)}", "dim") for text in diagnosis.notes]
-    parts += [Text(f"warning: {words.clean(text)}", "yellow") for text in diagnosis.warnings]
+    parts += [Text(f"warning: {words.clean(text)}", "yellow") for text in diagnosis.warnings if text not in said]
     return Group(*parts)
 
 

@@ -46,7 +46,7 @@ def stage_table(diagnosis: Diagnosis) -> Table:
 
 
 def cause_table(diagnosis: Diagnosis) -> Table:
-    """Return every cause with its probability; only those marked strong are claims."""
+    """Return every cause with the probability that it is there and its share; only those marked strong are claims."""
     rows = []
     for cause in diagnosis.causes:
         own = cause.effect not in ("none", "unknown")
@@ -56,20 +56,29 @@ def cause_table(diagnosis: Diagnosis) -> Table:
         cells = (
             name,
             words.listing([words.clean(joint) for joint in cause.joints]) if own else "",
-            probability(cause.probability),
             probability(cause.presence) if cause.presence is not None else "",
+            probability(cause.probability),
             words.listing([words.effect(other) for other in cause.equivalent if other != cause.effect]),
-            percent_interval(cause.closes) if cause.closes else "",
+            _closes(cause),
         )
         rows.append(Row(cells, "strong" if is_named(diagnosis, cause) else "muted"))
-    columns = ("effect", "at", "probability", "is there at all", "cannot be told from", "closes")
+    columns = ("effect", "at", "is there", "share", "cannot be told from", "closes")
     note = (
-        "Bold: named. The probabilities sum to one with “unknown”, an effect outside the list; effects that act "
-        "together share theirs. Is there at all: the probability of this effect by itself, beside whatever else acts."
+        "Bold: named. Is there: the probability of this effect by itself, beside whatever else acts. Shares (in the "
+        "JSON, “probability”) sum to one with “unknown”, an effect outside the list: effects that act together share "
+        "it by what each closes of the gap, those that the records show by themselves take even parts."
         if diagnosis.named
         else "None of these is named: the probabilities say what was considered, not what was found."
     )
     return Table("Causes and their probability", columns, tuple(rows), frozenset({2, 3, 5}), note)
+
+
+def _closes(cause: Cause) -> str:
+    """Return what a cause closes of the gap; in words where no torque was asked for it."""
+    known = registry().get(cause.effect)
+    if known is not None and known.direct:
+        return "seen in the records"
+    return percent_interval(cause.closes) if cause.closes else ""
 
 
 def parameter_table(diagnosis: Diagnosis) -> Table | None:
@@ -99,25 +108,27 @@ def is_named(diagnosis: Diagnosis, cause: Cause) -> bool:
 
 
 def tuned_table(diagnosis: Diagnosis) -> Table:
-    """Return the nominal values before and after re-tuning, with what to mind about each."""
+    """Return the arm file's values before and after re-tuning, with what to mind about each."""
     rows = []
     for value in diagnosis.tuned:
         held = value.tolerance == 0.0
         flags = ["at its limit"] * value.at_limit + ["not identified"] * (not value.identified and not held)
-        flags += ["held"] * held
+        flags += ["held"] * held + ["far from nominal"] * value.moved
         cells = (
             words.clean(value.key),
             as_written(value.nominal),
-            as_written(value.tolerance),
+            as_written(value.tolerance) if math.isfinite(value.tolerance) else "none",
             *(("", "") if held else _estimate_cells(value.tuned)),
             unit_text(value.unit),
             "; ".join(flags),
         )
-        rows.append(Row(cells, "flag" if value.at_limit else "" if value.identified and not held else "muted"))
+        mark = "" if value.identified and not held else "muted"
+        rows.append(Row(cells, "flag" if value.at_limit or value.moved else mark))
     columns = ("value", "nominal", "± tolerance", "re-tuned", "95 % interval", "unit", "")
     note = (
         "Tolerance: one standard deviation, as the arm file states it; re-tuning stays within three. At its limit: the "
-        "data want more than that. Not identified: these runs cannot tell; it stays near nominal. Held: no tolerance."
+        "data want more than that. Not identified: these runs cannot tell; it stays near nominal. Held: a "
+        "tolerance of zero. Values of the file's effects have none: re-tuning finds them anew, and flags those far off."
     )
     return Table("Re-tuned values", columns, tuple(rows), frozenset({1, 2, 3, 4}), note)
 

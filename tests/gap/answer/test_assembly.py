@@ -50,6 +50,19 @@ def test_a_gain_counts_at_the_joint_that_gains_most() -> None:
     assert gained("backlash", chain) == -np.inf
 
 
+def test_no_effect_closes_more_than_the_whole(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nor does the interval of what it closes, which is as wide as that of all that is closed then."""
+    answer, chain = object.__new__(Assembly), delivered()
+    closed = dict(zip(map(id, chain[1:]), (Estimate(v, v - 0.1, 1.0) for v in (0.98, -0.1, 0.5, 1.0)), strict=True))
+    answer.base = chain[0]
+    monkeypatch.setattr(answer, "_closes", lambda before, after: closed[id(after)])
+    found = {effect: answer._closed_by(effect, chain) for effect in CLOSES}
+    assert (found["delay"].value, found["delay"].high) == (0.98, 1.0)
+    assert found["delay"].low == pytest.approx(0.98 - 0.06)
+    assert found["payload"].value == pytest.approx(0.6)
+    assert all(estimate.low <= estimate.value <= estimate.high <= 1.0 for estimate in found.values())
+
+
 @pytest.mark.parametrize(
     ("named", "taken_over", "fitted"),
     [(("delay", "cogging"), 2, 0), (("delay", "payload"), 1, 3), (("cogging",), 0, 3), ((), 0, 0)],

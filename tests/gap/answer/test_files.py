@@ -114,7 +114,7 @@ def test_extensions_carry_what_the_report_shows(diagnosis):
     data = diagnosis_json(diagnosis)
     assert data["retuned"][0] == {
         "key": "A.C0", "unit": "N m", "nominal": 4.6, "tolerance": 1.4, "value": 5.2, "ci95": [5.1, 5.3],
-        "at_limit": False, "identified": True,
+        "at_limit": False, "identified": True, "moved": False,
     }  # fmt: skip
     assert data["regions"][0]["rms_corrected"] == 0.2
     assert data["candidates"][0]["chosen"] is True

@@ -165,6 +165,15 @@ def test_joints_that_rest_are_split_as_well(sizes: list[float]) -> None:
     assert {run.name for run in (*fit, *held)} == {f"{i}" for i in range(len(sizes))}
 
 
+@pytest.mark.parametrize("pose", [1e-3, 3.0, 40.0])
+def test_a_joint_that_rests_elsewhere_in_each_run_stands_alone_no_more_than_another_can(pose: float) -> None:
+    """It has no range of its own to measure that by; it outweighs neither what is shown nor another joint's torque."""
+    runs = [replace(run, q=run.q + pose * k * np.array([0.0, 1.0])) for k, run in enumerate(one_by_one(*[(1, 0)] * 6))]
+    assert "1" not in [run.name for run in split(runs, [], {"1"})[1]]
+    runs[4] = replace(runs[4], tau=9.0 * runs[4].tau)
+    assert "4" not in names(runs)
+
+
 def test_hundreds_of_runs_are_split_in_no_time() -> None:
     runs = [sines(1.0, 50.0, seed=i, size=0.1 + i % 7, name=f"{i}") for i in range(400)]
     begun = time.process_time()

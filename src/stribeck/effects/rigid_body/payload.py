@@ -27,7 +27,8 @@ class Payload(RigidBodyEffect):
         return (n - 1,)
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
-        return ({"mass": 0.1 * scale.inertia / max(scale.length, 1e-3) ** 2},)
+        lever = 1.0 if scale.prismatic else max(scale.length, 1e-3)
+        return ({"mass": 0.1 * scale.inertia / lever**2},)
 
     def body(self, body: Body, joint: int, p: Parameters) -> Body:
         mass, cx, cy = body.mass[joint], body.com_x[joint], body.com_y[joint]

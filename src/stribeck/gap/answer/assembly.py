@@ -240,9 +240,9 @@ class Assembly:
         pairs = [(before, after) for before, after in pairwise(chain) if after.placed[-1].effect.name == effect]
         closed = [Estimate(0.0, 0.0, 0.0), *(self._closes(self.base, model) for model in chain[1:])]
         at = {id(model): estimate for model, estimate in zip(chain, closed, strict=True)}
-        value = sum(at[id(after)].value - at[id(before)].value for before, after in pairs)
+        value = min(sum(at[id(after)].value - at[id(before)].value for before, after in pairs), 1.0)
         spread = max((at[id(after)].high - at[id(after)].low) / 2 for _, after in pairs)
-        return Estimate(value, value - spread, max(value, min(value + spread, 1.0)))  # no more than all of it is closed
+        return Estimate(value, value - spread, min(value + spread, 1.0))  # nothing closes more than the whole
 
 
 def _laws(placed: Sequence[Placed]) -> list[tuple[str, int, str]]:

@@ -180,6 +180,7 @@ def _tuned(value: Tuned) -> dict[str, Any]:
         "ci95": _interval(value.tuned),
         "at_limit": value.at_limit,
         "identified": value.identified,
+        "moved": value.moved,
     }
 
 

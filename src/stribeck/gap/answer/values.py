@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from stribeck.arm import Arm
+from stribeck.effects.registry import placed_effects
 from stribeck.gap.answer.margins import widened
 from stribeck.gap.answer.nominal import nominal_intervals
 from stribeck.gap.fitted.model import Model, weights_of
+from stribeck.gap.fitted.sizes import effect_scales
 from stribeck.gap.records.blocks import block_of_rows
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.result import Cause, Estimate, Tuned
 from stribeck.identify.confidence import intervals
-from stribeck.model.layout import Placed
+from stribeck.model.layout import Placed, layout
+from stribeck.model.path import SignalPath
+
+FAR = 0.3  # of an effect's size in the arm file: three times what a mass is known to where the file says nothing
 
 
 def parameters_of(cause: Cause, model: Model, prepared: Prepared, floor: np.ndarray) -> dict[str, dict[str, Estimate]]:
@@ -50,18 +56,42 @@ def _joints_of(place: Placed, arm: Arm) -> list[str]:
 
 
 def tuned_of(base: Model, prepared: Prepared, floor: np.ndarray) -> tuple[Tuned, ...]:
-    """Return the nominal model's values before and after re-tuning; ``floor`` (n,) is the noise, N m rms."""
+    """Return the arm file's values before and after re-tuning, those of its effects last.
+
+    Parameters
+    ----------
+    base : Model
+        The re-tuned one.
+    prepared : Prepared
+    floor : array (n,)
+        Noise floor, N m rms.
+    """
     fit, bounds = base.fit, nominal_intervals(base, prepared, floor)
-    return tuple(
-        Tuned(
-            entry.key,
-            entry.unit,
-            entry.value,
-            entry.sd,
-            Estimate(float(fit.p[i]), float(bounds.low[i]), float(bounds.high[i]), entry.unit),
-            entry.key in fit.at_limit,
-            bool(bounds.identified[i]),
-        )
+    found = {
+        entry.key: Estimate(float(fit.p[i]), float(bounds.low[i]), float(bounds.high[i]), entry.unit)
         for i, entry in enumerate(fit.entries)
+    }
+    nominal = [
+        Tuned(entry.key, entry.unit, entry.value, entry.sd, found[entry.key], entry.key in fit.at_limit, bool(sure))
+        for entry, sure in zip(fit.entries, bounds.identified, strict=True)
         if entry.owner in ("inertial", "friction")
-    )
+    ]
+    return (*nominal, *_of_effects(base, prepared, found))
+
+
+def _of_effects(base: Model, prepared: Prepared, found: Mapping[str, Estimate]) -> Iterator[Tuned]:
+    """Yield the values of the arm file's own effects, those by key that were ``found`` with the intervals of the fit.
+
+    They have no tolerance: whether one has moved far is told by its effect's size in the file, or a typical one.
+    """
+    arm, step = prepared.arm, prepared.fit[0].sample_time
+    stated = {entry.key: entry.value for entry in layout(arm, placed_effects(arm))}
+    typical = effect_scales(SignalPath(arm, base.placed), prepared)
+    for k in range(len(base.placed)):  # what re-tuning took in beside them is told in a note
+        own = [entry for entry in base.fit.entries if entry.owner == k and entry.key in stated]
+        values = widened({entry.name: found[entry.key] for entry in own}, step)
+        for entry in own:
+            value, nominal = values[entry.name], stated[entry.key]
+            size = math.hypot(*(stated[other.key] for other in own if other.unit == entry.unit)) or typical[entry.key]
+            moved = abs(value.value - nominal) > FAR * size and not value.low <= nominal <= value.high
+            yield Tuned(entry.key, entry.unit, nominal, math.inf, value, moved=moved)

@@ -18,7 +18,8 @@ from stribeck.gap.records.split import split
 from stribeck.gap.records.spread import Noise
 from stribeck.gap.records.unsaid import with_unsaid
 from stribeck.grid import uniform
-from stribeck.identify.braked import DRIVEN, undriven
+from stribeck.identify.braked import DRIVEN
+from stribeck.identify.commanded import doubtful_torques
 from stribeck.identify.conditioning import Conditioned, condition, shaken
 from stribeck.identify.cutoff import cutoff_frequency
 from stribeck.identify.inertia import MovedInertia
@@ -110,8 +111,9 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = (), fitted:
     for run in conditioned:
         if not len(run.analysis_index):
             raise InputError(f"{run.name}: too short to be analysed", f"{len(run.time)} samples", "leave it out")
-    notes += [f"{run.name}: {text}" for run in conditioned for text in _held(arm, run)] + _undriven(arm, conditioned)
-    warnings = tuple(f"{run.name}: {text}" for run in every for text in run.warnings)
+    notes += [f"{run.name}: {text}" for run in conditioned for text in _held(arm, run)]
+    doubts = [f"{run.name}: {text}" for run in every for text in run.warnings]
+    warnings = (*doubts, *doubtful_torques(arm, every, noise))
     gone = sum(distance_gone(run.q, run.sample_time) for run in [*even, *kept_back])
     scales = typical(arm, learnt, inertia, np.asarray(gone))
     said = _together(notes)
@@ -128,14 +130,6 @@ def _held(arm: Arm, run: Conditioned) -> list[str]:
     """Return what is said of the joints that a run neither moves nor drives."""
     names = [name for name, held in zip(arm.names, run.braked, strict=True) if held]
     return [f"{', '.join(names)} neither moves nor is driven: taken as held by a brake"] if names else []
-
-
-def _undriven(arm: Arm, runs: Sequence[Conditioned]) -> list[str]:
-    """Return what is said of the joints that runs move, none of them by a torque."""
-    still = np.all([run.braked for run in runs], axis=0)
-    alone = np.all([undriven(arm, run.run) for run in runs], axis=0) & ~still
-    names = [name for name, here in zip(arm.names, alone, strict=True) if here]
-    return [f"next to no torque is recorded at {', '.join(names)}: taken as without a drive"] if names else []
 
 
 def _together(notes: Sequence[str]) -> tuple[str, ...]:

@@ -65,6 +65,7 @@ def _alone(runs: Sequence[Run]) -> np.ndarray:
     )
     second = np.sort(values, axis=0)[-2]
     further = np.maximum(values - second - BEYOND * span, 0.0)
+    span = np.maximum(span, further)  # a joint may rest in every run, each time elsewhere
     return np.asarray(np.round(np.sum(further / (span + np.finfo(float).tiny), axis=1), DIGITS))
 
 

@@ -6,6 +6,7 @@ rotor; held there, what is missing would pass for effects. Such values get a tol
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -39,11 +40,18 @@ def _missing(arm: Arm, joint: Joint, scale: Scale) -> dict[str, float]:
 
 
 def told_of(tuned: Sequence[Tuned]) -> list[str]:
-    """Return a warning for each value that the arm file has as zero and the recordings surely have not."""
-    found = (value for value in tuned if value.key.rpartition(".")[2] in KEYS and value.identified)
+    """Return a warning for each value that the arm file has as zero, and the recordings surely have not.
+
+    And for each value of its effects, which the file says no tolerance of, that has moved far.
+    """
     return [
         f"{value.key}: {value.nominal:.3g} in the arm file, {value.tuned.value:.3g} {value.unit} by the recordings; "
         "re-tuning took it in"
-        for value in found
-        if value.nominal <= NEXT_TO_NOTHING * value.tolerance and value.tuned.low > 0.0
+        for value in tuned
+        if value.moved or _was_missing(value)
     ]
+
+
+def _was_missing(value: Tuned) -> bool:
+    known = value.key.rpartition(".")[2] in KEYS and value.identified and math.isfinite(value.tolerance)
+    return known and value.nominal <= NEXT_TO_NOTHING * value.tolerance and value.tuned.low > 0.0

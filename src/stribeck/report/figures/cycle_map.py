@@ -15,7 +15,7 @@ from stribeck.loop.maps import Map
 from stribeck.report import words
 from stribeck.report.cycle_words import gain_unit, small_unit
 from stribeck.report.figures.log_ticks import plain_log
-from stribeck.report.numbers import number
+from stribeck.report.numbers import percent
 from stribeck.report.style import COLOUR, INK, RULE, drawn, heading, new_figure
 
 LABEL = {
@@ -99,7 +99,7 @@ def _finding(answer: JointAnswer) -> str:
     cycling = sum(shares.values())
     if cycling == 0.0:
         grows = float(np.mean(codes == VERDICTS.index("unbounded")))
-        more = f"; {number(100.0 * grows, 2)} % of it grows without bound" if grows > 0.0 else ""
+        more = f"; {percent(grows)} of it grows without bound" if grows > 0.0 else ""
         return f"{name}: no cycle anywhere on the map{more}"
     most = MOSTLY[max(shares, key=lambda verdict: shares[verdict])]
-    return f"{name}: {number(100.0 * cycling, 2)} % of the map cycles, mostly {most}"
+    return f"{name}: {percent(cycling)} of the map cycles, mostly {most}"

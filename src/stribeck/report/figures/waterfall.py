@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from stribeck.gap.result import Diagnosis
 from stribeck.report import words
-from stribeck.report.numbers import MINUS, number, percent_interval
+from stribeck.report.numbers import MINUS, number, percent, percent_interval
 from stribeck.report.style import COLOUR, INK, MUTED, RULE, WIDTH, drawn, heading, new_figure, title
 
 Step = tuple[str, float]
@@ -65,8 +65,8 @@ def _draw_step(ax: Axes, row: int, stage: str, value: float, previous: float) ->
     ax.barh(row, value, height=0.62, color=COLOUR.get(stage, COLOUR["corrected"]))
     change = ""
     if stage != "noise_floor" and previous > 0:
-        part = 100.0 * (value / previous - 1.0)
-        change = f"  ({MINUS if part < 0 else '+'}{abs(part):.0f} %)"
+        part = value / previous - 1.0
+        change = f"  ({MINUS if part < 0 else '+'}{percent(abs(part))})"
         if value < previous:
             ax.barh(
                 row,
