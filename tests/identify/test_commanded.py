@@ -23,7 +23,7 @@ def told(arm: Arm, runs: list[Run]) -> list[str]:
 
 
 def test_a_joint_that_moves_without_any_torque_is_told_of_in_one_line() -> None:
-    runs = [replace(run := recorded(noise=1e-5), tau=0.0 * run.tau) for _ in range(2)]
+    runs = [replace(run := recorded(noise=1e-5, seed=k), name=f"run {k}", tau=0.0 * run.tau) for k in range(2)]
     (text,) = told(pendulum(), runs)
     assert text.startswith("A: it moves, but its torque is zero in every recording: give what was commanded as tau1")
     assert text in identify(pendulum(), runs).warnings

@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from stribeck.arm import Arm, load_arm
-from stribeck.run import Run, load_runs
+from stribeck.run import Run, check_apart, load_runs
 from stribeck.stopping import stop_if_asked
 
 OutDir = Annotated[Path, typer.Option("--out", metavar="DIR", help="New folder; written whole or not at all.")]
@@ -54,6 +54,7 @@ def load_model(path: Path) -> Arm:
 def read_runs(arm: Arm, fitted: Sequence[Path], judged: Sequence[Path] = ()) -> tuple[list[Run], list[Run]]:
     """Load the runs of both kinds and say what to doubt of them, before any work is done."""
     runs = load_runs((*fitted, *judged), arm.n)
+    check_apart(runs)
     warn(doubts(runs))
     return runs[: len(fitted)], runs[len(fitted) :]
 

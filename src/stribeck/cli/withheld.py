@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from stribeck.cli.shared import load_model, unless_asked
+from stribeck.cli.shared import load_model, read_runs, unless_asked
 from stribeck.errors import InputError
 from stribeck.exits import INTERRUPTED
 from stribeck.outputs import check_free, whole_folder
@@ -177,10 +177,8 @@ def power(
 
 
 def _experiment(arm: Path, runs: Sequence[Path]) -> tuple[Arm, list[Run]]:
-    from stribeck.run import load_runs
-
     nominal = load_model(arm)
-    return nominal, load_runs(runs, nominal.n)
+    return nominal, read_runs(nominal, runs)[0]
 
 
 def _farm(jobs: int, cluster: str | None) -> Farm:
