@@ -129,7 +129,7 @@ def _even(run: Run, notes: list[str]) -> Run:
 def _held(arm: Arm, run: Conditioned) -> list[str]:
     """Return what is said of the joints that a run neither moves nor drives."""
     names = [name for name, held in zip(arm.names, run.braked, strict=True) if held]
-    return [f"{', '.join(names)} neither moves nor is driven: taken as held by a brake"] if names else []
+    return [f"{', '.join(names)} neither moves nor is driven: taken as held, by a brake or not"] if names else []
 
 
 def _together(notes: Sequence[str]) -> tuple[str, ...]:
