@@ -6,26 +6,31 @@ CasADi clears those that are raised while it converts arguments, and what it was
 from __future__ import annotations
 
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 from typing import Never
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM)
-
 _come: list[int] = []
+
+
+@contextmanager
+def answered(handler: Callable[[int, FrameType | None], object]) -> Iterator[None]:
+    """Let a handler answer Ctrl-C and a stop in the block, and then whatever did before."""
+    before = [(number, signal.signal(number, handler)) for number in (signal.SIGINT, signal.SIGTERM)]
+    try:
+        yield
+    finally:
+        for number, earlier in before:
+            signal.signal(number, earlier)
 
 
 @contextmanager
 def stoppable() -> Iterator[None]:
     """End the block by `KeyboardInterrupt` when the program is asked to stop, at the latest at `stop_if_asked`."""
     _come.clear()
-    before = [(number, signal.signal(number, _stop)) for number in SIGNALS]
-    try:
+    with answered(_stop):
         yield
-    finally:
-        for number, handler in before:
-            signal.signal(number, handler)
 
 
 def stop_if_asked() -> None:

@@ -223,7 +223,7 @@ def test_several_joints_and_runs() -> None:
             name: np.concatenate([getattr(one, name), getattr(other, name)[lagged]], axis=1)
             for name in ("position", "velocity", "acceleration", "command", "stuck", "sliding", "velocity_sd")
         }
-        joints = {name: np.repeat(getattr(one, name), 2) for name in ("noise", "braked")}
+        joints = {name: np.repeat(getattr(one, name), 2) for name in ("noise", "undriven", "braked")}
         made.append(made_by(path, truth, replace(one, **both, **joints)))
     weights = Weights(np.full(2, 1e-4), np.ones(2))
     found = fit(Residual(path, made), weights, tolerance=1e-8)

@@ -11,6 +11,7 @@ from stribeck.report import sentences, tables, words
 from stribeck.report.delivered import delivered_table
 from stribeck.report.figures.candidates import candidates_figure, ranking
 from stribeck.report.recordings import recording_table
+from stribeck.report.tuned import tuned_table
 
 
 def test_tuned_values_are_marked_by_what_to_mind(diagnosis):
@@ -21,7 +22,7 @@ def test_tuned_values_are_marked_by_what_to_mind(diagnosis):
         Tuned("A.com_y", "m", 0.0, 0.0, Estimate(0.0, 0.0, 0.0), identified=False),
         Tuned("cable_spring[A].stiffness", "N m/rad", 3.0, math.inf, Estimate(9.0, 8.9, 9.1), moved=True),
     )
-    table = tables.tuned_table(replace(diagnosis(), tuned=rows))
+    table = tuned_table(replace(diagnosis(), tuned=rows))
     assert [row.mark for row in table.rows] == ["", "muted", "flag", "muted", "flag"]
     assert [row.cells[-1] for row in table.rows] == [
         "", "not identified", "at its limit", "held", "far from nominal",

@@ -13,7 +13,7 @@ from scipy.interpolate import make_interp_spline
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from stribeck.arm import Arm
-from stribeck.identify.braked import braked
+from stribeck.identify.braked import braked, undriven
 from stribeck.identify.cutoff import MOST_OF_MOTION, motion_cutoff
 from stribeck.identify.filters import low_pass, smoother
 from stribeck.identify.noise import encoder_noise
@@ -50,7 +50,8 @@ class Conditioned:
 
     ``position``, ``velocity``, ``acceleration``, ``command``, ``stuck`` are (N, n); so is ``sliding``, the part of the
     motion that is no noise, and ``velocity_sd``, what encoder noise leaves in the velocity, or its filter after a hard
-    stop and at a hard turn; ``noise`` (n,) is the encoder's own; ``braked`` (n,) tells which joints are held all along;
+    stop and at a hard turn; ``noise`` (n,) is the encoder's own; ``undriven`` (n,) tells which joints have no
+    torque all along, and ``braked`` (n,) which are held;
     ``instant`` is the time to either side for which a sample stands, s; ``analysis_time`` (M,); ``taps`` the low-pass
     (odd length). ``clock`` is the time of the first sample by the clock of what acts from outside, s (set in
     ``gap.fitted.clocks``); None: its own. ``past`` is what was recorded before it (set in ``gap.records.sequence``).
@@ -67,6 +68,7 @@ class Conditioned:
     instant: float
     stuck: np.ndarray
     noise: np.ndarray
+    undriven: np.ndarray
     braked: np.ndarray
     taps: np.ndarray
     decimation: int
@@ -161,6 +163,7 @@ def condition(
         instant=INSTANT[0] * keep * h + INSTANT[1] / (sharpness * sharp),
         stuck=stuck[::keep],
         noise=noise,
+        undriven=undriven(arm, run),
         braked=braked(arm, run, noise),
         taps=low_pass(cutoff, keep * h),
         decimation=max(1, int(1.0 / (OVERSAMPLING * cutoff * keep * h))),

@@ -9,7 +9,6 @@ import numpy as np
 
 from stribeck.model.layout import values_of
 from stribeck.model.path import SignalPath
-from stribeck.model.rigid_body import mass_matrix
 
 
 class MovedInertia:
@@ -25,10 +24,9 @@ class MovedInertia:
 
     @cached_property
     def _function(self) -> ca.Function:
-        path, q = self.path, ca.SX.sym("q", self.path.n)
-        mass = mass_matrix(path.body(), [q[i] for i in range(path.n)], prismatic=path.prismatic)
-        inertia = ca.diag(mass) + ca.vertcat(*[path.rotor(j) for j in range(path.n)])
-        return ca.Function("inertia", [q, path.p], [inertia, ca.jacobian(inertia, path.p)])
+        pose, p = ca.SX.sym("pose", self.path.n), self.path.p
+        inertia = self.path.moved_inertia(pose)
+        return ca.Function("inertia", [pose, p], [inertia, ca.jacobian(inertia, p)])
 
     @cached_property
     def _nominal(self) -> MovedInertia:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from stribeck.stopping import SIGNALS
+from stribeck.stopping import answered
 
 
 @contextmanager
@@ -27,11 +27,9 @@ def held_back(come: list[int]) -> Iterator[None]:
     def note(number: int, frame: FrameType | None) -> None:
         come.append(number)
 
-    before = [(number, signal.signal(number, note)) for number in SIGNALS]
     try:
-        yield
+        with answered(note):
+            yield
     finally:
-        for number, handler in before:
-            signal.signal(number, handler)
         if come:
             signal.raise_signal(come[0])

@@ -7,14 +7,12 @@ from copy import copy
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
-from stribeck.identify.braked import undriven
 from stribeck.identify.conditioning import Conditioned
+from stribeck.identify.drives import Drives, delays_of
 from stribeck.identify.inertia import MovedInertia
 from stribeck.identify.machine import Abreast, Machine, machine_of
 from stribeck.model.cut import Cut
-from stribeck.model.drive import DRIVE, PAST, RATES
 from stribeck.model.path import SignalPath
 
 SAMPLES = 40_000  # evaluated at a time: bounds the memory of the Jacobian
@@ -57,11 +55,9 @@ class Residual:
         self.path, self.runs, self.known, self.observe = path, tuple(runs), known, observe
         free = [i for i, entry in enumerate(path.entries) if entry.sd > 0.0]
         self.columns = tuple(free if columns is None else columns)
-        self._inertia = MovedInertia(path)
+        self._inertia, self._drives = MovedInertia(path), Drives(path, self.runs)
         self._machines: dict[float, Machine] = {}
         self._abreast: dict[Machine, Abreast] = {}
-        self._last: tuple[bytes, list[np.ndarray]] = (b"", [])
-        self._curves: dict[tuple[int, str, int], tuple[Conditioned, CubicSpline]] = {}
 
     def _machine(self, run: Conditioned) -> Machine:
         for step, machine in self._machines.items():
@@ -83,16 +79,16 @@ class Residual:
     def along(self, runs: Sequence[Conditioned]) -> Residual:
         """Return the same residual along other runs; what was compiled for a sample time is used again."""
         other = copy(self)
-        for what in ("rows", "reuses", "_still"):
+        for what in ("rows", "reuses"):
             other.__dict__.pop(what, None)
-        other.runs, other.known, other._last = tuple(runs), None, (b"", [])
-        other._curves, other._abreast = {}, {}
+        other.runs, other.known, other._abreast = tuple(runs), None, {}
+        other._drives = Drives(self.path, other.runs)
         return other
 
     def __call__(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the residual (M, n) and its Jacobian (M, n, columns) at physical parameter values (p,)."""
-        delays = self._delays(p)
-        drives = self._drives(delays)
+        delays = delays_of(self.path, p)
+        drives = self._drives.at(delays)
         states = self._states(self.runs, drives, p, delays)
         parts = [self._one(*one, p, delays) for one in zip(self.runs, drives, states, strict=True)]
         return np.concatenate([r for r, _ in parts]), np.concatenate([jacobian for _, jacobian in parts])
@@ -115,32 +111,23 @@ class Residual:
         width = merged.shape[1] // n - 1
         rows = merged.reshape(len(merged), width + 1, n)
         rows[:, :, run.braked] = 0.0
-        free = undriven(self.path.arm, run.run)
-        if free.any():
+        if run.undriven.any():
             ratio, slopes = self._inertia.nominal_over(run.position.mean(axis=0), p)
-            times, change = np.where(free, ratio, 1.0), np.where(free, slopes[:, self._derived].T, 0.0)
+            times = np.where(run.undriven, ratio, 1.0)
+            change = np.where(run.undriven, slopes[:, self._derived].T, 0.0)
             rows[:, 1:] = times * rows[:, 1:] + change * rows[:, :1]
             rows[:, 0] *= times
         return rows[:, 0], rows[:, 1:].transpose(0, 2, 1)
 
     def stages(self, run: Conditioned, p: np.ndarray) -> dict[str, np.ndarray]:
         """Return the unfiltered residual and stage torques of one run, each (N, n), N m of command."""
-        n, delays = self.path.n, self._delays(p)
-        drive = self._drive(run, delays)
+        n, delays = self.path.n, delays_of(self.path, p)
+        drive = self._drives.along(run, delays)
         (states,) = self._states([run], [drive], p, delays)
         residual, stages = self._machine(run).cut.balance(drive, states, p, delays)
         names = ("actuator", "rotor", "load", "friction")
         out = {name: stages.full()[i * n : (i + 1) * n].T for i, name in enumerate(names)}
         return {"residual": residual.full().T, **out}
-
-    def _delays(self, p: np.ndarray) -> np.ndarray:
-        """Return the present value of each effect's delay (0 without one), s."""
-        delays = np.zeros(len(self.path.placed))
-        for i, entry in enumerate(self.path.entries):
-            owner = entry.owner
-            if isinstance(owner, int) and entry.name == "time" and self.path.placed[owner].effect.delays:
-                delays[owner] = p[i]
-        return delays
 
     def states(self, run: Conditioned, p: np.ndarray) -> np.ndarray:
         """Return the states (N, nx) of the cut along one run.
@@ -148,62 +135,9 @@ class Residual:
         Those of ``path.state_names``; with contacts, then how fast each flexible joint's motor gains on its link,
         rad/s^2.
         """
-        delays = self._delays(p)
-        (states,) = self._states([run], [self._drive(run, delays)], p, delays)
+        delays = delays_of(self.path, p)
+        (states,) = self._states([run], [self._drives.along(run, delays)], p, delays)
         return states[: self._machine(run).cut.nx].T
-
-    @cached_property
-    def _still(self) -> list[np.ndarray]:
-        """The drive of each run as recorded: made once, for a fit asks for hundreds of residuals."""
-        return [_as_recorded(run) for run in self.runs]
-
-    def _drives(self, delays: np.ndarray) -> list[np.ndarray]:
-        """Return the drive of each run; kept until the delays are others, which few candidates change."""
-        asked = delays.tobytes()
-        if not self._last[1] or self._last[0] != asked:
-            self._last = asked, []
-            drives = [self._drive(run, delays, still) for run, still in zip(self.runs, self._still, strict=True)]
-            self._last = asked, drives
-        return self._last[1]
-
-    def _drive(self, run: Conditioned, delays: np.ndarray, still: np.ndarray | None = None) -> np.ndarray:
-        """Return the drive (1 + 16 n, N), the command delayed and a late record moved back.
-
-        Without delays it is the run's own (``still``, where that is known): not to be written to.
-        """
-        still = _as_recorded(run) if still is None else still
-        ahead: dict[tuple[str, int], float] = {}  # s, by which signals of a joint are to be moved
-        for place, delay in zip(self.path.placed, delays, strict=True):
-            what = place.effect.delays
-            if what is None:
-                continue
-            for joint in place.joints(self.path.n):
-                ahead[what, joint] = ahead.get((what, joint), 0.0) + (-delay if what == "command" else delay)
-        if not ahead:
-            return still
-        drive = still.copy()
-        for (what, joint), later in ahead.items():
-            asked = run.time + later
-            inside = np.clip(asked, run.time[0], run.time[-1])
-            for name in ("command",) if what == "command" else ("position", "velocity", "acceleration"):
-                curve = self._curve(run, name, joint, still)
-                drive[_rows(name, self.path.n)][joint] = curve(inside)
-                drive[_rows(f"{name}_rate", self.path.n)][joint] = np.where(inside == asked, curve(inside, 1), 0.0)
-            if what != "command":
-                drive[_rows("sliding", self.path.n)][joint] = np.interp(asked, run.time, run.sliding[:, joint])
-        return drive
-
-    def _curve(self, run: Conditioned, name: str, joint: int, still: np.ndarray) -> CubicSpline:
-        """Return a recorded signal of one joint as a spline: made once, for a fit moves it a hundred times.
-
-        Its own slopes are the signal's rates, and there is none beyond the record: derivatives by a delay are exact.
-        """
-        key = id(run), name, joint
-        known = self._curves.get(key)
-        if known is None or known[0] is not run:
-            known = run, CubicSpline(run.time, still[_rows(name, self.path.n)][joint])
-            self._curves[key] = known
-        return known[1]
 
     def _states(
         self, runs: Sequence[Conditioned], drives: Sequence[np.ndarray], p: np.ndarray, delays: np.ndarray
@@ -237,21 +171,3 @@ def _keep(run: Conditioned, values: np.ndarray, lo: int, begin: int, end: int) -
         return np.zeros((0, values.shape[1]))
     half = len(run.taps) // 2
     return run.filtered(values[wanted[0] - half - lo : wanted[-1] + half + 1 - lo])
-
-
-def _as_recorded(run: Conditioned) -> np.ndarray:
-    """Return the drive (1 + 16 n, N) of a run that nothing shifts in time."""
-    samples, n = run.position.shape
-    out = np.zeros((1 + (len(DRIVE) - 1) * n, samples))
-    out[0] = run.told_time
-    for name in DRIVE[1:]:
-        if name not in RATES:
-            values = getattr(run.past if name in PAST else run, name)
-            out[_rows(name, n)] = np.broadcast_to(values, (samples, n)).T
-    return out
-
-
-def _rows(name: str, n: int) -> slice:
-    """Return the rows of a drive that hold one signal of all joints."""
-    begin = 1 + (DRIVE.index(name) - 1) * n
-    return slice(begin, begin + n)

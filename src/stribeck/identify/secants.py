@@ -12,6 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from stribeck.identify.conditioning import Conditioned
+from stribeck.identify.drives import delays_of
 from stribeck.identify.residual import Residual
 from stribeck.model.path import SignalPath
 
@@ -84,12 +85,12 @@ class Secants(Residual):
         parts: list[list[np.ndarray]] = [[] for _ in trials]
         late: dict[bytes, list[int]] = {}
         for k, p in enumerate(trials):
-            late.setdefault(self._delays(p).tobytes(), []).append(k)
-        for run, still in zip(self.runs, self._still, strict=True):
+            late.setdefault(delays_of(self.path, p).tobytes(), []).append(k)
+        for run, still in zip(self.runs, self._drives.recorded, strict=True):
             machine = self._machine(run)
             for together in late.values():
-                delays = self._delays(trials[together[0]])
-                drive = self._drive(run, delays, still)
+                delays = delays_of(self.path, trials[together[0]])
+                drive = self._drives.along(run, delays, still)
                 states = machine.states_at(drive, [trials[k] for k in together], delays)
                 for k, along in zip(together, states, strict=True):
                     parts[k].append(self._one(run, drive, along, trials[k], delays)[0])

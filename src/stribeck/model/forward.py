@@ -16,7 +16,6 @@ from stribeck.model.balance import Balance
 from stribeck.model.drive import DRIVE, Drive
 from stribeck.model.dynamics import Dynamics
 from stribeck.model.path import SignalPath
-from stribeck.model.rigid_body import mass_matrix
 from stribeck.model.values import Expression
 
 DELAYED = (None, "command", "position")
@@ -129,9 +128,7 @@ class Forward:
     def inertia(self) -> ca.Function:
         """(motor position (n,), p) -> inertia that each joint moves, the others held, (n,)."""
         pose = ca.SX.sym("pose", self.n)
-        mass = mass_matrix(self.path.body(), ca.vertsplit(pose), prismatic=self.path.prismatic)
-        rotors = ca.vertcat(*[self.path.rotor(j) for j in range(self.n)])
-        return ca.Function("inertia", [pose, self.path.p], [ca.diag(mass) + rotors])
+        return ca.Function("inertia", [pose, self.path.p], [self.path.moved_inertia(pose)])
 
     @cached_property
     def settled(self) -> ca.Function:

@@ -57,6 +57,11 @@ class SignalPath(Symbols):
                 body = place.effect.body(body, place.joint, self.parameters(k))
         return body
 
+    def moved_inertia(self, pose: ca.SX) -> ca.SX:
+        """Return the inertia (n, 1) that each joint moves in a pose (n, 1), the others held, rotors included."""
+        mass = mass_matrix(self.body(), ca.vertsplit(pose), prismatic=self.prismatic)
+        return ca.diag(mass) + ca.vertcat(*[self.rotor(j) for j in range(self.n)])
+
     def actuated(self, joint: int, command: Expression, s: Signals, x: Any) -> Expression:
         """Return the actuator's torque from the command, N m."""
         torque = command

@@ -20,6 +20,7 @@ from stribeck.report.figures.where import where_figure
 from stribeck.report.page import Answer, Bullets, Files, Picture, Section, render
 from stribeck.report.recordings import recording_table
 from stribeck.report.style import data_uri, finding_of, png_and_svg
+from stribeck.report.tuned import tuned_table
 
 TONE = {"no_gap": "good", "explained": "named", "partly_explained": "partial", "unexplained": "open"}
 
@@ -105,7 +106,7 @@ def page_sections(diagnosis: Diagnosis, pictures: list[Picture]) -> list[Section
         tables.laws(diagnosis),
         tables.next_experiment(diagnosis),
         delivered_table(diagnosis),
-        tables.tuned_table(diagnosis) if diagnosis.tuned else None,
+        tuned_table(diagnosis) if diagnosis.tuned else None,
         tables.search_path(diagnosis),
         tables.method(diagnosis, package_version()),
         _files(pictures, diagnosis),

@@ -6,13 +6,12 @@ import math
 from collections.abc import Mapping
 
 from stribeck.effects.registry import effect_named, registry
-from stribeck.gap.result import Cause, Diagnosis, Estimate
+from stribeck.gap.result import Cause, Diagnosis
 from stribeck.model.effect import Effect
 from stribeck.report import words
 from stribeck.report.candidates_order import ranked
 from stribeck.report.equation import equation_image
 from stribeck.report.numbers import (
-    as_written,
     estimate,
     interval,
     number,
@@ -89,7 +88,8 @@ def parameter_table(diagnosis: Diagnosis) -> Table | None:
                 words.effect(cause.effect),
                 words.clean(joint),
                 words.clean(key),
-                *_estimate_cells(value),
+                estimate(value),
+                interval(value),
                 unit_text(value.unit),
             )
         )
@@ -105,32 +105,6 @@ def parameter_table(diagnosis: Diagnosis) -> Table | None:
 def is_named(diagnosis: Diagnosis, cause: Cause) -> bool:
     """Return whether the tool commits to this very cause, joints included."""
     return cause.effect in diagnosis.named and cause == words.cause_of(diagnosis, cause.effect)
-
-
-def tuned_table(diagnosis: Diagnosis) -> Table:
-    """Return the arm file's values before and after re-tuning, with what to mind about each."""
-    rows = []
-    for value in diagnosis.tuned:
-        held = value.tolerance == 0.0
-        flags = ["at its limit"] * value.at_limit + ["not identified"] * (not value.identified and not held)
-        flags += ["held"] * held + ["far from nominal"] * value.moved
-        cells = (
-            words.clean(value.key),
-            as_written(value.nominal),
-            as_written(value.tolerance) if math.isfinite(value.tolerance) else "none",
-            *(("", "") if held else _estimate_cells(value.tuned)),
-            unit_text(value.unit),
-            "; ".join(flags),
-        )
-        mark = "" if value.identified and not held else "muted"
-        rows.append(Row(cells, "flag" if value.at_limit or value.moved else mark))
-    columns = ("value", "nominal", "± tolerance", "re-tuned", "95 % interval", "unit", "")
-    note = (
-        "Tolerance: one standard deviation, as the arm file states it; re-tuning stays within three. At its limit: the "
-        "data want more than that. Not identified: these runs cannot tell; it stays near nominal. Held: a "
-        "tolerance of zero. Values of the file's effects have none: re-tuning finds them anew, and flags those far off."
-    )
-    return Table("Re-tuned values", columns, tuple(rows), frozenset({1, 2, 3, 4}), note)
 
 
 def search_path(diagnosis: Diagnosis) -> Bullets:
@@ -237,10 +211,6 @@ def _runs(names: tuple[str, ...]) -> str:
 
 def _cell(value: float | None) -> str:
     return "–" if value is None or math.isnan(value) else number(value)
-
-
-def _estimate_cells(value: Estimate) -> tuple[str, str]:
-    return estimate(value), interval(value)
 
 
 def _plain(value: object) -> str:

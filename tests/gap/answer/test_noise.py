@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 
-from stribeck.effects.registry import effect_named
+from stribeck.effects.registry import effect_named, registry
+from stribeck.gap.answer import assembly, stages
 from stribeck.gap.answer.noise import heard_through
-from stribeck.gap.diagnose import Retuned, retuned
+from stribeck.gap.diagnose import Retuned, diagnose, retuned
 from stribeck.gap.fitted.model import Model, fit_model, weights_of
 from stribeck.gap.records.prepare import prepare
+from stribeck.gap.result import Diagnosis, Estimate
 from stribeck.model.layout import Placed
 
 from ..conftest import NOMINAL, recorded
@@ -45,3 +47,35 @@ def test_a_gap_does_not_count_as_noise() -> None:
 def test_without_another_model_it_is_the_same() -> None:
     found = tuned()
     assert heard_through(found.prepared, [found.base], found.noise.rms, 0).floor == pytest.approx(found.noise.rms)
+
+
+def answered(*candidates: str) -> Diagnosis:
+    """What is said of the recordings with cogging, where only these effects are candidates."""
+    others = [name for name in registry() if name not in candidates]
+    return diagnose(NOMINAL, recorded(HIDDEN), jobs=1, leave_out=others)
+
+
+def test_an_answer_has_the_floor_of_what_it_delivers(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stages, "WORSE", 0.0)
+    found = answered("cogging")
+    assert found.named == ("cogging",)
+    assert found.stages[-1].torque["A"] < 0.6 * tuned(HIDDEN).noise.rms[0]
+    assert found.closed is not None
+    assert not any("re-tuned values leave" in warning for warning in found.warnings)
+
+
+def test_where_retuning_leaves_no_more_than_noise_nothing_closes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(assembly, "closable", lambda residual, floor: -0.1)
+    found = answered("cogging")
+    assert found.named == ("cogging",)
+    assert found.closed is None
+    (closes,) = [cause.closes for cause in found.causes if cause.effect == "cogging"]
+    assert closes == Estimate(0.0, 0.0, 0.0)
+
+
+def test_retuning_that_helps_nobody_is_told_of_where_nothing_is_explained(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stages, "WORSE", 0.0)
+    found = answered()
+    assert found.verdict == "unexplained"
+    assert any(warning.startswith("A: re-tuned values leave") for warning in found.warnings)
+    assert found.stages[-1].torque["A"] > 0.9 * tuned(HIDDEN).noise.rms[0]  # no other model is delivered

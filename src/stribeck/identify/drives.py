@@ -1,0 +1,109 @@
+"""What drives a cut along recorded runs: the recorded signals, the command delayed and a late record moved back."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from stribeck.identify.conditioning import Conditioned
+from stribeck.model.drive import DRIVE, PAST, RATES
+from stribeck.model.path import SignalPath
+
+
+class Drives:
+    """The drives (1 + 16 n, N) of runs under a signal path's effects.
+
+    Parameters
+    ----------
+    path : SignalPath
+    runs : sequence of Conditioned
+    """
+
+    def __init__(self, path: SignalPath, runs: Sequence[Conditioned]) -> None:
+        self.path, self.runs = path, tuple(runs)
+        self._last: tuple[bytes, list[np.ndarray]] = (b"", [])
+        self._curves: dict[tuple[int, str, int], tuple[Conditioned, CubicSpline]] = {}
+
+    @cached_property
+    def recorded(self) -> list[np.ndarray]:
+        """The drive of each run as recorded: made once, for a fit asks for hundreds of residuals."""
+        return [_as_recorded(run) for run in self.runs]
+
+    def at(self, delays: np.ndarray) -> list[np.ndarray]:
+        """Return the drive of each run; kept until the delays are others, which few candidates change."""
+        asked = delays.tobytes()
+        if not self._last[1] or self._last[0] != asked:
+            self._last = asked, []
+            drives = [self.along(run, delays, still) for run, still in zip(self.runs, self.recorded, strict=True)]
+            self._last = asked, drives
+        return self._last[1]
+
+    def along(self, run: Conditioned, delays: np.ndarray, still: np.ndarray | None = None) -> np.ndarray:
+        """Return the drive (1 + 16 n, N), the command delayed and a late record moved back.
+
+        Without delays it is the run's own (``still``, where that is known): not to be written to.
+        """
+        still = _as_recorded(run) if still is None else still
+        ahead: dict[tuple[str, int], float] = {}  # s, by which signals of a joint are to be moved
+        for place, delay in zip(self.path.placed, delays, strict=True):
+            what = place.effect.delays
+            if what is None:
+                continue
+            for joint in place.joints(self.path.n):
+                ahead[what, joint] = ahead.get((what, joint), 0.0) + (-delay if what == "command" else delay)
+        if not ahead:
+            return still
+        drive = still.copy()
+        for (what, joint), later in ahead.items():
+            asked = run.time + later
+            inside = np.clip(asked, run.time[0], run.time[-1])
+            for name in ("command",) if what == "command" else ("position", "velocity", "acceleration"):
+                curve = self._curve(run, name, joint, still)
+                drive[_rows(name, self.path.n)][joint] = curve(inside)
+                drive[_rows(f"{name}_rate", self.path.n)][joint] = np.where(inside == asked, curve(inside, 1), 0.0)
+            if what != "command":
+                drive[_rows("sliding", self.path.n)][joint] = np.interp(asked, run.time, run.sliding[:, joint])
+        return drive
+
+    def _curve(self, run: Conditioned, name: str, joint: int, still: np.ndarray) -> CubicSpline:
+        """Return a recorded signal of one joint as a spline: made once, for a fit moves it a hundred times.
+
+        Its own slopes are the signal's rates, and there is none beyond the record: derivatives by a delay are exact.
+        """
+        key = id(run), name, joint
+        known = self._curves.get(key)
+        if known is None or known[0] is not run:
+            known = run, CubicSpline(run.time, still[_rows(name, self.path.n)][joint])
+            self._curves[key] = known
+        return known[1]
+
+
+def delays_of(path: SignalPath, p: np.ndarray) -> np.ndarray:
+    """Return the present value of each effect's delay (0 without one), s."""
+    delays = np.zeros(len(path.placed))
+    for i, entry in enumerate(path.entries):
+        owner = entry.owner
+        if isinstance(owner, int) and entry.name == "time" and path.placed[owner].effect.delays:
+            delays[owner] = p[i]
+    return delays
+
+
+def _as_recorded(run: Conditioned) -> np.ndarray:
+    """Return the drive (1 + 16 n, N) of a run that nothing shifts in time."""
+    samples, n = run.position.shape
+    out = np.zeros((1 + (len(DRIVE) - 1) * n, samples))
+    out[0] = run.told_time
+    for name in DRIVE[1:]:
+        if name not in RATES:
+            values = getattr(run.past if name in PAST else run, name)
+            out[_rows(name, n)] = np.broadcast_to(values, (samples, n)).T
+    return out
+
+
+def _rows(name: str, n: int) -> slice:
+    """Return the rows of a drive that hold one signal of all joints."""
+    begin = 1 + (DRIVE.index(name) - 1) * n
+    return slice(begin, begin + n)
