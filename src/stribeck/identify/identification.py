@@ -21,7 +21,7 @@ from stribeck.identify.findings import WAYS, Direction, Identification, JointFri
 from stribeck.identify.noise import encoder_noise
 from stribeck.identify.run_fit import RunFit, fit_runs
 from stribeck.identify.section3 import section3
-from stribeck.identify.stretches import shortened
+from stribeck.identify.stretches import between_gaps, shortened
 from stribeck.identify.taken import taken_arm
 from stribeck.identify.tustin_fit import NAMES, fit_curve
 from stribeck.model.layout import values_of
@@ -53,7 +53,7 @@ def identify(arm: Arm, runs: Sequence[Run], progress: Callable[[str], None] = la
     """
     check_apart(runs)
     notes: list[str] = []
-    even = _even(runs, notes)
+    even = between_gaps(_even(runs, notes), notes)
     engine = Engine(path_of(arm))
     inertia = engine.moved_inertia(np.median(np.concatenate([run.q for run in even]), axis=0))
     noise = encoder_noise(arm, even)
@@ -67,7 +67,7 @@ def identify(arm: Arm, runs: Sequence[Run], progress: Callable[[str], None] = la
     body = path_of(whole.arm if whole.fit.ok else arm)
     points = read_points(body, values_of(body.entries), [condition(arm, run, cutoff, noise) for run in even])
     joints = tuple(_joint(arm, j, moved[j], points, whole) for j in range(arm.n))
-    warnings = [f"{run.name}: {text}" for run in even for text in run.warnings]
+    warnings = list(dict.fromkeys(f"{run.name}: {text}" for run in even for text in run.warnings))
     warnings += doubtful_torques(arm, even, noise) + left_open(joints, whole)
     names = tuple(run.name for run in runs)
     return Identification(arm, taken_arm(arm, joints, whole), joints, whole, names, tuple(notes), tuple(warnings))

@@ -1,4 +1,4 @@
-"""Recordings too long to be fitted whole: evenly spaced stretches of them."""
+"""Parts of recordings: evenly spaced ones of those too long to be fitted whole, and those between missing samples."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from stribeck.run import Run
 
 MOST_SAMPLES = 300_000  # of all runs together: more adds time and memory, not knowledge
 STRETCH = 20.0  # s
+LEAST_STRETCH = 0.5  # s between missing samples: less says little, and filters take a part of that from its ends
 
 
 def shortened(runs: Sequence[Run], notes: list[str]) -> list[Run]:
@@ -29,6 +30,30 @@ def shortened(runs: Sequence[Run], notes: list[str]) -> list[Run]:
         out += [part(run, start, start + length) for start in starts]
         kept = f"{count} stretches of {length * run.sample_time:.3g} s out of {run.duration:.4g} s are used"
         notes.append(f"{run.name}: {kept}")
+    return out
+
+
+def between_gaps(runs: Sequence[Run], notes: list[str]) -> list[Run]:
+    """Return runs on uniform clocks without what was interpolated across missing samples: the stretches between.
+
+    What is drawn there is no motion: its acceleration is none, and as large as that of a blow at both ends.
+    """
+    out: list[Run] = []
+    for run in runs:
+        if run.gaps is None:
+            out.append(run)
+            continue
+        edges = np.flatnonzero(np.diff(np.concatenate([[True], run.gaps, [True]])))
+        spans = [(int(start), int(stop)) for start, stop in edges.reshape(-1, 2)]
+        longest = max(stop - start for start, stop in spans)
+        least = min(LEAST_STRETCH / run.sample_time, longest)
+        used = [part(run, start, stop) for start, stop in spans if stop - start >= least]
+        length = sum(len(one.t) for one in used) * run.sample_time
+        notes.append(
+            f"{run.name}: {len(used)} stretch{'es' if len(used) > 1 else ''} between missing samples used, "
+            f"{length:.3g} s out of {run.duration:.4g} s"
+        )
+        out += used
     return out
 
 

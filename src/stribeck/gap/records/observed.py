@@ -11,11 +11,12 @@ from stribeck.arm import Arm, unit_at
 from stribeck.effects.registry import placed_effects, registry
 from stribeck.gap.records.usual import no_more_than_any
 from stribeck.gap.result import Cause, Estimate
+from stribeck.grid import uniform
+from stribeck.identify.stretches import between_gaps
 from stribeck.model.layout import Placed
 from stribeck.model.scale import Scale
 from stribeck.model.values import Record
 from stribeck.run import Run
-from stribeck.run.reading import as_read
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,7 @@ def observe(arm: Arm, runs: Sequence[Run], scales: Sequence[Scale], *, leave_out
 
     What every arm has some of is told in a note, where all joints have it: at one of several it is no habit of drives.
     """
-    runs = [as_read(run)[0] for run in runs]
+    runs = between_gaps([uniform(run)[0] for run in runs], [])
     known = {place.key for place in placed_effects(arm)}
     placed: list[Placed] = []
     causes: list[Cause] = []

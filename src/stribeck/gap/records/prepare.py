@@ -24,7 +24,7 @@ from stribeck.identify.conditioning import Conditioned, condition, shaken
 from stribeck.identify.cutoff import cutoff_frequency
 from stribeck.identify.inertia import MovedInertia
 from stribeck.identify.noise import encoder_noise
-from stribeck.identify.stretches import shortened
+from stribeck.identify.stretches import between_gaps, shortened
 from stribeck.model.layout import values_of
 from stribeck.model.path import SignalPath
 from stribeck.model.rigid_body import inverse_dynamics
@@ -101,7 +101,7 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = (), fitted:
     noise = encoder_noise(arm, [*even, *kept_back])
     moving, judged = ([without_long_rests(run, noise, notes) for run in runs] for runs in (even, kept_back))
     fit, held = (moving, judged) if held_out else split(moving, notes, fitted)
-    fit, held = shortened(fit, notes), shortened(held, notes)
+    fit, held = (shortened(between_gaps(part, notes), notes) for part in (fit, held))
     every = [*fit, *held]
     inertia = moved_inertia(arm, every)
     cutoff = cutoff_frequency(arm, every, inertia, noise)
@@ -112,7 +112,7 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = (), fitted:
         if not len(run.analysis_index):
             raise InputError(f"{run.name}: too short to be analysed", f"{len(run.time)} samples", "leave it out")
     notes += [f"{run.name}: {text}" for run in conditioned for text in _held(arm, run)]
-    doubts = [f"{run.name}: {text}" for run in every for text in run.warnings]
+    doubts = dict.fromkeys(f"{run.name}: {text}" for run in every for text in run.warnings)
     warnings = (*doubts, *doubtful_torques(arm, every, noise))
     gone = sum(distance_gone(run.q, run.sample_time) for run in [*even, *kept_back])
     scales = typical(arm, learnt, inertia, np.asarray(gone))

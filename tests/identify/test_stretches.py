@@ -1,0 +1,53 @@
+"""Parts of recordings: what lies across missing samples is left out."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stribeck.grid import uniform
+from stribeck.identify.identification import identify
+from stribeck.identify.stretches import between_gaps
+from stribeck.run import Run
+
+from .conftest import FRICTION, pendulum, recorded
+
+
+def lossy(run: Run, *lost: tuple[int, int]) -> Run:
+    """The run without some of its rows."""
+    kept = np.ones(len(run.t), dtype=bool)
+    for start, stop in lost:
+        kept[start:stop] = False
+    return replace(run, t=run.t[kept], q=run.q[kept], tau=run.tau[kept])
+
+
+def test_the_stretches_between_gaps_hold_what_was_measured() -> None:
+    run, notes = recorded(), list[str]()
+    even, _ = uniform(lossy(run, (1000, 1020), (1100, 1110)))
+    first, last = between_gaps([even], notes)
+    assert [len(first.t), len(last.t)] == [
+        1000,
+        len(run.t) - 1110,
+    ]  # the 80 between are too few
+    for piece in (first, last):
+        rows = np.rint(piece.t * 500.0).astype(int)
+        assert piece.q == pytest.approx(run.q[rows], abs=1e-9)
+        assert np.shares_memory(piece.q, even.q)  # by which it is known whose part it is
+    assert notes == ["sines: 2 stretches between missing samples used, 5.78 s out of 5.998 s"]
+
+
+def test_a_run_without_gaps_is_left_alone_and_one_of_short_pieces_keeps_the_longest() -> None:
+    run = recorded(duration=1.0)
+    assert between_gaps([run], []) == [run]
+    even, _ = uniform(lossy(run, (100, 110), (280, 310)))
+    (longest,) = between_gaps([even], [])
+    assert len(longest.t) == 190
+
+
+def test_lost_rows_cost_no_constant() -> None:
+    run = recorded(noise=1e-6, step=1e-6)
+    found = identify(pendulum(), [lossy(run, (400, 420), (900, 920), (1700, 1720), (2400, 2420))])
+    friction = found.arm.joints[0].friction
+    for name in ("C0", "C2", "alpha"):
+        assert getattr(friction, name) == pytest.approx(getattr(FRICTION, name), rel=0.15), name
+    assert found.whole.rms[0] < 0.05
