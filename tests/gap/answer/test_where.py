@@ -110,3 +110,18 @@ def test_frequency_band_of_a_sine(prepared: Prepared) -> None:
         bands = [row for (family, _), row in rows.items() if family == "frequency"]
         assert bands[place][0] > 0.9
         assert np.sqrt(sum(row[4] ** 2 for row in bands)) == pytest.approx(np.sqrt(0.5), rel=0.05)
+
+
+def test_the_interval_of_a_band_tells_how_far_blocks_agree(prepared: Prepared) -> None:
+    """A burst of fast torque in one tenth of the run may have been anywhere; all along, it is sure."""
+    time = analysis_signals(prepared.held)["time"]
+    slow, fast = (np.sin(2 * np.pi * part * prepared.cutoff * time)[:, None] for part in (0.06, 0.5))
+    burst = fast * (np.arange(len(time)) < len(time) / 10)[:, None]
+    widths = []
+    for residual in (slow + fast, slow + 3.0 * burst):
+        share, low, high, *_ = [row for (family, _), row in found(prepared, residual).items() if family == "frequency"][
+            2
+        ]
+        assert low < share < high
+        widths.append(high - low)
+    assert widths[0] < 0.15 < 0.3 < widths[1]

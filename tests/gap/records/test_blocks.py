@@ -7,7 +7,14 @@ from hypothesis import strategies as st
 from scipy import stats
 from scipy.signal import lfilter
 
-from stribeck.gap.records.blocks import bayesian_bootstrap, block_of_rows, block_sums, correlation_rows, t_value
+from stribeck.gap.records.blocks import (
+    bayesian_bootstrap,
+    block_of_rows,
+    block_sums,
+    correlation_rows,
+    resampled,
+    t_value,
+)
 
 from ..conftest import conditioned
 
@@ -102,3 +109,15 @@ def test_correlation_is_at_least_one_row() -> None:
     alternating = (-1.0) ** np.arange(rows)
     assert correlation_rows(alternating[:, None], runs)[0] == 1.0
     assert correlation_rows(np.zeros((rows, 1)), runs)[0] == 1.0
+
+
+def test_an_interval_of_a_short_run_has_a_width() -> None:
+    """Less than two seconds are one block of a second, which drawn anew is always the same."""
+    (run,) = conditioned([1.9])
+    block, weights = resampled([run], 200, 0)
+    assert int(block.max()) + 1 == 6
+    drawn = weights @ block_sums(np.linspace(0.0, 1.0, len(block)), block) / len(block)
+    assert np.std(drawn) > 0.05
+    assert np.std(weights, axis=0).min() > 0.5
+    long = conditioned([9.0, 4.0])
+    assert np.array_equal(resampled(long, 10, 0)[0], block_of_rows(long))

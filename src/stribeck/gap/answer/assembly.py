@@ -37,7 +37,7 @@ from stribeck.gap.experiment.proposal import Experiment, next_experiment, open_q
 from stribeck.gap.fitted.corrected import arm_of
 from stribeck.gap.fitted.model import Model, fit_model, weights_of
 from stribeck.gap.fitted.noisy import put_back
-from stribeck.gap.records.blocks import bayesian_bootstrap, block_of_rows
+from stribeck.gap.records.blocks import resampled
 from stribeck.gap.records.observed import Observation
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.records.sequence import on_average
@@ -73,8 +73,7 @@ class Assembly:
         taken = [step.best for step in steps if step.taken and step.best is not None]
         again = [step.base for step in self.steps[1:]]  # what was taken, fitted once more with weights of its own
         self.models: list[Model] = [self.base, *again, *taken[len(again) :]]
-        self.block = block_of_rows(prepared.held)
-        self.draws = bayesian_bootstrap(int(self.block.max()) + 1, 400, np.random.default_rng(seed))
+        self.block, self.draws = resampled(prepared.held, 400, seed)
 
     def diagnosis(self) -> Diagnosis:
         """Return the diagnosis."""

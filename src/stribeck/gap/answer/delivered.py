@@ -19,7 +19,7 @@ from scipy.stats import t as student
 from stribeck.arm import unit_at
 from stribeck.gap.answer.verdict import AT_FLOOR, closes_estimate
 from stribeck.gap.fitted.model import Model, retune
-from stribeck.gap.records.blocks import bayesian_bootstrap, block_of_rows, block_sums
+from stribeck.gap.records.blocks import block_of_rows, block_sums, resampled
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.result import Delivered, Estimate
 from stribeck.identify.conditioning import Conditioned, condition
@@ -52,8 +52,7 @@ def delivered(prepared: Prepared, base: Model, floor: Floats, seed: int = 0) -> 
     early = np.where(np.abs(late) <= max(run.run.sample_time for run in runs), late, 0.0)
     fit, held = (tuple(_measured(prepared, run, early) for run in part) for part in (prepared.fit, prepared.held))
     behind = retune(replace(prepared, fit=fit, held=held), floor, base.placed)
-    block = block_of_rows(prepared.held)
-    draws = bayesian_bootstrap(int(block.max()) + 1, 400, np.random.default_rng(seed))
+    block, draws = resampled(prepared.held, 400, seed)
     found = []
     for j, name in enumerate(prepared.arm.names):
         gain, offset, delay, left = related[j]

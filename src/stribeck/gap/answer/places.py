@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from stribeck.gap.fitted.model import Model
-from stribeck.gap.records.blocks import bayesian_bootstrap, block_of_rows, block_sums
+from stribeck.gap.records.blocks import block_sums, resampled
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.records.regions import region_masks
 from stribeck.gap.result import Estimate, Place, Region
@@ -32,8 +32,7 @@ def places(
     noise : array (M, n)
         Noise floor, N m.
     """
-    block = block_of_rows(prepared.held)
-    draws = bayesian_bootstrap(int(block.max()) + 1, DRAWS, np.random.default_rng(seed))
+    block, draws = resampled(prepared.held, DRAWS, seed)
     floor = np.mean(noise**2, axis=0)
     squares = [model.held**2 / floor for model in models]
     removed = [

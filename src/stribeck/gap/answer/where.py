@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
 
-from stribeck.gap.records.blocks import bayesian_bootstrap, block_of_rows, block_sums
+from stribeck.gap.records.blocks import block_sums, resampled
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.records.regions import region_masks
 from stribeck.gap.result import Estimate, Region
-from stribeck.identify.conditioning import Conditioned
 
 DRAWS = 300
 
@@ -26,24 +24,27 @@ def regions(
     before, after : array (M, n)
         Residual of the re-tuned and the corrected model, N m.
     noise : array (M, n)
-        Noise floor, N m; its power is taken off before shares are formed.
+        Noise floor, N m; its power is taken off before shares are formed, but for those of frequency bands.
     seed : int
     """
-    block = block_of_rows(prepared.held)
-    draws = bayesian_bootstrap(int(block.max()) + 1, DRAWS, np.random.default_rng(seed))
+    block, draws = resampled(prepared.held, DRAWS, seed)
     out: list[Region] = []
     for j, joint in enumerate(prepared.arm.names):
         excess = before[:, j] ** 2 - noise[:, j] ** 2
         families = dict(region_masks(prepared.held, j))
         for family, masks in families.items():
             for region, mask in masks.items():
-                share = _share(excess, mask, block, draws)
+                share = _share(np.where(mask, excess, 0.0), excess, block, draws)
                 out.append(
                     Region(
                         joint, family, region, share, float(mask.mean()), _rms(before[mask, j]), _rms(after[mask, j])
                     )
                 )
-        out += _bands(prepared, joint, before[:, j], after[:, j])
+        bands = _bands(prepared, before[:, j]), _bands(prepared, after[:, j])
+        whole = np.sum([rows**2 for rows in bands[0].values()], axis=0)
+        for band, rows in bands[0].items():
+            share = _share(rows**2, whole, block, draws)
+            out.append(Region(joint, "frequency", band, share, 1.0, _rms(rows), _rms(bands[1][band])))
     return tuple(out)
 
 
@@ -51,42 +52,27 @@ def _rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
 
 
-def _share(excess: np.ndarray, mask: np.ndarray, block: np.ndarray, draws: np.ndarray) -> Estimate:
-    inside = draws @ block_sums(np.where(mask, excess, 0.0), block)
-    whole = draws @ block_sums(excess, block)
-    share = np.clip(inside / np.where(np.abs(whole) > 1e-300, whole, 1.0), 0.0, 1.0)
-    total = float(excess.sum())
-    value = float(np.clip(excess[mask].sum() / total, 0.0, 1.0)) if total > 0.0 else 0.0
-    return Estimate(value, float(np.quantile(share, 0.025)), float(np.quantile(share, 0.975)))
+def _share(inside: np.ndarray, whole: np.ndarray, block: np.ndarray, draws: np.ndarray) -> Estimate:
+    """Return the part of a power (M,) in another one (M,) that holds it, with its interval."""
+    total, part = float(whole.sum()), float(inside.sum())
+    drawn = draws @ block_sums(whole, block)
+    share = draws @ block_sums(inside, block) / np.where(np.abs(drawn) > 1e-300, drawn, 1.0)
+    low, high = np.quantile(np.clip(share, 0.0, 1.0), (0.025, 0.975))
+    return Estimate(float(np.clip(part / total, 0.0, 1.0)) if total > 0.0 else 0.0, float(low), float(high))
 
 
-def _bands(prepared: Prepared, joint: str, before: np.ndarray, after: np.ndarray) -> list[Region]:
-    """Return the residual by frequency band, from each run's periodogram."""
+def _bands(prepared: Prepared, rows: np.ndarray) -> dict[str, np.ndarray]:
+    """Return rows (M,) of the held-out runs split by frequency, run by run: each band's name and its part (M,)."""
     edges = (0.0, prepared.cutoff / 8, prepared.cutoff / 3, prepared.cutoff)
-    names = [f"{a:.2g} to {b:.2g} Hz" for a, b in pairwise(edges)]
-    power = [_band_power(prepared.held, values, edges) for values in (before, after)]
-    shares = power[0] / np.maximum(power[0].sum(axis=1, keepdims=True), 1e-300)
-    mean = power[0].sum(axis=0) / max(float(power[0].sum()), 1e-300)
-    rows = sum(len(run.analysis_index) for run in prepared.held)
-    out = []
-    for i, name in enumerate(names):
-        estimate = Estimate(float(mean[i]), float(shares[:, i].min()), float(shares[:, i].max()))
-        rms = [float(np.sqrt(p[:, i].sum() / rows)) for p in power]
-        out.append(Region(joint, "frequency", name, estimate, 1.0, rms[0], rms[1]))
-    return out
-
-
-def _band_power(runs: Sequence[Conditioned], values: np.ndarray, edges: Sequence[float]) -> np.ndarray:
-    """Return the summed squares (runs, bands) of row values split by frequency."""
-    out = []
-    start = 0
-    for run in runs:
-        rows = len(run.analysis_index)
-        spectrum = np.abs(np.fft.rfft(values[start : start + rows])) ** 2
-        spectrum[1:] *= 2.0
-        frequency = np.fft.rfftfreq(rows, run.decimation * run.sample_time)
-        start += rows
-        last = len(edges) - 2
-        bands = [(frequency >= a) & ((frequency < b) | (i == last)) for i, (a, b) in enumerate(pairwise(edges))]
-        out.append([float(spectrum[band].sum()) / max(rows, 1) for band in bands])
-    return np.array(out)
+    spectra, start = [], 0
+    for run in prepared.held:
+        count = len(run.analysis_index)
+        frequency = np.fft.rfftfreq(count, run.decimation * run.sample_time)
+        spectra.append((count, frequency, np.fft.rfft(rows[start : start + count])))
+        start += count
+    bands = {}
+    for i, (low, high) in enumerate(pairwise(edges)):
+        top = np.inf if i == len(edges) - 2 else high
+        parts = [np.fft.irfft(values * ((f >= low) & (f < top)), count) for count, f, values in spectra]
+        bands[f"{low:.2g} to {high:.2g} Hz"] = np.concatenate(parts)
+    return bands

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from stribeck.identify.blocks import BLOCK, block_of_rows, correlation_rows
+from stribeck.identify.conditioning import Conditioned
 
-__all__ = ["BLOCK", "LEAST_BLOCKS", "bayesian_bootstrap", "block_of_rows", "block_sums", "correlation_rows", "t_value"]
+__all__ = ["BLOCK", "bayesian_bootstrap", "block_of_rows", "block_sums", "correlation_rows", "resampled", "t_value"]
 
-LEAST_BLOCKS = 6
+LEAST_BLOCKS = 6  # of an interval: one block alone, drawn as often as one likes, gives one of no width
 
 
 def block_sums(values: np.ndarray, block: np.ndarray) -> np.ndarray:
@@ -32,3 +35,13 @@ def t_value(differences: np.ndarray) -> float:
 def bayesian_bootstrap(blocks: int, draws: int, rng: np.random.Generator) -> np.ndarray:
     """Return block weights (draws, blocks) of mean 1 (Rubin 1981)."""
     return np.asarray(rng.dirichlet(np.ones(blocks), draws) * blocks)
+
+
+def resampled(runs: Sequence[Conditioned], draws: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the block (M,) of every analysis row, and weights (draws, blocks) by which blocks are drawn again.
+
+    Blocks of a second; of less than LEAST_BLOCKS seconds in all, so many shorter ones.
+    """
+    seconds = sum(len(run.analysis_index) * run.decimation * run.sample_time for run in runs)
+    block = block_of_rows(runs, min(BLOCK, seconds / (LEAST_BLOCKS + 1e-6)))
+    return block, bayesian_bootstrap(int(block.max()) + 1, draws, np.random.default_rng(seed))
