@@ -34,8 +34,7 @@ def regions(
     out: list[Region] = []
     for j, joint in enumerate(prepared.arm.names):
         excess = before[:, j] ** 2 - noise[:, j] ** 2
-        families = dict(region_masks(prepared.held, j))
-        for family, masks in families.items():
+        for family, masks in region_masks(prepared.held, j, prepared.arm.joints[j].kind).items():
             for region, mask in masks.items():
                 share = _share(excess, mask, block, draws)
                 out.append(
