@@ -58,6 +58,15 @@ def test_its_jacobian_is_that_of_what_is_left(both: tuple[Residual, Residual, np
         assert jacobian[..., k] == pytest.approx(slope, abs=2e-3 * np.abs(slope).max() + 1e-9)
 
 
+def test_where_all_values_are_held_the_law_is_gone_all_the_same(both: tuple[Residual, Residual, np.ndarray]) -> None:
+    _, whole, columns = both
+    p = values_of(whole.path.entries)
+    held = Residual(whole.path, whole.runs, ())
+    left, jacobian = Absorbed(held, columns, np.array([2.0]))(p)
+    assert left == pytest.approx(Absorbed(whole, columns, np.array([2.0]))(p)[0])
+    assert jacobian.shape == (*left.shape, 0)
+
+
 def test_a_fit_is_not_pushed_and_the_constants_come_out(both: tuple[Residual, Residual, np.ndarray]) -> None:
     plain, whole, columns = both
     weights = Weights(np.array([0.02]), np.ones(1))

@@ -8,6 +8,7 @@ import pytest
 from stribeck.arm import Arm, Friction, Joint, Tolerance
 from stribeck.effects.registry import registry
 from stribeck.identify.conditioning import Conditioned, condition
+from stribeck.identify.confidence import intervals
 from stribeck.identify.map_fit import Fit, fit
 from stribeck.identify.problem import LEVEL_LIMIT, PRIOR_LIMIT, Problem, Weights
 from stribeck.identify.residual import Residual
@@ -134,6 +135,22 @@ def test_held_values_do_not_move() -> None:
     assert held
     assert (found.p[held] == values_of(path.entries)[held]).all()
     assert not set(held) & set(found.free)
+
+
+def test_where_all_values_are_held_there_is_a_residual_all_the_same() -> None:
+    """Told for the values of the arm file, and with it their intervals: none."""
+    path = SignalPath(replace(pendulum(), tolerance=Tolerance(0.0, 0.0)))
+    residual = Residual(path, [clean(path, perturbed(path))])
+    found = fit(residual, SURE)
+    left, jacobian = residual(values_of(path.entries))
+    assert found.ok
+    assert found.residual == pytest.approx(left)
+    assert found.cost == pytest.approx(0.5 * np.sum((left / SURE.sd) ** 2))
+    assert found.jacobian.shape == jacobian.shape == (*left.shape, 0)
+    bounds = intervals(found, SURE, np.arange(len(left)) // 50)
+    assert bounds.low == pytest.approx(found.p)
+    assert bounds.high == pytest.approx(found.p)
+    assert not bounds.identified.any()
 
 
 def test_stays_within_physical_bounds() -> None:

@@ -31,3 +31,12 @@ def test_what_rests_at_an_end_of_the_travel_is_no_wall() -> None:
     (size, where), _ = likeliest_walls(Trace(t, position, velocity, residual, residual), 1.0)
     assert where == pytest.approx(0.6, abs=0.15)
     assert 2.0 < size < 5.0
+
+
+@pytest.mark.parametrize("place", [0.0, 0.7])
+def test_a_joint_that_rests_all_along_has_no_wall(place: float) -> None:
+    """As one does that reads the same number in all runs: its velocity is 0 to the last digit."""
+    still, residual = np.zeros(400), np.random.default_rng(0).standard_normal(400)
+    found = likeliest_walls(Trace(still, still + place, still, residual, residual), 1.5)
+    assert [size for size, _ in found] == pytest.approx([0.0, 0.0])
+    assert [where for _, where in found] == pytest.approx([place, place])

@@ -40,7 +40,8 @@ class Absorbed(Residual):
         raise TypeError("a law's torque along other runs is not known here")
 
     def _weighted(self, values: Floats) -> Floats:
-        return np.asarray((values * self.scale[..., None]).reshape(-1, values.shape[2]))
+        weighted = values * self.scale[..., None]
+        return np.asarray(weighted.reshape(values.shape[0] * values.shape[1], -1))
 
     def constants(self, values: Floats) -> Floats:
         """Return the constants (K, k) with which the columns take most of some rows (M, n, k)."""

@@ -68,7 +68,7 @@ def intervals(
     moving = ~_at_bound(fit)
     scores = np.zeros((int(block.max()) + 1, len(free)))
     np.add.at(scores, block, np.einsum("mn,mnf->mf", residual, columns))
-    flat = columns.reshape(-1, len(free))
+    flat = columns.reshape(columns.shape[0] * columns.shape[1], -1)
     hessian = flat.T @ flat + np.diag(precision)
     size = np.sqrt(np.maximum(np.diag(hessian), 1e-300))
     scores = margin * (scores - scores.mean(axis=0))

@@ -57,7 +57,8 @@ class Problem:
         self.unit = np.array([self._unit(self.entries[i], scales) for i in self.free])
         self.origin = np.where(self.has_prior, self.p0[self.free], 0.0)
         self.start = np.clip(self._scaled(start), *self.bounds())
-        self._key, self._cost, self._rows = b"", (np.inf, np.empty(0), np.empty(0)), (np.empty(0), np.empty(0), np.inf)
+        self._key: bytes | None = None  # of nothing yet: where all values are held, z has no bytes at all
+        self._cost, self._rows = (np.inf, np.empty(0), np.empty(0)), (np.empty(0), np.empty(0), np.inf)
         self.evaluations = 0
         self.fallen = (np.inf, 0)
         self.best = (np.inf, self.start)

@@ -29,7 +29,10 @@ def taken_arm(arm: Arm, joints: Sequence[JointFriction], whole: RunFit) -> Arm:
 
 
 def _with(joint: Joint, nominal: Joint, found: JointFriction) -> Joint:
-    """Return a joint of the fitted body with the friction of each direction's source."""
+    """Return a joint of the fitted body with the friction of each direction's source.
+
+    A direction that no run shows keeps its constants where the arm file states its own, and else has the other's.
+    """
     if found.common is not None and found.common.ok and not found.asymmetric:
         friction = Friction(*found.common.constants.tolist())
         return replace(joint, friction=friction, backward=friction)
@@ -40,5 +43,8 @@ def _with(joint: Joint, nominal: Joint, found: JointFriction) -> Joint:
             own[way] = Friction(*constants.tolist())
     if not own:
         return replace(joint, friction=nominal.friction, backward=nominal.backward)
+    if nominal.backward != nominal.friction:
+        stated = {"forward": nominal.friction, "backward": nominal.backward}
+        own |= {way: friction for way, friction in stated.items() if way not in found.directions}
     forward = own.get("forward") or own["backward"]
     return replace(joint, friction=forward, backward=own.get("backward", forward))

@@ -14,9 +14,10 @@ def likeliest_walls(trace: Trace, exponent: float) -> list[tuple[float, float]]:
     """Return size and position (rad) of a torque size * max(side (q - position), 0) ** exponent for each side.
 
     The size has the sign of the side. The place is where it saves the most squares, of which a line and dry friction
-    take none: both are re-tuned anyway. Rows at rest say nothing, for friction may be anything there.
+    take none: both are re-tuned anyway. Rows at rest say nothing, for friction may be anything there; a joint that
+    rests all along has no others, and its walls no size.
     """
-    moving = np.abs(trace.velocity) > MOVING * float(np.sqrt(np.mean(trace.velocity**2)))
+    moving = np.abs(trace.velocity) >= MOVING * float(np.sqrt(np.mean(trace.velocity**2)))
     position, way, residual = trace.position[moving], np.sign(trace.velocity[moving]), trace.residual[moving]
     found = []
     for side in (1.0, -1.0):

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from stribeck.gap.answer.where import regions
 from stribeck.gap.records.prepare import Prepared, prepare
-from stribeck.gap.records.regions import analysis_signals, region_masks
+from stribeck.gap.records.regions import analysis_signals, motion_masks, region_masks
 
 from ..conftest import TRUE, recorded, sines
 
@@ -21,7 +21,7 @@ def prepared() -> Prepared:
 
 def assert_partition(prepared: Prepared) -> None:
     rows = sum(len(run.analysis_index) for run in prepared.held)
-    for family, masks in region_masks(prepared.held, 0).items():
+    for family, masks in region_masks(prepared.held, 0, "revolute").items():
         count = np.zeros(rows)
         for mask in masks.values():
             assert mask.any()
@@ -31,7 +31,9 @@ def assert_partition(prepared: Prepared) -> None:
 
 def test_families_partition_the_samples(prepared: Prepared) -> None:
     assert_partition(prepared)
-    assert {"motion", "direction", "position", "load", "acceleration", "time"} <= set(region_masks(prepared.held, 0))
+    assert {"motion", "direction", "position", "load", "acceleration", "time"} <= set(
+        region_masks(prepared.held, 0, "revolute")
+    )
 
 
 @settings(max_examples=15)
@@ -44,12 +46,23 @@ def test_joint_at_rest_is_stuck() -> None:
     still = [replace(sines(3.0, seed=i), q=np.zeros((600, 1))) for i in range(2)]
     held = prepare(TRUE, still)
     assert_partition(held)
-    assert list(region_masks(held.held, 0)["motion"]) == ["stuck"]
+    assert list(motion_masks(held.held, 0)) == ["stuck"]
+
+
+@pytest.mark.parametrize(("kind", "unit"), [("revolute", "rad"), ("prismatic", "m")])
+@pytest.mark.parametrize("size", [1.0, 0.0])  # from place to place, and all along at one
+def test_places_have_the_unit_of_their_axis(kind: str, unit: str, size: float) -> None:
+    joint = replace(TRUE.joints[0], kind=kind, name="X")
+    slide = prepare(replace(TRUE, joints=(joint,), gravity=(0.0, 0.0)), [sines(3.0, seed=i, size=size) for i in (0, 1)])
+    rows = sum(len(run.analysis_index) for run in slide.held)
+    named = [region for family, region in found(slide, np.ones((rows, 1))) if family == "position"]
+    assert len(named) == (6 if size else 1)
+    assert {region.split()[-1] for region in named} == {unit}
 
 
 def test_region_means_what_it_says(prepared: Prepared) -> None:
     signals = analysis_signals(prepared.held)
-    masks = region_masks(prepared.held, 0)
+    masks = region_masks(prepared.held, 0, "revolute")
     speed = np.abs(signals["velocity"][:, 0])
     motion = masks["motion"]
     assert speed[motion["low velocity"]].max() <= speed[motion["medium velocity"]].min()
@@ -72,7 +85,7 @@ def found(prepared: Prepared, before: np.ndarray, noise: float = 0.0) -> dict[tu
 def test_share_is_where_it_was_put(prepared: Prepared) -> None:
     """A residual in one region only, on top of a floor that is taken off."""
     rng = np.random.default_rng(0)
-    mask = region_masks(prepared.held, 0)["motion"]["high velocity"]
+    mask = motion_masks(prepared.held, 0)["high velocity"]
     noise = 0.1
     before = noise * rng.standard_normal((len(mask), 1)) + 2.0 * mask[:, None]
     rows = found(prepared, before, noise)

@@ -104,6 +104,21 @@ def test_commands_make_the_motion() -> None:
         assert np.sqrt(np.mean(driven**2)) < 0.03 * np.sqrt(np.mean(bare**2))  # of a chirp up to the cutoff
 
 
+def test_a_joint_that_holds_still_is_held_by_its_torque() -> None:
+    """Against more weight than its friction bears; unless something else has held it in all recordings."""
+    p = plan(late())
+    p.prepared = replace(p.prepared, arm=replace(NOMINAL, gravity=(98.1, 0.0)))
+    q = np.full((500, 1), 0.8)
+    joint = p.prepared.arm.joints[0]
+    weight = 98.1 * joint.mass * (joint.com[0] * np.sin(0.8) + joint.com[1] * np.cos(0.8))
+    friction = 1.5 * (joint.friction.C0 + joint.friction.C1)  # as re-tuned, so are masses
+    p.candidates = p._candidates(AS_IT_IS)
+    assert p.followable(q).tau == pytest.approx(np.full((500, 1), weight), abs=friction)
+    held = tuple(replace(run, braked=np.ones(1, dtype=bool)) for run in (*p.prepared.fit, *p.prepared.held))
+    p.prepared = replace(p.prepared, fit=held, held=())
+    assert np.all(p.followable(q).tau == 0.0)
+
+
 def test_lag_or_delay_asks_for_a_motion() -> None:
     found = next_of_late()
     assert found.kind == "motion"

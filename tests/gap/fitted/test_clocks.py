@@ -69,6 +69,24 @@ def test_clocks_that_are_right_stay(runs: list[float] | None) -> None:
     assert in_step(prepared, retune(prepared, FLOOR).whole) is prepared
 
 
+@pytest.mark.parametrize(
+    ("phases", "starts", "right"),
+    [((0.4,) * 4, (0.0, np.pi, 0.0, np.pi), False), (APART, APART, True)],  # starts in rad of the wave
+)
+def test_clocks_are_judged_by_the_time_that_is_told(
+    phases: Sequence[float], starts: Sequence[float], right: bool
+) -> None:
+    """Runs that began at one phase of the wave, by clocks that say otherwise; and the other way round."""
+    late = np.array(starts) / (2 * np.pi * HERTZ)
+    runs = [replace(run, t=run.t + by) for run, by in zip(shaken(phases), late, strict=True)]
+    prepared = prepare(NOMINAL, runs)
+    base = retune(prepared, FLOOR)
+    assert (spread(phases_of(prepared, base)) < 0.1) is right
+    moved = in_step(prepared, base.whole)
+    assert (moved is prepared) is right
+    assert spread(phases_of(moved, base)) < 0.1
+
+
 def test_a_clock_that_another_law_set_astray_is_set_anew(apart: tuple[Prepared, Model]) -> None:
     prepared, base = apart
     moved = in_step(prepared, base.whole)

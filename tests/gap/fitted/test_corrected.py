@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stribeck.arm import Arm, Friction
+from stribeck.arm import Arm, EffectEntry, Friction
 from stribeck.effects.registry import effect_named, placed_effects
 from stribeck.gap.fitted.corrected import arm_of
 from stribeck.identify.map_fit import Fit
@@ -40,3 +40,19 @@ def test_symmetric_friction_stays_symmetric() -> None:
     joint = arm_of(TRUE, fit, []).joints[0]
     assert joint.friction == joint.backward
     assert pytest.approx(1.2 * 4.6) == joint.friction.C0
+
+
+def test_effects_of_the_arm_file_that_read_the_records_stay() -> None:
+    """A delay is fitted and comes with its value; a coarse encoder and a velocity that trails are as the file says."""
+    stated = (("encoder_quantisation", "resolution", 2e-3), ("delay", "time", 0.01), ("velocity_filter", "time", 0.02))
+    own = tuple(EffectEntry(name, ("A",), {"A": {key: value}}) for name, key, value in stated)
+    fitted = Placed(effect_named("delay"), 0, {"time": 0.013})
+    entries = layout(TRUE, [fitted])
+    p = values_of(entries)
+    fit = Fit(entries, p, np.arange(len(p)), np.zeros((1, 1)), np.zeros((1, 1, len(p))), 0, 0, "ok", 1, ())
+    effects = arm_of(replace(TRUE, effects=own), fit, [fitted]).effects
+    assert {entry.effect: dict(entry.parameters["A"]) for entry in effects} == {
+        "encoder_quantisation": {"resolution": 2e-3},
+        "delay": {"time": 0.013},
+        "velocity_filter": {"time": 0.02},
+    }

@@ -86,8 +86,20 @@ def test_uneven_clock_is_noted() -> None:
     assert np.ptp(np.diff(prepared.fit[0].time)) < 1e-9
 
 
-def test_a_run_shorter_than_the_filter_is_refused() -> None:
-    """Nothing of it would be analysed; better to say so than to fail on it later."""
+@pytest.mark.parametrize("samples", [1, 2, 3, 5, 6, 12, 22])
+def test_a_run_shorter_than_the_filter_is_refused(samples: int) -> None:
+    """Nothing of it would be analysed; better to say so than to fail on it, then or later."""
     runs = [sines(4.0, name=f"{i}") for i in range(3)]
-    with pytest.raises(InputError, match=r"short: too short to be analysed: found 12 samples"):
-        prepare(TRUE, [*runs, replace(part(runs[0], 0, 12), name="short")])
+    short = replace(part(runs[0], 0, samples), name="short")
+    for given in (([*runs, short],), (runs, [short]), ([short],)):
+        with pytest.raises(InputError, match=r"short: too short to be analysed: found \d+ samples"):
+            prepare(TRUE, *given)
+
+
+def test_a_run_of_which_next_to_nothing_is_left_is_refused() -> None:
+    """One that rests but for one step, at a sample a second: 2 s of rest on either side are 4 samples."""
+    t = np.arange(100.0)
+    q = np.where(t < 50.0, 0.0, 1.0) + 1e-5 * np.random.default_rng(0).standard_normal(100)
+    slow = Run("slow", t, q[:, None], np.sin(t)[:, None])
+    with pytest.raises(InputError, match=r"slow: too short to be analysed: found \d samples"):
+        prepare(TRUE, [slow], [replace(slow, name="other")])

@@ -9,7 +9,7 @@ import numpy as np
 from stribeck.gap.fitted.model import Model
 from stribeck.gap.records.blocks import block_sums, resampled
 from stribeck.gap.records.prepare import Prepared
-from stribeck.gap.records.regions import region_masks
+from stribeck.gap.records.regions import motion_masks
 from stribeck.gap.result import Estimate, Place, Region
 
 DRAWS = 300
@@ -58,7 +58,7 @@ def places(
 
 def _region(prepared: Prepared, joint: int, part: np.ndarray) -> str:
     """Return the region of motion in which a part of the gap is densest, among those that hold a fair share."""
-    masks = region_masks(prepared.held, joint)["motion"]
+    masks = motion_masks(prepared.held, joint)
     sums = {name: float(part[mask].sum()) for name, mask in masks.items()}
     total = sum(max(value, 0.0) for value in sums.values()) or 1.0
     fair = {name: sums[name] / masks[name].sum() for name in sums if sums[name] > 0.2 * total}

@@ -31,8 +31,7 @@ def regions(
     out: list[Region] = []
     for j, joint in enumerate(prepared.arm.names):
         excess = before[:, j] ** 2 - noise[:, j] ** 2
-        families = dict(region_masks(prepared.held, j))
-        for family, masks in families.items():
+        for family, masks in region_masks(prepared.held, j, prepared.arm.joints[j].kind).items():
             for region, mask in masks.items():
                 share = _share(np.where(mask, excess, 0.0), excess, block, draws)
                 out.append(

@@ -92,11 +92,16 @@ class Plan:
         return [Candidate(self.prepared.arm, model, self.weights, change) for model in models]
 
     def planned(self, name: str, q: np.ndarray) -> Conditioned:
-        """Return positions (N, n) as if they had been recorded."""
+        """Return positions (N, n) as if they had been recorded, but for their torque: that is yet to be found.
+
+        A joint is held, or is not driven, where it was so in all recordings.
+        """
+        runs = (*self.prepared.fit, *self.prepared.held)
         t = self.step * np.arange(len(q), dtype=np.float64)
         run = Run(name, t, q, np.zeros_like(q))
         recorded = condition(self.prepared.arm, run, self.prepared.cutoff, self.noise, thin=True)
-        return replace(recorded, past=after((*self.prepared.fit, *self.prepared.held)))
+        held, idle = np.all([run.braked for run in runs], axis=0), np.all([run.undriven for run in runs], axis=0)
+        return replace(recorded, past=after(runs), braked=held, undriven=idle)
 
     def promised(self, motions: Sequence[Motion], reach: Sequence[Reach], change: Change = AS_IT_IS) -> list[Prospect]:
         """Return what each of some motions promises."""

@@ -8,7 +8,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
 from scipy.ndimage import convolve1d
 
 from stribeck.arm import Arm
@@ -131,7 +130,7 @@ class Candidate:
 
     def _columns(self, jacobian: Floats) -> Floats:
         weighted = jacobian * self.scale[None, :, None] * self.unit
-        return np.asarray(weighted.reshape(-1, len(self.unit)))
+        return np.asarray(weighted.reshape(jacobian.shape[0] * jacobian.shape[1], -1))
 
     def driven(self, runs: Sequence[Conditioned]) -> list[Conditioned]:
         """Return runs with the commands under which this model makes their motions; at rest, one of the many."""
@@ -218,6 +217,6 @@ def _excess(square: float, pull: Floats, hessian: Floats) -> float:
     if not (np.isfinite(square) and np.all(np.isfinite(pull)) and np.all(np.isfinite(hessian))):
         return 0.0
     size = np.sqrt(np.diag(hessian))
-    factor = cho_factor(hessian / np.outer(size, size) + 1e-10 * np.eye(len(size)))
-    saved = float((pull / size) @ cho_solve(factor, pull / size))
+    normal = hessian / np.outer(size, size) + 1e-10 * np.eye(len(size))
+    saved = float((pull / size) @ np.linalg.solve(normal, pull / size))  # of nothing at all, too
     return float(np.sqrt(max(square - saved, 0.0)))

@@ -65,7 +65,8 @@ def in_step(prepared: Prepared, rows: Floats) -> Prepared:
         return prepared
     late = np.angle(waves[:, best] * np.conj(waves[loudest, best])) / (2.0 * np.pi * frequency)
     late[sizes < FAINT * sizes[loudest]] = 0.0
-    clocks = late - late[0] + runs[0].time[0] % (1.0 / frequency)
+    starts = np.array([run.told_time[0] for run in runs])
+    clocks = late - late[0] + starts % (1.0 / frequency)
     moved = [replace(run, clock=float(clock)) for run, clock in zip(runs, clocks, strict=True)]
     return replace(prepared, fit=tuple(moved[: len(prepared.fit)]), held=tuple(moved[len(prepared.fit) :]))
 
@@ -101,14 +102,13 @@ def _repeats(runs: Sequence[Conditioned], grid: Floats, frequency: float) -> boo
 def _wave(runs: Sequence[Conditioned], parts: Sequence[Floats], grid: Floats) -> tuple[Floats, NDArray[np.complex128]]:
     """Return the share of all squares (F,) that a wave of each frequency takes, and its sums (R, F).
 
-    The phases are those at the first sample of each run.
+    The phases are those at 0 s by the clock that each run is told: where it began is nothing to a wave from outside.
     """
     sums = []
     for run, part in zip(runs, parts, strict=True):
         step = run.decimation * run.sample_time
         turned = zoom_fft(part - part.mean(), [grid[0], grid[-1]], len(grid), fs=1.0 / step, endpoint=True)
-        since = run.time[run.analysis_index[0]] - run.time[0]
-        sums.append(turned * np.exp(-2j * np.pi * grid * since))
+        sums.append(turned * np.exp(-2j * np.pi * grid * run.told_time[run.analysis_index[0]]))
     waves = np.array(sums)
     rows = np.array([len(part) for part in parts], dtype=float)
     whole = sum(float(np.sum((part - part.mean()) ** 2)) for part in parts)

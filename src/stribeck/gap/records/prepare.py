@@ -30,6 +30,7 @@ from stribeck.model.path import SignalPath
 from stribeck.model.rigid_body import inverse_dynamics
 from stribeck.model.scale import Scale
 from stribeck.run import Run
+from stribeck.run.checks import FEWEST_ROWS
 
 LOUD_SEED = 1
 PUSH = 0.01  # of the typical torque: less than stiction holds would be lost at rest at one arm and not at another
@@ -94,6 +95,11 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = (), fitted:
         Judged, never fitted.
     fitted : collection of str
         Names of runs that are not kept back, as far as any need not be.
+
+    Raises
+    ------
+    InputError
+        When a run, or the part of one that is kept back, is too short.
     """
     notes: list[str] = []
     even = [_even(run, notes) for run in runs]
@@ -104,13 +110,14 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = (), fitted:
     fit, held = (shortened(between_gaps(part, notes), notes) for part in (fit, held))
     every = [*fit, *held]
     inertia = moved_inertia(arm, every)
+    for run in every:
+        _check_length(run.name, len(run.t), FEWEST_ROWS)
     cutoff = cutoff_frequency(arm, every, inertia, noise)
     notes.append(f"analysed up to {cutoff:.3g} Hz")
     conditioned = in_sequence([condition(arm, run, cutoff, noise, thin=True) for run in every], [*even, *kept_back])
     learnt, kept = conditioned[: len(fit)], conditioned[len(fit) :]
-    for run in conditioned:
-        if not len(run.analysis_index):
-            raise InputError(f"{run.name}: too short to be analysed", f"{len(run.time)} samples", "leave it out")
+    for one in conditioned:
+        _check_length(one.name, len(one.time), len(one.taps))
     notes += [f"{run.name}: {text}" for run in conditioned for text in _held(arm, run)]
     doubts = dict.fromkeys(f"{run.name}: {text}" for run in every for text in run.warnings)
     warnings = (*doubts, *doubtful_torques(arm, every, noise))
@@ -121,9 +128,15 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = (), fitted:
 
 
 def _even(run: Run, notes: list[str]) -> Run:
+    _check_length(run.name, len(run.t), FEWEST_ROWS)
     even, said = uniform(run)
     notes.extend(said)
     return even
+
+
+def _check_length(name: str, samples: int, least: int) -> None:
+    if samples < least:
+        raise InputError(f"{name}: too short to be analysed", f"{samples} samples", "leave it out")
 
 
 def _held(arm: Arm, run: Conditioned) -> list[str]:

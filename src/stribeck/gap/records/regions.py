@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from stribeck.arm import unit_at
 from stribeck.identify.conditioning import Conditioned
 
 NEAR_REVERSAL = 0.08  # s
@@ -25,25 +26,18 @@ def analysis_signals(runs: Sequence[Conditioned]) -> dict[str, np.ndarray]:
     return out
 
 
-def region_masks(runs: Sequence[Conditioned], joint: int) -> dict[str, dict[str, np.ndarray]]:
-    """Return family -> region -> mask (M,) over the analysis samples; the regions of a family partition them."""
+def region_masks(runs: Sequence[Conditioned], joint: int, kind: str) -> dict[str, dict[str, np.ndarray]]:
+    """Return family -> region -> mask (M,) over the analysis samples; the regions of a family partition them.
+
+    Places are named in the unit of the joint's ``kind``.
+    """
     s = analysis_signals(runs)
-    velocity, position = s["velocity"][:, joint], s["position"][:, joint]
-    near = np.concatenate([_near_reversal(run, joint) for run in runs])
-    stuck = (s["stuck"][:, joint] > 0.5) & ~near
-    moving = ~near & ~stuck
-    speed = np.abs(velocity)
-    low, high = np.quantile(speed[moving], [1 / 3, 2 / 3]) if moving.any() else (0.0, 0.0)
+    velocity, motion = s["velocity"][:, joint], _motion(runs, s, joint)
+    stuck = motion["stuck"]
     families = {
-        "motion": {
-            "velocity reversal": near,
-            "stuck": stuck,
-            "low velocity": moving & (speed <= low),
-            "medium velocity": moving & (speed > low) & (speed <= high),
-            "high velocity": moving & (speed > high),
-        },
+        "motion": motion,
         "direction": {"forward": (velocity > 0) & ~stuck, "backward": (velocity <= 0) & ~stuck, "at rest": stuck},
-        "position": _bins(position),
+        "position": _bins(s["position"][:, joint], unit_at("rad", kind)),
         "load": _thirds(np.abs(s["command"][:, joint]), "load"),
         "acceleration": _thirds(np.abs(s["acceleration"][:, joint]), "acceleration"),
         "time": {
@@ -52,19 +46,43 @@ def region_masks(runs: Sequence[Conditioned], joint: int) -> dict[str, dict[str,
             "last third of a run": s["share"] >= 2 / 3,
         },
     }
-    return {family: {k: m for k, m in masks.items() if m.any()} for family, masks in families.items()}
+    return {family: _with_samples(masks) for family, masks in families.items()}
 
 
-def _bins(position: np.ndarray) -> dict[str, np.ndarray]:
+def motion_masks(runs: Sequence[Conditioned], joint: int) -> dict[str, np.ndarray]:
+    """Return region -> mask (M,) of the family ``motion`` alone: at a reversal, stuck, or at which speed."""
+    return _with_samples(_motion(runs, analysis_signals(runs), joint))
+
+
+def _motion(runs: Sequence[Conditioned], s: dict[str, np.ndarray], joint: int) -> dict[str, np.ndarray]:
+    near = np.concatenate([_near_reversal(run, joint) for run in runs])
+    stuck = (s["stuck"][:, joint] > 0.5) & ~near
+    moving = ~near & ~stuck
+    speed = np.abs(s["velocity"][:, joint])
+    low, high = np.quantile(speed[moving], [1 / 3, 2 / 3]) if moving.any() else (0.0, 0.0)
+    return {
+        "velocity reversal": near,
+        "stuck": stuck,
+        "low velocity": moving & (speed <= low),
+        "medium velocity": moving & (speed > low) & (speed <= high),
+        "high velocity": moving & (speed > high),
+    }
+
+
+def _with_samples(masks: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    return {region: mask for region, mask in masks.items() if mask.any()}
+
+
+def _bins(position: np.ndarray, unit: str) -> dict[str, np.ndarray]:
     """Return equal bins of the travel, named with as many digits as tell them apart."""
     low, high = float(position.min()), float(position.max())
     step = (high - low) / POSITION_BINS
     if step <= 1e-12 * (1.0 + abs(low)):
-        return {f"{low:.2f} rad": np.ones(len(position), dtype=bool)}
+        return {f"{low:.2f} {unit}": np.ones(len(position), dtype=bool)}
     digits = max(2, 1 - int(np.floor(np.log10(step))))
     edges = np.linspace(low, high, POSITION_BINS + 1)
     place = np.searchsorted(edges[1:-1], position, side="right")
-    return {f"{a:.{digits}f} to {b:.{digits}f} rad": place == i for i, (a, b) in enumerate(pairwise(edges))}
+    return {f"{a:.{digits}f} to {b:.{digits}f} {unit}": place == i for i, (a, b) in enumerate(pairwise(edges))}
 
 
 def _thirds(size: np.ndarray, name: str) -> dict[str, np.ndarray]:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from stribeck.arm import unit_at
 from stribeck.gap.fitted.model import Model
 from stribeck.gap.records.prepare import Prepared
-from stribeck.gap.records.regions import analysis_signals, region_masks
+from stribeck.gap.records.regions import analysis_signals, motion_masks
 from stribeck.gap.records.spread import noise_power, spread
 from stribeck.gap.result import RandomTorque
 from stribeck.identify.conditioning import Conditioned
@@ -107,7 +107,7 @@ def random_joints(prepared: Prepared, model: Model, floor: Floats, seed: int = 0
 
 def _steady(residual: Floats, runs: Sequence[Conditioned], joint: int, rng: np.random.Generator) -> bool:
     """Return whether a residual (M,) is as strong everywhere in motion, and normally distributed there."""
-    motion = region_masks(runs, joint)["motion"]
+    motion = motion_masks(runs, joint)
     moving = np.any([mask for name, mask in motion.items() if name.endswith("velocity")], axis=0)
     if not np.any(moving):
         return False
