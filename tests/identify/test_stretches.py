@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from stribeck.grid import uniform
+from stribeck.identify.cutoff import CUTOFF_RANGE, MOST_OF_RATE
+from stribeck.identify.filters import low_pass
 from stribeck.identify.identification import identify
-from stribeck.identify.stretches import between_gaps
+from stribeck.identify.stretches import LEAST_SAMPLES, LEAST_STRETCH, between_gaps
 from stribeck.run import Run
 
 from .conftest import FRICTION, pendulum, recorded
@@ -51,3 +53,10 @@ def test_lost_rows_cost_no_constant() -> None:
     for name in ("C0", "C2", "alpha"):
         assert getattr(friction, name) == pytest.approx(getattr(FRICTION, name), rel=0.15), name
     assert found.whole.rms[0] < 0.05
+
+
+@pytest.mark.parametrize("rate", [20.0, 50.0, 100.0, 250.0, 1000.0, 5000.0])
+def test_what_is_kept_is_long_enough_for_any_analysis_filter(rate: float) -> None:
+    """Else one short piece would have a whole diagnosis refused."""
+    low = min(CUTOFF_RANGE[0], MOST_OF_RATE * rate)
+    assert len(low_pass(low, 1.0 / rate)) < max(LEAST_STRETCH * rate, LEAST_SAMPLES)

@@ -11,7 +11,8 @@ from stribeck.run import Run
 
 MOST_SAMPLES = 300_000  # of all runs together: more adds time and memory, not knowledge
 STRETCH = 20.0  # s
-LEAST_STRETCH = 0.5  # s between missing samples: less says little, and filters take a part of that from its ends
+# between missing samples, s and samples: as long as an analysis filter ever is, which takes that much from its ends
+LEAST_STRETCH, LEAST_SAMPLES = 0.7, 24
 
 
 def shortened(runs: Sequence[Run], notes: list[str]) -> list[Run]:
@@ -46,7 +47,7 @@ def between_gaps(runs: Sequence[Run], notes: list[str]) -> list[Run]:
         edges = np.flatnonzero(np.diff(np.concatenate([[True], run.gaps, [True]])))
         spans = [(int(start), int(stop)) for start, stop in edges.reshape(-1, 2)]
         longest = max(stop - start for start, stop in spans)
-        least = min(LEAST_STRETCH / run.sample_time, longest)
+        least = min(max(LEAST_STRETCH / run.sample_time, LEAST_SAMPLES), longest)
         used = [part(run, start, stop) for start, stop in spans if stop - start >= least]
         length = sum(len(one.t) for one in used) * run.sample_time
         notes.append(
