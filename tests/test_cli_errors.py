@@ -228,6 +228,8 @@ def test_held_out_takes_several_files() -> None:
     repeated = ["--held-out", "b", "--held-out", "c", "--held-out", "d"]
     assert spread(given, "--held-out") == ["diagnose", "arm", "a", *repeated, "--out", "o", "e"]
     assert spread(["--held-out"], "--held-out") == ["--held-out"]
+    joined = ["diagnose", "arm", "a", "--held-out=b", "c", "--out=o", "e"]
+    assert spread(joined, "--held-out") == ["diagnose", "arm", "a", "--held-out=b", "--held-out", "c", "--out=o", "e"]
 
 
 def test_stop_by_a_batch_system_leaves_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

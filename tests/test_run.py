@@ -239,6 +239,14 @@ def test_times_in_milliseconds_are_refused(tmp_path: Path) -> None:
         load_run(tmp_path / "run.csv", 2)
 
 
+@pytest.mark.parametrize("unit", [60.0, 3600.0])
+def test_times_in_minutes_or_hours_are_refused(tmp_path: Path, unit: float) -> None:
+    run = a_run(400)
+    save_run(dataclasses.replace(run, t=1e-3 * np.arange(400) / unit), tmp_path / "run.csv")
+    with pytest.raises(InputError, match=r"column t has a median step under 2e-05 s.*not in minutes or hours"):
+        load_run(tmp_path / "run.csv", 2)
+
+
 def test_shapes_must_agree() -> None:
     run = a_run()
     with pytest.raises(StribeckError, match=r"tau must have shape \(40, 2\): found \(39, 2\)"):

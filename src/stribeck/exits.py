@@ -58,7 +58,8 @@ def spread(arguments: Sequence[str], option: str) -> list[str]:
     spreading = False
     for argument in arguments:
         if argument.startswith("-"):
-            spreading, after = argument == option, False
+            name, equals, _ = argument.partition("=")
+            spreading, after = name == option, bool(equals)
         elif spreading and after:
             result.append(option)
         else:

@@ -272,13 +272,24 @@ def stated(*entries: EffectEntry, prismatic: bool = False) -> tuple[Placed, ...]
         ),
         ([("contact", ("A",), "plane"), ("contact", ("B",), "linear")], False, "contact is given twice: found B"),
         ([("presliding", ("B",), "lugre"), ("presliding", ("B",), "maxwell_slip")], False, "is given twice: found B"),
+        ([("backlash", ("A",), None), ("joint_flexibility", ("A",), None)], False, r"effects\[1\].*two transmissions"),
     ],
 )
 def test_what_cannot_stand_in_an_arm_file(
-    entries: list[tuple[str, tuple[str, ...], str]], prismatic: bool, says: str
+    entries: list[tuple[str, tuple[str, ...], str | None]], prismatic: bool, says: str
 ) -> None:
     with pytest.raises(InputError, match=says):
         stated(*(EffectEntry(name, joints, law=law) for name, joints, law in entries), prismatic=prismatic)
+
+
+@pytest.mark.parametrize(
+    ("effect", "values"),
+    [("backlash", {"gap": 0.05}), ("joint_flexibility", {"damping": 1.0}), ("presliding", {"damping": 2.0})],
+)
+def test_a_law_without_what_makes_it_one_is_refused(effect: str, values: dict[str, float]) -> None:
+    """A gap on a link of no stated stiffness was left out of simulations and exports without a word."""
+    with pytest.raises(InputError, match=rf"effects\[0\]\.parameters\.A\.stiffness is missing.*no {effect}"):
+        stated(EffectEntry(effect, ("A",), {"A": values}))
 
 
 def test_a_payload_may_hang_on_any_link() -> None:

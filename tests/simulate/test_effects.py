@@ -7,6 +7,7 @@ import pytest
 
 from stribeck.arm import EffectEntry, Friction
 from stribeck.effects.registry import laws
+from stribeck.errors import InputError
 from stribeck.model.effect import Effect
 from stribeck.model.layout import Placed
 from stribeck.model.path import SignalPath
@@ -73,7 +74,12 @@ def test_tiny_lag_is_no_lag(level_arm: Engine) -> None:
 
 
 def test_effects_at_null_are_left_out() -> None:
-    arm = two_links(entry("presliding", ("A",), damping=3.0), entry("actuator_lag", ("A",)), entry("delay", ("B",)))
+    unset = entry("presliding", ("A",), stiffness=np.inf, damping=3.0)
+    arm = two_links(unset, entry("actuator_lag", ("A",)), entry("delay", ("B",)))
+        entry("presliding", ("A",), stiffness=np.inf, damping=3.0),
+        entry("actuator_lag", ("A",)),
+        entry("delay", ("B",)),
+    )
     assert path_of(arm).placed == ()
 
 
@@ -128,3 +134,14 @@ def test_every_effect_runs(effect: Effect) -> None:
     assert fine.ok
     assert rough.event_count == fine.event_count
     assert np.abs(rough.q - fine.q).max() < 1e-5
+
+
+def test_a_spring_between_motor_and_link_needs_a_motor() -> None:
+    """Without inertia it would have none to turn: a simulation ended at once, and an analysis of a loop never."""
+    arm = two_links(entry("joint_flexibility", ("B",), stiffness=300.0, damping=1.0))
+    (first, second) = arm.joints
+    light = replace(arm, joints=(first, replace(second, rotor_inertia=0.0)))
+    with pytest.raises(InputError, match=r"needs a rotor between motor and link: found B\.rotor_inertia = 0"):
+        path_of(light)
+    assert path_of(replace(light, effects=())).n == 2
+    assert path_of(arm).flexible == (1,)

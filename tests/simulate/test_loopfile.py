@@ -125,10 +125,19 @@ def test_a_joint_twice(tmp_path: Path) -> None:
         load_loop(_write(tmp_path, LOOP + LOOP[LOOP.index("[[joints]]") :]), two_links())
 
 
-def test_continuous_control_of_a_delayed_arm(tmp_path: Path) -> None:
-    arm = two_links(entry("delay", ("A",), time=0.01))
-    with pytest.raises(InputError, match="effect delay"):
+@pytest.mark.parametrize("effect", ["delay", "time_shift"])
+def test_continuous_control_of_a_late_arm(tmp_path: Path, effect: str) -> None:
+    """A position that is read late is as late to the controller as a command that is."""
+    arm = two_links(entry(effect, ("A",), time=0.01))
+    with pytest.raises(InputError, match=f"effect {effect}"):
         load_loop(_write(tmp_path, LOOP.replace(*CONTINUOUS)), arm)
+    load_loop(_write(tmp_path, LOOP), arm)
+
+
+def test_an_arm_that_looks_ahead(tmp_path: Path) -> None:
+    arm = two_links(entry("time_shift", ("B",), time=-0.01))
+    with pytest.raises(InputError, match=r"time_shift at B looks ahead in time: found -0\.01 s"):
+        load_loop(_write(tmp_path, LOOP), arm)
 
 
 def test_a_followed_file(tmp_path: Path) -> None:

@@ -175,6 +175,18 @@ def test_delay_lag_and_filter_act(joint_a: Engine) -> None:
     assert not np.allclose(smooth.command, plain.command)
 
 
+def test_the_command_is_told_as_computed_whatever_a_lag_makes_of_it(joint_a: Engine) -> None:
+    """Of a continuous controller as of a sampled one: a diagnosis of the run could not see the lag otherwise."""
+    step = Reference("regulate", initial_error=0.5)
+    settings = {"duration": 1.0, "kv": 6.0, "actuator_lag": 0.2}
+    smooth = run(joint_a, step, **settings)
+    sampled = run(joint_a, step, sample_time=5e-4, **settings)
+    at = np.array([0.1, 0.3, 0.7])
+    commands = [np.interp(at, found.motion.t, found.command[:, 0]) for found in (smooth, sampled)]
+    assert commands[0] == pytest.approx(commands[1], rel=0.02, abs=0.1)
+    assert smooth.command[0, 0] == pytest.approx(30.0 * 0.5)
+
+
 def test_encoder(joint_a: Engine) -> None:
     sine = Reference("sine", amplitude=0.5, frequency=0.5)
     coarse = run(joint_a, sine, sample_time=RATE, duration=5.0, encoder_resolution=1e-3)

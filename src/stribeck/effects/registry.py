@@ -5,6 +5,7 @@ Effects of one name are the laws of one family: an arm file or a diagnosis names
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import entry_points
@@ -71,7 +72,7 @@ from stribeck.effects.sensing.velocity_filter import VelocityFilter
 from stribeck.effects.transmission.backlash import Backlash
 from stribeck.effects.transmission.joint_flexibility import JointFlexibility
 from stribeck.errors import InputError
-from stribeck.model.effect import Effect, RigidBodyEffect
+from stribeck.model.effect import Effect, RigidBodyEffect, TransmissionEffect
 from stribeck.model.layout import Placed
 
 _OWN: tuple[type[Effect], ...] = (
@@ -202,6 +203,10 @@ def placed_effects(arm: Arm, source: str = "") -> tuple[Placed, ...]:
                 if shared and other.effect.name == place.effect.name:
                     name = arm.names[min(shared)]
                     raise InputError(f"{where}: {place.effect.name} is given twice", name, "keep one law at a joint")
+                both = isinstance(place.effect, TransmissionEffect) and isinstance(other.effect, TransmissionEffect)
+                if both and other.joint == place.joint:
+                    what = f"{where}: {place.effect.name} beside {other.effect.name}, two transmissions at one joint"
+                    raise InputError(what, joint, "keep one of them")
             placed.append(place)
     return tuple(placed)
 
@@ -232,6 +237,10 @@ def _check_values(effect: Effect, given: Mapping[str, float], kind: str, where: 
         if not parameter.lower <= value <= parameter.upper and value != parameter.null:
             bounds = f"{parameter.lower:g} to {parameter.upper:g} {unit_at(parameter.unit, kind)}"
             raise InputError(f"{where}.{parameter.name} is out of bounds", f"{value:g}", f"give {bounds}")
+    for parameter in effect.parameters:
+        if given and parameter.name not in given and not math.isfinite(parameter.null):
+            what, do = f"{where}.{parameter.name} is missing", f"give it: without it there is no {effect.name}"
+            raise InputError(what, "", do)
 
 
 def entries_of(arm: Arm, placed: tuple[Placed, ...]) -> tuple[EffectEntry, ...]:

@@ -17,6 +17,7 @@ _LARGEST_POSITION = 1000.0  # rad; 160 turns away from zero
 _DOUBTFUL_POSITION = 25.0  # rad; four turns; +-180 given in degrees lies well above
 _LARGEST_TORQUE = 1e6  # N m; twenty times the largest industrial arm's
 _LONGEST_STEP = 0.2  # s; no arm is controlled at under 5 Hz, but clocks in milliseconds are common
+_SHORTEST_STEP = 2e-5  # s; none is recorded at 50 kHz, but clocks in minutes or hours come to such steps
 
 
 def check_time(t: Floats, path: Path, first_row: int) -> None:
@@ -50,6 +51,9 @@ def _check_step(step: float, path: Path) -> None:
     if step > _LONGEST_STEP:
         what = f"{path}: column t has a median step above {_LONGEST_STEP:g} s, and no arm is controlled so slowly"
         raise InputError(what, f"{step:g}", "give t in seconds; milliseconds are a common slip")
+    if step < _SHORTEST_STEP:
+        what = f"{path}: column t has a median step under {_SHORTEST_STEP:g} s, and no arm is recorded so fast"
+        raise InputError(what, f"{step:g}", "give t in seconds, not in minutes or hours")
 
 
 def check_units(run: Run, path: Path) -> tuple[str, ...]:

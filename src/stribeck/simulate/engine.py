@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from stribeck.arm import Arm
 from stribeck.compiler import build, load
 from stribeck.effects.registry import placed_effects
-from stribeck.errors import StribeckError
+from stribeck.errors import InputError, StribeckError
+from stribeck.model.effect import TransmissionEffect
 from stribeck.model.forward import Forward
 from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
@@ -23,8 +24,19 @@ Floats = NDArray[np.float64]
 
 
 def path_of(arm: Arm) -> SignalPath:
-    """Return an arm's signal path with the effects of its file, those at their null value left out."""
-    return SignalPath(arm, [place for place in placed_effects(arm) if not vanishes(place)])
+    """Return an arm's signal path with the effects of its file, those at their null value left out.
+
+    Raises
+    ------
+    InputError
+        When a motor without inertia is to turn between a drive and a spring.
+    """
+    placed = [place for place in placed_effects(arm) if not vanishes(place)]
+    for place in placed:
+        if isinstance(place.effect, TransmissionEffect) and arm.joints[place.joint].rotor_inertia == 0.0:
+            what = f"arm {arm.name!r}: {place.effect.name} needs a rotor between motor and link"
+            raise InputError(what, f"{arm.names[place.joint]}.rotor_inertia = 0", "give one")
+    return SignalPath(arm, placed)
 
 
 def vanishes(place: Placed) -> bool:

@@ -11,7 +11,9 @@ import numpy as np
 from pydantic import TypeAdapter
 
 from stribeck.arm import Arm
+from stribeck.effects.registry import placed_effects
 from stribeck.errors import InputError
+from stribeck.model.layout import Placed
 from stribeck.run import load_run
 from stribeck.simulate.loop import JointLoop, Loop, Reference
 from stribeck.textfile import check_schema, load_toml, structure
@@ -86,9 +88,19 @@ def check_loop(loop: Loop, arm: Arm, source: str = "loop") -> None:
     for name in loop.clamp:
         if name not in arm.names or name in seen:
             raise InputError(f"{source}: clamp names a joint that is not clamped", repr(name), known)
-    if loop.sample_time == 0.0 and any(entry.effect == "delay" for entry in arm.effects):
-        do = "give a sample_time above 0"
-        raise InputError(f"{source}: a continuous controller cannot drive an arm with the effect delay", "", do)
+    for place in placed_effects(arm):
+        _check_delay(place, loop, arm, source)
+
+
+def _check_delay(place: Placed, loop: Loop, arm: Arm, source: str) -> None:
+    """Raise `InputError` for a delay that the loop cannot have; a late record of the position is one in a loop."""
+    late = place.values.get("time", 0.0) if place.effect.delays else 0.0
+    if late < 0.0:
+        what = f"{source}: an arm with {place.effect.name} at {arm.names[place.joint]} looks ahead in time"
+        raise InputError(what, f"{late:g} s", "a controller sees no future: give the arm 0 or more")
+    if late > 0.0 and loop.sample_time == 0.0:
+        what = f"{source}: a continuous controller cannot drive an arm with the effect {place.effect.name}"
+        raise InputError(what, "", "give a sample_time above 0")
 
 
 def _check_joint(entry: JointLoop, loop: Loop, where: str) -> None:

@@ -6,11 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stribeck.arm import EffectEntry
 from stribeck.loop.exact.repeat import DIES, repeated
 from stribeck.loop.exact.rounds import NONE, Rounds
 from stribeck.loop.exact.settle import settle, settle_from
 from stribeck.loop.exact.shooting import shoot
 from stribeck.loop.exact.starts import starts
+
+from .conftest import A, one_joint
 
 STEP = 0.0125
 LOOPS = {
@@ -117,3 +120,14 @@ def test_an_encoder_with_steps_is_left_as_it_is(joint_a, loop_of):
     rounds = Rounds(joint_a, coarse)
     ending = settle_from(rounds, rounds.start({}))
     assert repeated(rounds, ending) is ending
+
+
+def test_a_record_that_is_late_is_a_late_command(loop_of):
+    """What the controller sees late it answers late: the same cycle, and the same multipliers."""
+    loop, found = loop_of(ratio=1.265, at_zero="zero", zeta=0.17, sample_time=STEP), []
+    for effect in ("delay", "time_shift"):
+        stated = EffectEntry(effect, ("A",), {"A": {"time": 0.025}})
+        found.append(shoot(replace(one_joint(A), effects=(stated,)), loop)["A"])
+    for name in ("verdict", "amplitude", "period", "multipliers"):
+        assert getattr(found[0], name) == getattr(found[1], name), name
+    assert found[0].multipliers

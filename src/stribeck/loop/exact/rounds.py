@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from stribeck.arm import Arm
 from stribeck.compiler import build, load
+from stribeck.effects.registry import placed_effects
 from stribeck.errors import InputError
 from stribeck.loop.exact.place import Layout, Place, Stretch
 from stribeck.simulate import Engine, JointLoop, Loop, Reference, path_of
@@ -206,8 +207,7 @@ def _history(arm: Arm, loop: Loop) -> int:
     """Return how many past commands may still come through."""
     if loop.sample_time == 0.0:
         return 1
-    delays = [entry.parameters for entry in arm.effects if entry.effect == "delay"]
-    times = [time for joints in delays for values in joints.values() for time in values.values()]
+    times = [place.values.get("time", 0.0) for place in placed_effects(arm) if place.effect.delays]
     late = int(np.ceil(sum(times) / loop.sample_time)) + 1
     return max(entry.delay_samples for entry in loop.joints) + late + 1
 

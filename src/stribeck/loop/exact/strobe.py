@@ -109,7 +109,7 @@ def _of_effects(rounds: Rounds, template: Place) -> list[tuple[int, int, float]]
 
 def _of_past(rounds: Rounds) -> list[tuple[int, int, int]]:
     """Return the past commands that still come through: computed (0) or issued (1), row, joint."""
-    late = any(entry.effect == "delay" for entry in rounds.arm.effects)
+    late = bool(rounds.engine.forward.delays)
     kept = []
     for entry in rounds.loop.joints:
         j, rows = rounds.index(entry.joint), rounds.history

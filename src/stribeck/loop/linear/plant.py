@@ -119,6 +119,8 @@ def _steady(forward: Forward, p: Floats, point: OperatingPoint, modes: Floats) -
         rates = np.asarray(forward.flow(0.0, y, modes, u, p)[0].full()).ravel()
         miss = rates[rows] - target[rows]
         slopes = np.asarray(forward.jacobian(0.0, y, modes, u, p).full())[np.ix_(rows, columns)]
+        if not (np.all(np.isfinite(miss)) and np.all(np.isfinite(slopes))):
+            break
         scale = 1.0 + np.abs(slopes) @ np.abs(np.concatenate([y[2 * n :], u[driven]]))
         if np.all(np.abs(miss) <= CLOSE * scale):
             return y, u

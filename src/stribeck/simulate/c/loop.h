@@ -146,7 +146,9 @@ static long sb_run_continuous(sb_sim *s, const sb_loop *loop, const sb_record *r
             if (sb_advance(s, fmin(loop->times[k], knot)) != SB_OK) return k;
             if (s->t >= knot) s->fresh = 0, sb_settle(s);
         }
-        sb_continuous(s, s->t, s->y, loop->command + k * SB_N, dz);
+        double *command = loop->command + k * SB_N; /* as computed, not what a lag has let through of it */
+        sb_continuous(s, s->t, s->y, command, dz);
+        for (int j = 0; j < SB_N; j++) command[j] += loop->axis[j].lag * dz[SB_OWN * j + SB_LAG];
         sb_store(s, record, k);
         memcpy(loop->seen + k * SB_N, record->signals + k * 6 * SB_N, sizeof(double) * SB_N);
     }
