@@ -76,10 +76,6 @@ def test_tiny_lag_is_no_lag(level_arm: Engine) -> None:
 def test_effects_at_null_are_left_out() -> None:
     unset = entry("presliding", ("A",), stiffness=np.inf, damping=3.0)
     arm = two_links(unset, entry("actuator_lag", ("A",)), entry("delay", ("B",)))
-        entry("presliding", ("A",), stiffness=np.inf, damping=3.0),
-        entry("actuator_lag", ("A",)),
-        entry("delay", ("B",)),
-    )
     assert path_of(arm).placed == ()
 
 
