@@ -964,3 +964,24 @@ def test_of_two_that_do_the_same_work_the_first_is_believed(
 
     assert stands_in((step(gain, first), step(last, last))) is found
     assert not stands_in((step(gain, first),))
+
+
+def test_a_compliance_that_took_little_is_not_sought_again_beside_as_much(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fits from every start are half of a long search; what was left at the joint tells whether they are needed."""
+    prepared = prepare(TRUE, recorded())
+    base = retune(prepared, FLOOR)
+    sought: list[tuple[str, int]] = []
+
+    def nothing(prepared: Prepared, base: Model, weights: Weights, effect: Effect, joint: int, floor: object) -> None:
+        sought.append((effect.name, joint))
+
+    monkeypatch.setattr(tryout_module, "_from_every_start", nothing)
+    with Parallel(n_jobs=1) as pool:
+        setting = Setting(prepared, FLOOR, 0, pool, (), frozenset(), lambda text: None)
+        for part, anew in ((1.0, True), (0.95, False), (0.5, True), (1.05, False), (2.0, True)):
+            tryout = Tryout(setting, base, {})
+            tryout.base = SimpleNamespace(whole=part * base.whole)  # type: ignore[assignment]
+            assert tryout.sought([0]) == []
+            assert bool(sought) is anew, part
+            assert {"backlash", "joint_flexibility"} <= {name for name, _ in sought} or not anew
+            sought.clear()

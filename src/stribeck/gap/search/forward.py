@@ -107,7 +107,7 @@ def _sought(tryout: Tryout, judged: Judged) -> list[Model]:
         return []
     model = judged.rivals[best - 1] if best else tryout.base
     least = left_by(model.whole, floor) - FAR_LESS
-    return [found for found in tryout.sought(much) if found is not None and left_by(found.whole, floor) < least]
+    return [found for found in tryout.sought(much) if left_by(found.whole, floor) < least]
 
 
 def _survivors(tried: Sequence[Trial], *, strained: bool) -> list[Trial]:

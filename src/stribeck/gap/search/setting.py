@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -12,13 +12,15 @@ from stribeck.gap.records.prepare import Prepared
 
 Progress = Callable[[str], None]
 Known: TypeAlias = dict[tuple[str, str, int], dict[str, float]]  # values by law and joint
+Vain: TypeAlias = dict[tuple[str, str, int], list[float]]  # N m rms at a joint, of which a law there took little
 
 
 @dataclass(frozen=True)
 class Setting:
     """What stays the same during a forward search; the first, ``stated`` effects of its base are the arm file's.
 
-    One that is made ``anew`` starts from a model that differs by little from the one before.
+    One that is made ``anew`` starts from a model that differs by little from the one before. Which compliances were
+    sought in ``vain`` is known to all that follow.
     """
 
     prepared: Prepared
@@ -30,3 +32,4 @@ class Setting:
     progress: Progress
     stated: int = 0
     anew: bool = False
+    vain: Vain = field(default_factory=dict)

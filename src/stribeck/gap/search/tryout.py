@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import replace
+from itertools import compress
 
 import numpy as np
 from joblib import delayed
@@ -24,6 +25,7 @@ AGAIN = 4  # times at most
 SHORT = 0.5  # of what screening promised: a fit that was stopped and has found less goes on
 LONGER = 80  # evaluations, from where it is, or from where the effect is none
 GLANCE, FOLLOWED, FAR = 6, 2, 40  # evaluations from every start, those that are followed, and how far
+AS_MUCH = 0.85  # of what was left at a joint, or so much less: else a compliance may have been hidden by what is gone
 NEAR = 0.75  # of the base's cost, below which those steps must come: one that does most of a gap is seen to
 MEANT = 0.2  # of a joint's cost promised by a law that ends in a corner where it cannot be meant: it starts elsewhere
 
@@ -87,17 +89,28 @@ class Tryout:
         self._models |= {trial.law_key: model for trial, model in zip(new, models, strict=True)}
         return [self._models[trial.law_key] for trial in trials]
 
-    def sought(self, joints: Collection[int]) -> list[Model | None]:
+    def sought(self, joints: Collection[int]) -> list[Model]:
         """Return fitted models of the compliances that could be added at some joints, each from all of its starts.
 
         They are screened without their observer, where a link that swings freely in a wide play rings on: what they
-        promise there, and from where, says little.
+        promise there, and from where, says little. Not those that were sought before, beside as much at that joint.
         """
-        given = self._setting.prepared, self.base, self._weights
-        wanted = [(e, j) for e, j in self.possible if isinstance(e, TransmissionEffect) and j in joints]
+        left = np.sqrt(np.mean(self.base.whole**2, axis=0))
+        every = [(e, j) for e, j in self.possible if isinstance(e, TransmissionEffect) and j in joints]
+        vain = [self._setting.vain.setdefault((e.name, e.law, j), []) for e, j in every]
+        new = [
+            not any(AS_MUCH < left[j] / rms < 1.0 / AS_MUCH for rms in before)
+            for (_, j), before in zip(every, vain, strict=True)
+        ]
+        wanted = list(compress(every, new))
         if wanted:
             self._setting.progress(f"fitting {len(wanted)} compliances from every start")
-        return list(self._setting.pool(delayed(_from_every_start)(*given, *one, self._setting.floor) for one in wanted))
+        given = self._setting.prepared, self.base, self._weights
+        found = self._setting.pool(delayed(_from_every_start)(*given, *one, self._setting.floor) for one in wanted)
+        for (_, j), before, model in zip(wanted, compress(vain, new), found, strict=True):
+            if model is None:
+                before.append(float(left[j]))
+        return [model for model in found if model is not None]
 
 
 def _states(prepared: Prepared, base: Model) -> tuple[np.ndarray, ...] | None:
