@@ -247,6 +247,17 @@ def test_times_in_minutes_or_hours_are_refused(tmp_path: Path, unit: float) -> N
         load_run(tmp_path / "run.csv", 2)
 
 
+@pytest.mark.parametrize(("column", "says"), [("t", r"column t is beyond 1e\+11 s"), ("dq", r"column dq2 is beyond")])
+def test_numbers_that_no_clock_or_motor_reaches_are_refused(tmp_path: Path, column: str, says: str) -> None:
+    """Their squares would be beyond all numbers."""
+    run = a_run(400)
+    values = np.array(getattr(run, column))
+    values.flat[-1] = 1e300
+    save_run(dataclasses.replace(run, **{column: values}), tmp_path / "run.csv")
+    with pytest.raises(InputError, match=rf"{says}.*: found 1e\+300; give "):
+        load_run(tmp_path / "run.csv", 2)
+
+
 def test_shapes_must_agree() -> None:
     run = a_run()
     with pytest.raises(StribeckError, match=r"tau must have shape \(40, 2\): found \(39, 2\)"):

@@ -11,7 +11,7 @@ from stribeck.arm import Arm, save_arm
 from stribeck.cli import main
 from stribeck.run import load_run
 
-from .conftest import two_links
+from .conftest import entry, two_links
 
 LOOP = """\
 schema = "stribeck.loop/1"
@@ -75,6 +75,14 @@ def test_an_unstable_loop_says_when(capsys: pytest.CaptureFixture[str]) -> None:
     assert found["status"] == "unbounded"
     assert 0.0 < found["ended"] < 20.0
     assert capsys.readouterr().err == f"warning: unbounded after {found['ended']:.6g} s\n"
+
+
+@pytest.mark.usefixtures("bench")
+def test_what_records_alone_show_is_told_to_be_left_out(capsys: pytest.CaptureFixture[str]) -> None:
+    save_arm(two_links(entry("velocity_filter", ("B",), time=0.03)), "arm.toml")
+    assert main(["simulate", "arm.toml", "loop.toml", "--out", "out"]) == 0
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("warning: B: velocity_filter is of records alone and left out here")
 
 
 @pytest.mark.usefixtures("bench")

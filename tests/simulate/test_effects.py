@@ -13,6 +13,7 @@ from stribeck.model.layout import Placed
 from stribeck.model.path import SignalPath
 from stribeck.model.scale import Scale
 from stribeck.simulate import Engine, path_of
+from stribeck.simulate.engine import left_out
 
 from .conftest import entry, two_links
 from .reference import Reference
@@ -130,6 +131,12 @@ def test_every_effect_runs(effect: Effect) -> None:
     assert fine.ok
     assert rough.event_count == fine.event_count
     assert np.abs(rough.q - fine.q).max() < 1e-5
+
+
+def test_effects_that_records_alone_show_are_told_to_be_left_out() -> None:
+    seen = entry("velocity_filter", ("B",), time=0.03), entry("encoder_quantisation", ("A",), resolution=0.0)
+    (told,) = left_out(two_links(*seen, entry("delay", ("A",), time=0.01)))
+    assert told.startswith("B: velocity_filter is of records alone and left out here")
 
 
 def test_a_spring_between_motor_and_link_needs_a_motor() -> None:

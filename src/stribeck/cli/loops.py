@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from stribeck.cli.shared import OutDir, load_model, progress
+from stribeck.cli.shared import OutDir, load_model, progress, warn
 from stribeck.errors import InputError
 from stribeck.outputs import check_free, whole_folder
 
@@ -46,11 +46,13 @@ def simulate(
     from stribeck.report.simulation import write_figures
     from stribeck.simulate import load_loop
     from stribeck.simulate import simulate as run_loop
+    from stribeck.simulate.engine import left_out
     from stribeck.simulate.metrics import write_simulation
 
     if fmu is None:
         controlled = load_model(files[0])
         settings = load_loop(files[1], controlled)
+        warn(left_out(controlled))
         result = run_loop(controlled, settings)
     else:
         from stribeck.export.use import load_fmu_loop, simulate_fmu
@@ -93,8 +95,10 @@ def limit_cycle(
     from stribeck.loop.surroundings import grid_of
     from stribeck.report.limit_cycle import summary, write_report
     from stribeck.simulate import load_loop
+    from stribeck.simulate.engine import left_out
 
     settings, cells = load_loop(loop, controlled), grid_of(grid)
+    warn(left_out(controlled))
     with whole_folder(out) as folder, progress("analysing") as told:
         found = analyse(controlled, settings, grid=cells, progress=told)
         told("drawing the report")

@@ -16,6 +16,8 @@ FEWEST_ROWS = 16
 _LARGEST_POSITION = 1000.0  # rad; 160 turns away from zero
 _DOUBTFUL_POSITION = 25.0  # rad; four turns; +-180 given in degrees lies well above
 _LARGEST_TORQUE = 1e6  # N m; twenty times the largest industrial arm's
+_LARGEST_VELOCITY = 1e6  # rad/s; ten million turns a minute
+_LATEST = 1e11  # s; three thousand years, whenever a clock began
 _LONGEST_STEP = 0.2  # s; no arm is controlled at under 5 Hz, but clocks in milliseconds are common
 _SHORTEST_STEP = 2e-5  # s; none is recorded at 50 kHz, but clocks in minutes or hours come to such steps
 
@@ -35,6 +37,9 @@ def check_time(t: Floats, path: Path, first_row: int) -> None:
     if len(t) < FEWEST_ROWS:
         what = f"{path}: has too few samples"
         raise InputError(what, f"{len(t)} (at least {FEWEST_ROWS} are needed)", "give a longer recording")
+    latest = float(np.abs(t).max())
+    if latest > _LATEST:
+        raise InputError(f"{path}: column t is beyond {_LATEST:g} s", f"{latest:g}", "give t in seconds")
     stopped = np.diff(t) <= 0.0
     if not stopped.any():
         _check_step(float(np.median(np.diff(t))), path)
@@ -69,7 +74,10 @@ def check_units(run: Run, path: Path) -> tuple[str, ...]:
     for key, values, limit, unit, do in (
         ("q", run.q, _LARGEST_POSITION, "rad", "give it in rad, whole turns left out"),
         ("tau", run.tau, _LARGEST_TORQUE, "N m", "give it in N m"),
+        ("dq", run.dq, _LARGEST_VELOCITY, "rad/s", "give it in rad/s"),
     ):
+        if values is None:
+            continue
         peaks = np.abs(values).max(axis=0)
         k = int(peaks.argmax())
         if peaks[k] > limit:

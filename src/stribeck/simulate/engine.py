@@ -39,6 +39,16 @@ def path_of(arm: Arm) -> SignalPath:
     return SignalPath(arm, placed)
 
 
+def left_out(arm: Arm) -> list[str]:
+    """Return a warning for each effect of an arm's file that the records alone show: no simulation has it."""
+    direct = (place for place in placed_effects(arm) if place.effect.direct and not vanishes(place))
+    return [
+        f"{arm.names[place.joint]}: {place.effect.name} is of records alone and left out here; "
+        "the loop file says what its controllers are given"
+        for place in direct
+    ]
+
+
 def vanishes(place: Placed) -> bool:
     """Tell whether an effect's values make it vanish."""
     values = {parameter.name: place.values.get(parameter.name, parameter.null) for parameter in place.effect.parameters}
