@@ -654,7 +654,7 @@ def taken(name: str, overall: float, t: float) -> Step:
     return Step(SimpleNamespace(placed=()), (model,), gains, (1,), (), FLOOR, gains)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(("overall", "t", "steps"), [(0.06, 2.9, 1), (0.95, 20.0, forward_module.MOST_EFFECTS)])
+@pytest.mark.parametrize(("overall", "t", "steps"), [(0.06, 2.9, 1), (0.95, 20.0, forward_module.MOST_STEPS)])
 def test_the_search_ends_at_what_is_hardly_there(
     overall: float, t: float, steps: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -676,7 +676,28 @@ def test_it_ends_at_what_every_arm_has_and_goes_on_from_there_when_told(monkeypa
     base: Any = SimpleNamespace(placed=())
     steps = forward_module.forward(setting, base, {})
     assert len(steps) == 1
-    assert len(forward_module.forward(setting, base, {}, steps)) == forward_module.MOST_EFFECTS
+    assert len(forward_module.forward(setting, base, {}, steps)) == forward_module.MOST_STEPS
+
+
+@pytest.mark.parametrize(
+    ("names", "steps"),
+    [
+        (["presliding", "presliding", "backlash", "cogging", "delay"], 4),  # one effect at two joints
+        (["presliding", "backlash", "cogging", "delay"], 3),
+        (["presliding"] * 6, 5),
+    ],
+)
+def test_an_effect_at_further_joints_is_no_further_effect(
+    names: list[str], steps: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Every joint of an arm may have bristles: what else there is would not be looked for."""
+    ahead = iter(names)
+    monkeypatch.setattr(forward_module, "Tryout", lambda *_: None)
+    monkeypatch.setattr(forward_module, "_step", lambda *given: taken(next(ahead), 0.95, 20.0))
+    monkeypatch.setattr(forward_module, "relawed", lambda setting, floor, pool, model, *_: model)
+    monkeypatch.setattr(forward_module, "ordinary", lambda *_: ())
+    setting: Any = SimpleNamespace(prepared=SimpleNamespace(scales=(SCALE,)), floor=FLOOR, pool=None)
+    assert len(forward_module.forward(setting, SimpleNamespace(placed=()), {})) == steps  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(("overall", "t", "kept"), [(0.06, 2.9, 1), (0.95, 20.0, 2)])
@@ -790,11 +811,12 @@ def test_a_search_made_anew_has_the_same_rivals_as_long_as_it_comes_to_the_same(
     earlier = [taken(name, 0.95, 20.0) for name in ("delay", "backlash", "cable_spring")]
     nothing = replace(earlier[1], passing=())
     asked: list[object] = []
+    others = iter(("payload", "contact"))
 
     def step(*given: object) -> Step:
         same = given[4] if len(given) > 4 else None
         asked.append(same)
-        return {id(earlier[0]): earlier[0], id(earlier[1]): nothing}.get(id(same)) or taken("payload", 0.95, 20.0)
+        return {id(earlier[0]): earlier[0], id(earlier[1]): nothing}.get(id(same)) or taken(next(others), 0.95, 20.0)
 
     monkeypatch.setattr(forward_module, "Tryout", lambda *_: None)
     monkeypatch.setattr(forward_module, "_step", step)
@@ -803,7 +825,7 @@ def test_a_search_made_anew_has_the_same_rivals_as_long_as_it_comes_to_the_same(
     setting: Any = SimpleNamespace(prepared=SimpleNamespace(scales=(SCALE,)), floor=FLOOR, pool=None)
     steps = forward_module.forward(setting, SimpleNamespace(placed=()), {}, same=earlier)  # type: ignore[arg-type]
     assert asked == [earlier[0], earlier[1], None, None]
-    assert [step.best and step.best.placed[-1].effect.name for step in steps] == ["delay", "payload", "payload"]
+    assert [step.best and step.best.placed[-1].effect.name for step in steps] == ["delay", "payload", "contact"]
 
 
 def test_a_search_made_anew_is_told_the_steps_before_what_every_arm_has(monkeypatch: pytest.MonkeyPatch) -> None:

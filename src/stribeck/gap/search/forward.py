@@ -22,7 +22,7 @@ from stribeck.model.layout import Placed
 LEAST_SURVIVORS, LEAST_AT_JOINT = 3, 2
 MOST_SURVIVORS = 8
 HOPEFUL = 0.3  # of the best promise: candidates with less are not fitted
-MOST_EFFECTS = 3
+MOST_EFFECTS, MOST_STEPS = 3, 5  # one effect at two joints takes two steps
 MUCH = 2.0  # noise floors rms that a step leaves: what screening is blind to is looked for as well
 FAR_LESS = 1.4  # of the logarithm of the squares left, joints added: a quarter
 HARDLY = 0.15  # presence below which the search ends, unless the effect takes much: what hides it may come next
@@ -39,7 +39,7 @@ def forward(
     steps = list(before)
     own = len(base.placed)
     base = last_model(before) if before else base
-    while len(steps) < MOST_EFFECTS:
+    while len(steps) < MOST_STEPS and len({key[0] for step in steps if (key := _key(step))}) < MOST_EFFECTS:
         again = same[len(steps)] if len(steps) < len(same) else None
         tryout = Tryout(setting, base, known)
         given = setting, tryout, base.placed[own:], steps[-1].floor if steps else None
