@@ -14,7 +14,8 @@ import pytest
 
 from stribeck.arm import EffectEntry, load_arm, save_arm
 from stribeck.effects import registry as module
-from stribeck.effects.registry import effect_named, entries_of, laws, placed_effects, registry
+from stribeck.effects.placing import entries_of, placed_effects
+from stribeck.effects.registry import effect_named, laws, registry
 from stribeck.errors import InputError
 from stribeck.model.effect import (
     ActuatorEffect,

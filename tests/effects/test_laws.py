@@ -11,7 +11,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from stribeck.arm import EffectEntry
-from stribeck.effects.registry import laws, placed_effects, registry
+from stribeck.effects.placing import placed_effects
+from stribeck.effects.registry import laws, registry
 from stribeck.identify.conditioning import Conditioned
 from stribeck.identify.residual import Residual
 from stribeck.model.effect import Effect, TransmissionEffect

@@ -12,7 +12,7 @@ from joblib import Parallel, delayed
 
 from stribeck.arm import Arm, load_arm
 from stribeck.blind.key import Opened
-from stribeck.effects.registry import placed_effects
+from stribeck.effects.placing import placed_effects
 from stribeck.gap.records.floor import noise_floor
 from stribeck.grid import uniform
 from stribeck.identify.conditioning import Conditioned, condition

@@ -44,7 +44,7 @@ def unless_asked(show: Callable[[str], None]) -> Callable[[str], None]:
 
 def load_model(path: Path) -> Arm:
     """Load an arm file whose effects are known, too: that is found now, and told with the file's name."""
-    from stribeck.effects.registry import placed_effects
+    from stribeck.effects.placing import placed_effects
 
     arm = load_arm(path)
     placed_effects(arm, str(path))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stribeck.arm import Arm
-from stribeck.effects.registry import placed_effects
+from stribeck.effects.placing import placed_effects
 from stribeck.errors import InputError
 from stribeck.gap.answer.assembly import Assembly
 from stribeck.gap.answer.recordings import alike_now, held_alone, recordings_of

@@ -37,7 +37,7 @@ def shortened(runs: Sequence[Run], notes: list[str]) -> list[Run]:
 def between_gaps(runs: Sequence[Run], notes: list[str]) -> list[Run]:
     """Return runs on uniform clocks without what was interpolated across missing samples: the stretches between.
 
-    What is drawn there is no motion: its acceleration is none, and as large as that of a blow at both ends.
+    What is drawn there is no motion: it has no acceleration but at its ends, where it has that of a blow.
     """
     out: list[Run] = []
     for run in runs:

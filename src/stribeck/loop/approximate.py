@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.arm import Arm, Friction
-from stribeck.effects.registry import placed_effects
+from stribeck.effects.placing import placed_effects
 from stribeck.loop.answers import Method, Nyquist
 from stribeck.loop.cycle import Cycle
 from stribeck.loop.describing import (

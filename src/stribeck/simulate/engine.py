@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from stribeck.arm import Arm
 from stribeck.compiler import build, load
-from stribeck.effects.registry import placed_effects
+from stribeck.effects.placing import placed_effects
 from stribeck.errors import InputError, StribeckError
 from stribeck.model.effect import TransmissionEffect
 from stribeck.model.forward import Forward

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import TypeAdapter
 
 from stribeck.arm import Arm
-from stribeck.effects.registry import placed_effects
+from stribeck.effects.placing import placed_effects
 from stribeck.errors import InputError
 from stribeck.model.layout import Placed
 from stribeck.run import load_run

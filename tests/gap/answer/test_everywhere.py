@@ -2,7 +2,8 @@
 
 import pytest
 
-from stribeck.effects.registry import placed_effects, registry
+from stribeck.effects.placing import placed_effects
+from stribeck.effects.registry import registry
 from stribeck.gap.diagnose import diagnose
 
 from ...effects.bench import nominal_arm, recorded

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from stribeck.arm import Arm, EffectEntry, unit_at
-from stribeck.effects.registry import effect_named, placed_effects
+from stribeck.effects.placing import placed_effects
+from stribeck.effects.registry import effect_named
 from stribeck.errors import InputError
 from stribeck.gap.fitted.model import retune
 from stribeck.gap.records.observed import observe

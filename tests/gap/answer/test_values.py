@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stribeck.arm import Arm, EffectEntry
-from stribeck.effects.registry import placed_effects
+from stribeck.effects.placing import placed_effects
 from stribeck.gap.answer.values import tuned_of
 from stribeck.gap.fitted.model import retune
 from stribeck.gap.records.prepare import prepare

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from stribeck.arm import Arm, EffectEntry, Friction
-from stribeck.effects.registry import effect_named, placed_effects
+from stribeck.effects.placing import placed_effects
+from stribeck.effects.registry import effect_named
 from stribeck.gap.fitted.corrected import arm_of
 from stribeck.identify.map_fit import Fit
 from stribeck.model.layout import Placed, layout, values_of

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from stribeck.effects.registry import placed_effects
+from stribeck.effects.placing import placed_effects
 from stribeck.gap.answer.commands import told_commands
 from stribeck.gap.answer.delivered import delivered
 from stribeck.gap.answer.listing import candidates_of, traces_of

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from stribeck.arm import Arm
-from stribeck.effects.registry import placed_effects
+from stribeck.effects.placing import placed_effects
 from stribeck.gap.answer.margins import widened
 from stribeck.gap.answer.nominal import nominal_intervals
 from stribeck.gap.fitted.model import Model, weights_of

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from stribeck.arm import Arm
-from stribeck.effects.registry import entries_of, placed_effects
+from stribeck.effects.placing import entries_of, placed_effects
 from stribeck.identify.fitted import arm_with
 from stribeck.identify.map_fit import Fit
 from stribeck.model.layout import Placed

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stribeck.arm import Arm, unit_at
-from stribeck.effects.registry import placed_effects, registry
+from stribeck.effects.placing import placed_effects
+from stribeck.effects.registry import registry
 from stribeck.gap.records.usual import no_more_than_any
 from stribeck.gap.result import Cause, Estimate
 from stribeck.grid import uniform

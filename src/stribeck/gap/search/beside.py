@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from joblib import delayed
 
-from stribeck.effects.registry import placed_effects
+from stribeck.effects.placing import placed_effects
 from stribeck.gap.fitted.model import Model, finite, fit_model, weights_of
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.search.families import left_by

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from joblib import Parallel
 
-from stribeck.effects.registry import placed_effects
+from stribeck.effects.placing import placed_effects
 from stribeck.gap.fitted.clocks import in_step_beside
 from stribeck.gap.fitted.model import Model, referred, retune
 from stribeck.gap.records.prepare import Prepared

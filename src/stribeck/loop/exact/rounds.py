@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from stribeck.arm import Arm
 from stribeck.compiler import build, load
-from stribeck.effects.registry import placed_effects
+from stribeck.effects.placing import placed_effects
 from stribeck.errors import InputError
 from stribeck.loop.exact.place import Layout, Place, Stretch
 from stribeck.simulate import Engine, JointLoop, Loop, Reference, path_of

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.arm import Arm
-from stribeck.effects.registry import placed_effects
+from stribeck.effects.placing import placed_effects
 from stribeck.errors import StribeckError
 from stribeck.loop.linear.operating import OperatingPoint
 from stribeck.model.effect import ActuatorEffect, FrictionEffect
