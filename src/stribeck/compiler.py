@@ -63,7 +63,7 @@ def cache_folder() -> Path:
     return folder
 
 
-def build(source: str, folder: Path | None = None, *, level: str = "-O2") -> Path:
+def build(source: str, folder: Path | None = None, *, level: str = "-O1") -> Path:
     """Return the shared library of a C source, built unless it is in the cache.
 
     Parameters
@@ -73,7 +73,7 @@ def build(source: str, folder: Path | None = None, *, level: str = "-O2") -> Pat
     folder : path or None
         Where to keep it; the user's cache where None.
     level : str
-        Of optimisation.
+        Of optimisation. Of a model's equations more makes nothing faster but the wait for them longer.
 
     Notes
     -----
