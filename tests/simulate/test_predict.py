@@ -64,6 +64,20 @@ def _more(friction: Friction) -> Friction:
     return replace(friction, C0=friction.C0 + 2.0)
 
 
+@pytest.mark.parametrize("time", [0.0123, -0.0123])
+def test_one_joint_whose_record_is_late_is_predicted_as_the_others_move_it(time: float) -> None:
+    """The other joint's torque comes when it comes: a command that is late instead is not the same."""
+    arm = two_links()
+    run = recorded(arm, noise=0.0)
+    seen = np.interp(run.t - time, run.t, run.q[:, 1])
+    late = replace(run, q=np.column_stack([run.q[:, 0], seen]))
+    plain, shifted = (predict(a, late, 0.5) for a in (arm, two_links(entry("time_shift", ("B",), time=time))))
+    inside = (plain.window > 0) & (plain.window < plain.window[-1])
+    error, own = (rms((found.q - late.q)[inside]) for found in (shifted, predict(arm, run, 0.5)))
+    assert (error < 0.1 * rms((plain.q - late.q)[inside])).all()
+    assert (error < 1.2 * own + 1e-4).all()
+
+
 @pytest.mark.parametrize("noise", [0.0, 1e-5])
 @pytest.mark.parametrize("begins", [0.0, 0.5])
 def test_torque_is_right_to_the_ends_and_where_it_steps(joint_a: Engine, begins: float, noise: float) -> None:

@@ -17,6 +17,7 @@ from stribeck.identify.noise import encoder_noise
 from stribeck.identify.residual import Residual
 from stribeck.run import Run
 from stribeck.simulate.engine import Engine, path_of
+from stribeck.simulate.late import LateRecord, lateness
 
 Floats = NDArray[np.float64]
 
@@ -87,12 +88,27 @@ def predict_conditioned(engine: Engine, p: Floats, data: Conditioned, horizon: f
     """Do as `predict`, for parameter values ``p`` (p,) and a run that has been conditioned."""
     first, samples = _windows(data, horizon)
     residual = Residual(engine.path, [data], columns=())
-    states = _start_states(engine, p, data, residual, first)
-    found = engine.windows(p, states, data.told_time, data.run.tau, first, samples)
+    late = lateness(engine.path, p)
+    alike = np.ptp(late) == 0.0
+    record = LateRecord(data, np.zeros(len(late)) if alike else late / data.sample_time)
+    prompt = p if alike else _prompt(engine, p)
+    longer = np.minimum(samples + record.further, len(data.time) - first)
+    states = _start_states(engine, p, record, residual, first)
+    found = engine.windows(prompt, states, data.told_time, data.run.tau, first, longer)
+    q, dq = (
+        record.told(_held(values, first, longer, found.filled, recorded), recorded, first, samples)
+        for values, recorded in ((found.q, data.position), (found.dq, data.velocity))
+    )
     departure = _departure(data, residual.stages(data, p)["residual"])
     window = np.repeat(np.arange(len(first)), samples)
-    q, dq = _held(found.q, samples, found.filled, data.position), _held(found.dq, samples, found.filled, data.velocity)
     return Prediction(data.time, window, q, dq, data.run.tau - departure, found.status)
+
+
+def _prompt(engine: Engine, p: Floats) -> Floats:
+    """Return parameter values (p,) with which no position record is late."""
+    out = p.copy()
+    out[list(engine.path.shifts)] = 0.0
+    return out
 
 
 def _departure(data: Conditioned, residual: Floats) -> Floats:
@@ -120,23 +136,24 @@ def _windows(data: Conditioned, horizon: float) -> tuple[NDArray[np.int64], NDAr
     return first, np.diff(np.append(first, count))
 
 
-def _start_states(engine: Engine, p: Floats, data: Conditioned, residual: Residual, first: NDArray[np.int64]) -> Floats:
+def _start_states(
+    engine: Engine, p: Floats, record: LateRecord, residual: Residual, first: NDArray[np.int64]
+) -> Floats:
     """Return the state (W, s) at each window's start: smoothed motion, at rest where stuck, effects carried along."""
-    velocity = np.where(data.stuck > 0.5, 0.0, data.velocity)[first]
     true = engine.forward.true_motion.map(len(first))
     values = np.repeat(p[:, None], len(first), axis=1)
-    position, rate = (v.full().T for v in true(data.position[first].T, velocity.T, values))
-    carried = residual.states(data, p)[first, : engine.path.x.numel()]
+    position, rate = (v.full().T for v in true(*(v.T for v in record.state(first)), values))
+    carried = residual.states(record.data, p)[first, : engine.path.x.numel()]
     return np.concatenate([position, rate, carried], axis=1)
 
 
-def _held(values: Floats, samples: np.ndarray, filled: np.ndarray, recorded: Floats) -> Floats:
-    """Return the rows with each window's unreached ones held at its last reached one."""
+def _held(values: Floats, first: np.ndarray, samples: np.ndarray, filled: np.ndarray, recorded: Floats) -> Floats:
+    """Return the rows with each window's unreached ones held at its last reached one, or at its first recorded one."""
     out = values.copy()
     start = 0
-    for length, reached in zip(samples, filled, strict=True):
+    for row, length, reached in zip(first, samples, filled, strict=True):
         if reached < length:
-            last = out[start + reached - 1] if reached > 0 else recorded[start]
+            last = out[start + reached - 1] if reached > 0 else recorded[row]
             out[start + reached : start + length] = last
         start += length
     return out

@@ -14,8 +14,9 @@ from stribeck.model.values import Parameter
 class TimeShift(SensingEffect):
     """Clocks of the two records that differ: positive where the position is late.
 
-    The cut moves the recorded motion back in time. Forward, where the record's clock counts, the joint's command
-    comes late (or early) by as much: exact but for the joints' coupling.
+    The cut moves the recorded motion back in time, and so does a prediction along a recording. In a loop or an FMU,
+    where the record's clock counts, the joint's command comes late (or early) by as much: exact but for the coupling
+    of joints that are not late alike.
     """
 
     name = "time_shift"
