@@ -22,6 +22,11 @@ UNSURE = 3.5  # standard deviations of velocity up to which its sign, and so fri
 FADING = 0.5  # of them, over which it becomes sure
 
 
+def _ahead(sds: Expression) -> Expression:
+    """Return the chance of going forward at a speed of so many standard deviations; it fades in over FADING of them."""
+    return 0.5 * (1.0 + ca.erf(sds / FADING / ca.sqrt(2.0)))
+
+
 class Balance:
     """Torques of a signal path at one sample of recorded motion, and the rates of its states.
 
@@ -156,8 +161,9 @@ class Balance:
     def _friction(self, joint: int, s: Signals, d: Drive, x: Any, needed: Expression) -> Expression:
         """Return friction without its viscous part, given the torque ``needed`` to balance the joint.
 
-        At rest friction is an interval, not a value; so it is wherever noise hides the sign of the velocity, and where
-        that changes within the sample.
+        At rest friction is an interval, not a value, as wide as what breaks the joint away; so it is wherever noise
+        hides the sign of the velocity, and where that changes within the sample. The speed there is noise: it must not
+        lower the level, or a fit raises Stribeck's constant to make up for it.
         """
         path = self.path
         bristle = path.bristle(joint)
@@ -165,12 +171,12 @@ class Balance:
             k, effect = bristle
             level = path.present_level(joint, s, x)
             return effect.bristle_torque(level, s, path.states(k, x), path.parameters(k))
-        speed = ca.fabs(s.velocity)
-        forward, backward = (path.level(joint, speed, way, s, x) for way in (1.0, -1.0))
         sd, reach = d.velocity_sd[joint], d.instant[joint] * ca.fabs(s.acceleration)
-        ends = (((s.velocity + side * reach) / sd + side * UNSURE) / FADING for side in (-1.0, 1.0))
-        chances = (0.5 * (1.0 + ca.erf(z / ca.sqrt(2.0))) for z in ends)  # of going forward
-        lower, upper = (chance * forward - (1.0 - chance) * backward for chance in chances)
+        low, high = (_ahead((s.velocity + side * reach) / sd + side * UNSURE) for side in (-1.0, 1.0))
+        noise = _ahead(s.velocity / sd + UNSURE) - _ahead(s.velocity / sd - UNSURE)
+        speed = (1.0 - noise) * ca.fabs(s.velocity)
+        forward, backward = (path.level(joint, speed, way, s, x) for way in (1.0, -1.0))
+        lower, upper = (ahead * forward - (1.0 - ahead) * backward for ahead in (low, high))
         return ca.fmin(ca.fmax(needed, lower), upper)
 
     def residual(self, d: Drive, x: Any, *, settled: bool = True) -> tuple[Any, dict[str, Any]]:
