@@ -120,6 +120,8 @@ def test_contract_example_is_read(tmp_path: Path) -> None:
         ("{ A = { stiff", "{ B = { stiff", "effects[0].parameters", "'B'"),
         ('name = "B"', 'name = "A"', "joints[1].name", "'A'"),
         ('name = "B"', 'name = ""', "joints[1].name", '""'),
+        ('name = "B"', 'name = "B\\u0007"', "joints[1].name", "U+0007"),
+        ('name = "two links"', 'name = "two\\uFFFElinks"', "name", "U+FFFE"),
         ("com = [0.17, 0.01]", "com = [0.17]", "joints[0].com[1] is missing", ""),
         ("com = [0.17, 0.01]", "com = [0.17, 0.01, 0.0]", "joints[0].com", "0.17"),
         ("gravity = [9.81, 0]", "gravity = 9.81", "gravity", "9.81"),
@@ -230,7 +232,7 @@ finite = st.floats(allow_nan=False, allow_infinity=False)
 positive = st.floats(min_value=0, exclude_min=True, allow_infinity=False)
 relative = st.floats(min_value=0, exclude_min=True, max_value=10)
 not_negative = st.floats(min_value=0, allow_infinity=False)
-texts = st.text(st.characters(exclude_categories=["Cs"]), min_size=1, max_size=100)
+texts = st.text(st.characters(exclude_categories=["Cc", "Cn", "Cs"]), min_size=1, max_size=100)
 frictions = st.builds(Friction, not_negative, not_negative, not_negative, positive)
 
 

@@ -13,10 +13,12 @@ import pytest
 
 from stribeck.arm import Arm, Friction, Joint
 from stribeck.errors import InputError
+from stribeck.loop import surroundings
 from stribeck.loop.analyse import analyse
 from stribeck.loop.answers import Analysis, JointAnswer
+from stribeck.loop.exact.rounds import RoundsEngine
 from stribeck.loop.files import limit_cycle_json, write_limit_cycle
-from stribeck.loop.surroundings import Grid, grid_of
+from stribeck.loop.surroundings import SLOW, SLOW_WINDING, Grid, grid_of, map_of
 from stribeck.loop.watched import watched
 from stribeck.simulate import Compensation, JointLoop, Loop, Reference, simulate
 
@@ -192,3 +194,31 @@ def test_a_record_too_short_for_two_rounds_says_so() -> None:
     given = loop(0.0125, ki=30.0, compensation=Compensation("feedback", 0.9))
     assert isinstance(watched(simulate(arm(), replace(given, duration=6.0)), 0), str)
     assert watched(simulate(arm(), loop(0.0125)), 0) == "rest"
+
+
+def test_a_swing_that_dies_down_or_grows_is_no_cycle() -> None:
+    light = Friction(0.2, 0.05, 0.1, 0.05)
+    given = replace(loop(0.001, Reference("regulate", initial_error=1.0), kp=60.0, kv=0.1), duration=5.0)
+    dying = watched(simulate(arm(light), given), 0)
+    assert isinstance(dying, str)
+    assert dying.startswith("its swing still dies down")
+    wild = replace(given, joints=(replace(given.joints[0], kv=-1.0),))
+    growing = watched(simulate(arm(light), wild), 0)
+    assert isinstance(growing, str)
+    assert growing.startswith("its swing still grows")
+
+
+def test_a_map_of_many_slow_cells_is_cut_down(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[dict[str, np.ndarray]] = []
+
+    def label(engine: object, loop: Loop, joint: str, axes: dict[str, np.ndarray]) -> None:
+        asked.append(axes)
+        raise InterruptedError
+
+    monkeypatch.setattr(surroundings, "label_map", label)
+    engine = RoundsEngine(replace(arm(), gravity=(9.81, 0.0)))  # which the quick kernel cannot take
+    for ki, cells in ((0.0, SLOW), (10.0, SLOW_WINDING)):
+        with pytest.raises(InterruptedError):
+            map_of(engine, loop(0.0, ki=ki), "A", Grid(), None)
+        assert len(asked[-1]["kp"]) == cells[1]
+        assert max(len(values) for name, values in asked[-1].items() if name != "kp") == cells[0]

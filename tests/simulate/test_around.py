@@ -17,7 +17,7 @@ class EnginePlant:
     shows_velocity = True
 
     def __init__(self, engine: Engine) -> None:
-        self.engine, self.breaks = engine, np.inf
+        self.engine, self.breaks, self.shows_mode = engine, np.inf, True
 
     def start(self, q: np.ndarray) -> Reading:
         self.state, self.mode = self.engine.start(self.engine.p, q), np.zeros(self.engine.n)
@@ -30,7 +30,8 @@ class EnginePlant:
         times, command = np.array([time, time + step]), np.tile(torque, (2, 1))
         moved = self.engine.run(self.engine.p, self.state, times, command, modes=self.mode)
         self.state, self.mode = moved.state[-1], moved.modes[-1]
-        return Reading(moved.q[-1], moved.dq[-1], moved.modes[-1], moved.friction[-1])
+        shown = self.mode if self.shows_mode else np.full(self.engine.n, np.nan)
+        return Reading(moved.q[-1], moved.dq[-1], shown, moved.friction[-1])
 
 
 def joint(name: str, **values: object) -> JointLoop:
@@ -87,6 +88,9 @@ def test_time_stuck_and_failures(level_arm: Engine) -> None:
     still = both(still.joints[0], joint("B", kp=1.0, ki=0.0, reference=Reference("regulate")))
     found = close_around(EnginePlant(level_arm), arm, still)
     assert_allclose(found.motion.stuck_time[-1, 1], 2.0)
+    shy = EnginePlant(level_arm)
+    shy.shows_mode = False
+    assert_allclose(close_around(shy, arm, still).motion.stuck_time[-1, 1], 2.0)
     plant = EnginePlant(level_arm)
     plant.breaks = 1.0
     broken = close_around(plant, arm, CASES["feedforward"])

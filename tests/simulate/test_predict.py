@@ -109,6 +109,13 @@ def test_windows_start_on_the_record() -> None:
     np.testing.assert_allclose(later.q, found.q, atol=1e-4)
 
 
+def test_a_window_of_two_samples_is_one_whatever_the_clock() -> None:
+    run = recorded(two_links())
+    t = 10.0 + 0.0005 * np.arange(400)  # the first two differ by a little more than half a millisecond
+    assert t[1] - t[0] > 0.0005
+    assert predict(two_links(), replace(run, t=t, q=run.q[:400], tau=run.tau[:400]), 0.001).window[-1] == 199
+
+
 def test_runaway_windows_are_held_and_named() -> None:
     arm = two_links()
     run = recorded(arm)

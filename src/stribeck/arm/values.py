@@ -6,17 +6,28 @@ axis rad becomes m, N m becomes N and kg m^2 becomes kg.
 
 from __future__ import annotations
 
+import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
-from pydantic import ConfigDict, Field
+from pydantic import AfterValidator, ConfigDict, Field
 
 Finite = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
 NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
 Relative = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=10)]
-Name = Annotated[str, Field(min_length=1, max_length=100)]
+
+
+def _writable(text: str) -> str:
+    """Return a name that any file can hold: XML has no control characters, nor what is no character at all."""
+    odd = [c for c in text if unicodedata.category(c) in ("Cc", "Cn", "Cs")]
+    if odd:
+        raise ValueError(f"a name cannot have the character U+{ord(odd[0]):04X}")
+    return text
+
+
+Name = Annotated[str, Field(min_length=1, max_length=100), AfterValidator(_writable)]
 
 _STRICT = ConfigDict(extra="forbid")
 

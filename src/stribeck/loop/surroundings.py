@@ -26,7 +26,7 @@ Floats = NDArray[np.float64]
 
 BRANCH = 13  # values along a branch
 LOCUS, LARGE = 160, 40  # gains of a root locus; states from which on it has fewer
-SLOW = (9, 7)  # cells of a map that the quick kernel cannot take
+SLOW, SLOW_WINDING = (9, 7), (5, 4)  # cells of a map that the quick kernel cannot take; and an integral winds up in it
 WINDING = (25, 13, 7)  # cells of a map, and values of a branch, where an integral winds up for minutes of motion
 
 
@@ -111,7 +111,9 @@ def map_of(engine: RoundsEngine, loop: Loop, joint: str, grid: Grid, highest: fl
     """
     entry, single = _entry(loop, joint), alone(engine.arm, loop, joint)
     rounds, j = Rounds(engine, single), engine.arm.names.index(joint)
-    most = SLOW if fits(rounds, joint) else WINDING[:2] if entry.ki > 0.0 else (grid.across, grid.up)
+    slow, winding = bool(fits(rounds, joint)), entry.ki > 0.0
+    quick = WINDING[:2] if winding else (grid.across, grid.up)
+    most = quick if not slow else SLOW_WINDING if winding else SLOW
     across, up = min(grid.across, most[0]), min(grid.up, most[1])
     name, values = _across(entry, across)
     axes = {"kp": _gains(entry, up, highest), name: values}

@@ -13,6 +13,7 @@ Floats = NDArray[np.float64]
 
 TINY = 1e-6  # rad; a smaller swing is rest
 BAND = 0.25  # of the swing: what the error must cross on either side to count as a round
+STEADY = 0.05  # of a swing: by so much may that of the later rounds differ from that of the earlier ones, and repeat
 
 
 def watched(closed: Closed, joint: int) -> tuple[float, float] | str:
@@ -35,6 +36,9 @@ def watched(closed: Closed, joint: int) -> tuple[float, float] | str:
     if len(starts) < 3:
         return "too short to see it repeat:"
     swings = [0.5 * float(np.ptp(error[a : b + 1])) for a, b in pairwise(starts)]
+    before, after = (float(np.mean(part)) for part in (swings[: len(swings) // 2], swings[-(len(swings) // 2) :]))
+    if abs(after - before) > STEADY * before:
+        return f"its swing still {'dies down' if after < before else 'grows'}:"
     return float(np.mean(swings)), float(time[starts[-1]] - time[starts[0]]) / (len(starts) - 1)
 
 

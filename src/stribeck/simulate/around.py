@@ -151,7 +151,8 @@ def _trajectory(times: Floats, readings: list[Reading], status: str) -> Trajecto
     for key in ("q", "dq", "mode", "friction"):
         columns[key] = np.full((count, n), np.nan)
         columns[key][:filled] = [getattr(reading, key) for reading in readings]
-    still = (np.diff(columns["q"], axis=0) == 0.0) & ~(columns["mode"][1:] != 0.0)
+    sliding = np.nan_to_num(columns["mode"][1:]) != 0.0  # where that is not shown, a joint that stays is stuck
+    still = (np.diff(columns["q"], axis=0) == 0.0) & ~sliding
     stuck = np.concatenate([np.zeros((1, n)), np.cumsum(still * np.diff(times)[:, None], axis=0)])
     speed = np.abs(np.diff(columns["q"], axis=0)) / np.diff(times)[:, None]
     speed = np.fmax(np.concatenate([np.zeros((1, n)), speed]), np.abs(columns["dq"]))

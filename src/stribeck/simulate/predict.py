@@ -21,6 +21,8 @@ from stribeck.simulate.late import LateRecord, lateness
 
 Floats = NDArray[np.float64]
 
+ROUNDING = 1e-6  # of a sample time that is told by the record's own clock
+
 
 @dataclass(frozen=True)
 class Prediction:
@@ -127,7 +129,7 @@ def _departure(data: Conditioned, residual: Floats) -> Floats:
 def _windows(data: Conditioned, horizon: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the first sample and the number of samples of each window."""
     count = len(data.time)
-    if not 2 * data.sample_time <= horizon:
+    if not 2 * data.sample_time * (1.0 - ROUNDING) <= horizon:
         found = f"{horizon:g} s"
         raise InputError("horizon is shorter than two samples", found, f"give at least {2 * data.sample_time:g} s")
     edges = np.arange(0.0, data.time[-1] - data.time[0] + 0.5 * data.sample_time, horizon)

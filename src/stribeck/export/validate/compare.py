@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +18,8 @@ Floats = NDArray[np.float64]
 
 _ALLOWED = {"CoSimulation": 1e-8, "ModelExchange": 1e-6}  # rad, over what the simulator's own tolerance is worth
 _USUAL, _REFERENCE = 1e-8, 1e-10
-_TOLERANCE = {"CoSimulation": _USUAL, "ModelExchange": 1e-9}  # CVode's errors add up to a hundred times its own
+# CVode's errors add up to a hundred times its own, and of longer chains to more: then it is asked for less
+_TOLERANCES = {"CoSimulation": (_USUAL,), "ModelExchange": (1e-9, 1e-11)}
 _STEP, _DURATION = 0.01, 2.0  # s
 
 
@@ -76,20 +77,25 @@ def against_simulator(fmu: Opened, arm: Arm, kind: str, library: Path | None = N
     times, command = trial_command(engine)
     names = range(1, arm.n + 1)
     trial = Trial(
-        folder=str(fmu.folder), kind=kind, stop=float(times[-1]), interval=_STEP, tolerance=_TOLERANCE[kind],
+        folder=str(fmu.folder), kind=kind, stop=float(times[-1]), interval=_STEP, tolerance=_TOLERANCES[kind][0],
         outputs=tuple(f"q[{k}]" for k in names), start_values={f"{key}[{k}]": 0.0 for k in names for key in _START},
         library=None if library is None else str(library),
     )  # fmt: skip
-    got, position = simulate_apart(trial, held_inputs(times, command, tuple(f"tau[{k}]" for k in names)))
-    if len(got) != len(times) or not np.allclose(got, times, rtol=0.0, atol=1e-9):
-        raise StribeckError("the simulation did not give the instants that were asked for", f"{len(got)} of them")
+    inputs = held_inputs(times, command, tuple(f"tau[{k}]" for k in names))
     start = engine.start(engine.p, np.zeros(arm.n), command=command[0])  # an FMU settles under its first input
     own, rough = (engine.run(engine.p, start, times, command, tolerance=given) for given in (_REFERENCE, _USUAL))
     for run in (own, rough):
         if not run.ok:
             raise StribeckError("the arm's own simulator did not reach the end", run.status)
-    allowed = _ALLOWED[kind] + _apart(rough.q, own.q)
-    return Deviation(kind, _apart(position, own.q), own.event_count, allowed)
+    allowed, apart = _ALLOWED[kind] + _apart(rough.q, own.q), np.inf
+    for tolerance in _TOLERANCES[kind]:
+        got, position = simulate_apart(replace(trial, tolerance=tolerance), inputs)
+        if len(got) != len(times) or not np.allclose(got, times, rtol=0.0, atol=1e-9):
+            raise StribeckError("the simulation did not give the instants that were asked for", f"{len(got)} of them")
+        apart = _apart(position, own.q)
+        if apart <= allowed:
+            break
+    return Deviation(kind, apart, own.event_count, allowed)
 
 
 _START = ("q_start", "dq_start")
