@@ -64,6 +64,17 @@ def test_an_answer_has_the_floor_of_what_it_delivers(monkeypatch: pytest.MonkeyP
     assert not any("re-tuned values leave" in warning for warning in found.warnings)
 
 
+def test_what_is_closed_is_told_by_the_stages_beside_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As contract and report have the formula: with the noise put back that a model takes in, here half as much."""
+    monkeypatch.setattr(assembly, "put_back", lambda prepared, rows, noise, floor: 1.5 * rows)
+    found = answered("cogging")
+    assert found.closed is not None
+    retuned, corrected, floor = (np.array([*stage.torque.values()]) for stage in found.stages[1:])
+    over = [float(np.sum(rms**2 / floor**2 - 1.0)) for rms in (retuned, corrected)]
+    assert found.closed.value == pytest.approx(1.0 - max(over[1], 0.0) / over[0], abs=1e-6)
+    assert over[1] > 0.1
+
+
 def test_where_retuning_leaves_no_more_than_noise_nothing_closes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(assembly, "closable", lambda residual, floor: -0.1)
     found = answered("cogging")

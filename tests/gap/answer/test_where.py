@@ -1,12 +1,16 @@
 """Where: regions that partition the samples, and a share that is found where it was put."""
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stribeck.effects.registry import registry
+from stribeck.gap.answer.places import places
 from stribeck.gap.answer.where import regions
 from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.records.regions import analysis_signals, motion_masks, region_masks
@@ -106,6 +110,35 @@ def test_even_residual_has_shares_of_time(prepared: Prepared) -> None:
         if family != "frequency":
             assert share == pytest.approx(time, abs=1e-9)
             assert low <= share <= high
+
+
+def test_of_less_than_the_noise_there_is_no_share(prepared: Prepared) -> None:
+    """Nor an interval that leaves the value out."""
+    rows = sum(len(run.analysis_index) for run in prepared.held)
+    shares = found(prepared, 0.5 * np.random.default_rng(1).standard_normal((rows, 1)), 1.0)
+    for (family, _), (share, low, high, *_) in shares.items():
+        if family != "frequency":  # whose noise stays in
+            assert (share, low) == (0.0, 0.0)
+            assert high < 0.05
+
+
+def test_places_share_the_whole_gap(prepared: Prepared) -> None:
+    """An effect that takes in noise as well, and one that makes it worse, add up to no more than all of it."""
+    rng, rows = np.random.default_rng(2), sum(len(run.analysis_index) for run in prepared.held)
+    names = ("torque_gain", "presliding", "cogging")
+    noise = np.full((rows, 1), 1.0)
+    models: list[Any] = [SimpleNamespace(held=5.0 * rng.standard_normal((rows, 1)), placed=())]
+    for name, size in zip(names, (2.0, 3.0, 0.5), strict=True):
+        placed = (SimpleNamespace(effect=registry()[name]),)
+        models.append(SimpleNamespace(held=size * rng.standard_normal((rows, 1)), placed=placed))
+    told = {place.channel: place.share for place in places(prepared, models, noise, (), 0)}
+    assert set(told) == {"actuator"}  # cogging too; bristles take nothing
+    for last, left in ((2, 1.0 - 24.0 / 29.0), (1, 3.0 / 24.0)):
+        told = {place.channel: place.share for place in places(prepared, models[: last + 1], noise, (), 0)}
+        assert sum(share.value for share in told.values()) == pytest.approx(1.0)
+        assert told["unknown"].value == pytest.approx(8.0 / 29.0 if last == 2 else left, abs=0.05)
+        for share in told.values():
+            assert share.low <= share.value <= share.high
 
 
 def test_shares_of_a_family_sum_to_one(prepared: Prepared) -> None:

@@ -30,6 +30,13 @@ def test_held_out_runs_of_the_user_are_used() -> None:
     assert [run.name for run in prepared.held] == ["c"]
 
 
+def test_the_order_in_which_runs_are_given_does_not_matter() -> None:
+    runs = [sines(3.0 + 0.5 * k, seed=k, name=f"run_{k}") for k in range(6)]
+    one, other = (prepare(TRUE, given) for given in (runs, [runs[k] for k in (3, 0, 5, 1, 4, 2)]))
+    assert [run.name for run in one.fit] == [run.name for run in other.fit]
+    assert [run.name for run in one.held] == [run.name for run in other.held]
+
+
 def test_typical_magnitudes() -> None:
     runs = [sines(3.0, name="a"), sines(3.0, seed=1, name="b")]
     prepared = prepare(TRUE, runs)

@@ -102,7 +102,7 @@ class Assembly:
         experiment = self._experiment(causes, unexplained=verdict == "unexplained")
         tuned = tuned_of(self.base, prepared, self.floor)
         told = self.heard
-        stages, missing = stages_of(prepared, self.given, chain, told.floor)
+        stages, missing = stages_of(prepared, self.given, chain, [self._held(m) for m in chain], told.floor)
         recordings = recordings_of(told.prepared, self.base, final, told.floor)
         regions_ = regions(prepared, self.base.held, final.held, told.rows, self.seed)
         return Diagnosis(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -22,8 +23,8 @@ def places(
 ) -> tuple[Place, ...]:
     """Return the shares of the re-tuned model's gap, largest first.
 
-    Each named effect takes the squared residual that its step removed, joint by joint, under its own stage of the
-    path; what is left over the noise stays with ``unknown``. Joints count in units of their noise floor.
+    Each named effect takes the squared residual over the noise that its step removed, joint by joint, under its own
+    stage of the path; what is left over the noise stays with ``unknown``. Joints count in units of their noise floor.
 
     Parameters
     ----------
@@ -34,26 +35,31 @@ def places(
     """
     block, draws = resampled(prepared.held, DRAWS, seed)
     floor = np.mean(noise**2, axis=0)
-    squares = [model.held**2 / floor for model in models]
-    removed = [
-        (after.placed[-1].effect.channel, before - left)
-        for before, left, after in zip(squares[:-1], squares[1:], models[1:], strict=True)
-    ]
-    removed.append((UNNAMED, squares[-1] - noise**2 / floor))
-    whole = draws @ block_sums((squares[0] - noise**2 / floor).sum(axis=1), block)
-    total = float((squares[0] - noise**2 / floor).sum())
-    if total <= 0.0:
-        return ()
+    excess = [(model.held**2 - noise**2) / floor for model in models]
+    left = [np.maximum(rows.sum(axis=0), 0.0) for rows in excess]
+    drawn = [np.maximum(draws @ block_sums(rows, block), 0.0) for rows in excess]
+    channels = [*(model.placed[-1].effect.channel for model in models[1:]), UNNAMED]
+    rows = [*(before - after for before, after in pairwise(excess)), excess[-1]]
+    share, shares = _parts(left), _parts(drawn)
     out = []
-    for channel, part in removed:
+    for k, channel in enumerate(channels):
         for j, joint in enumerate(prepared.arm.names):
-            share = float(part[:, j].sum()) / total
-            if share < LEAST_SHARE:
+            if share[k, j] < LEAST_SHARE:
                 continue
-            drawn = np.clip(draws @ block_sums(part[:, j], block) / np.where(whole > 0, whole, np.inf), 0.0, 1.0)
-            estimate = Estimate(min(share, 1.0), float(np.quantile(drawn, 0.025)), float(np.quantile(drawn, 0.975)))
-            out.append(Place(joint, channel, _region(prepared, j, part[:, j]), estimate))
+            low, high = np.quantile(shares[k, :, j], (0.025, 0.975))
+            estimate = Estimate(float(share[k, j]), float(low), float(high))
+            out.append(Place(joint, channel, _region(prepared, j, rows[k][:, j]), estimate))
     return tuple(sorted(out, key=lambda place: -place.share.value))
+
+
+def _parts(left: Sequence[np.ndarray]) -> np.ndarray:
+    """Return what each step takes of the gap, and what the last leaves, (K, ..., n), from what is ``left`` (..., n).
+
+    A step that leaves a joint worse takes nothing there.
+    """
+    taken = np.maximum([*(before - after for before, after in pairwise(left)), left[-1]], 0.0)
+    whole = np.sum(taken, axis=(0, -1))[..., None]
+    return np.asarray(taken / np.where(whole > 0.0, whole, np.inf))
 
 
 def _region(prepared: Prepared, joint: int, part: np.ndarray) -> str:

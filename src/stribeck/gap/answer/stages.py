@@ -19,7 +19,7 @@ WORSE = 1.5  # times what the nominal values leave on held-out runs, that re-tun
 
 
 def stages_of(
-    prepared: Prepared, given: np.ndarray, chain: Sequence[Model], floor: np.ndarray
+    prepared: Prepared, given: np.ndarray, chain: Sequence[Model], held: Sequence[np.ndarray], floor: np.ndarray
 ) -> tuple[tuple[Stage, ...], list[str]]:
     """Return the stages, and warnings of what could not be simulated.
 
@@ -30,18 +30,21 @@ def stages_of(
         Residual of the arm file's own model on the held-out runs, N m.
     chain : sequence of Model
         The re-tuned model, then one effect more each.
+    held : sequence of array (M, n)
+        What each of them leaves on the held-out runs, with the noise that it takes in put back, N m.
     floor : array (n,)
         Noise floor, N m rms.
     """
     arm, base = prepared.arm, chain[0]
     rows: list[tuple[str, np.ndarray, Arm]] = [
         ("as_given", given, arm),
-        ("retuned", base.held, arm_of(arm, base.fit, base.placed)),
+        ("retuned", held[0], arm_of(arm, base.fit, base.placed)),
     ]
-    rows += [(m.placed[-1].effect.name, m.held, arm_of(arm, m.fit, m.placed)) for m in chain[1:]]
+    further = zip(chain[1:], held[1:], strict=True)
+    rows += [(m.placed[-1].effect.name, left, arm_of(arm, m.fit, m.placed)) for m, left in further]
     warnings: list[str] = []
     stages = [
-        Stage(name, _named(arm, _rms(held)), _motion(prepared, name, model, warnings)) for name, held, model in rows
+        Stage(name, _named(arm, _rms(left)), _motion(prepared, name, model, warnings)) for name, left, model in rows
     ]
     return (*stages, Stage("noise_floor", _named(arm, floor), _named(arm, prepared.held[0].noise))), warnings
 

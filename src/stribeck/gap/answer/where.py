@@ -55,7 +55,7 @@ def _share(inside: np.ndarray, whole: np.ndarray, block: np.ndarray, draws: np.n
     """Return the part of a power (M,) in another one (M,) that holds it, with its interval."""
     total, part = float(whole.sum()), float(inside.sum())
     drawn = draws @ block_sums(whole, block)
-    share = draws @ block_sums(inside, block) / np.where(np.abs(drawn) > 1e-300, drawn, 1.0)
+    share = draws @ block_sums(inside, block) / np.where(drawn > 0.0, drawn, np.inf)  # of no power there is no part
     low, high = np.quantile(np.clip(share, 0.0, 1.0), (0.025, 0.975))
     return Estimate(float(np.clip(part / total, 0.0, 1.0)) if total > 0.0 else 0.0, float(low), float(high))
 

@@ -13,7 +13,7 @@ from stribeck.arm import Arm
 from stribeck.errors import InputError
 from stribeck.gap.records.passed import Passed
 from stribeck.gap.records.rests import without_long_rests
-from stribeck.gap.records.sequence import distance_gone, in_sequence
+from stribeck.gap.records.sequence import distance_gone, in_sequence, order
 from stribeck.gap.records.split import split
 from stribeck.gap.records.spread import Noise
 from stribeck.gap.records.unsaid import with_unsaid
@@ -90,7 +90,8 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = (), fitted:
     ----------
     arm : Arm
     runs : sequence of Run
-        Fitted; some of them are kept back where ``held_out`` is empty.
+        Fitted; some of them are kept back where ``held_out`` is empty. In which order they are given does not matter
+        where their times or names tell one.
     held_out : sequence of Run
         Judged, never fitted.
     fitted : collection of str
@@ -102,8 +103,7 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = (), fitted:
         When a run, or the part of one that is kept back, is too short.
     """
     notes: list[str] = []
-    even = [_even(run, notes) for run in runs]
-    kept_back = [_even(run, notes) for run in held_out]
+    even, kept_back = ([_even(group[i], notes) for i in order(group)] for group in (runs, held_out))
     noise = encoder_noise(arm, [*even, *kept_back])
     moving, judged = ([without_long_rests(run, noise, notes) for run in runs] for runs in (even, kept_back))
     fit, held = (moving, judged) if held_out else split(moving, notes, fitted)
