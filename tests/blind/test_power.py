@@ -8,9 +8,10 @@ import pytest
 import stribeck
 from stribeck.arm import load_arm
 from stribeck.blind.farm import Processes
-from stribeck.blind.power import power_analysis
+from stribeck.blind.power import _revealed_from, power_analysis
 from stribeck.errors import InputError
 from stribeck.run import Run, load_run
+from stribeck.withheld.plan import LEVELS
 
 EXAMPLE = Path(stribeck.__file__).parent / "example"
 CALLS: list[str] = []
@@ -66,6 +67,21 @@ def test_what_is_named_is_revealed(tmp_path, experiment):
     assert delay["found"]["strength"] < delay["levels"]["clear"]["strength"]
     assert found["false_alarms"]["value"] == 1.0  # it names a delay where there is none as well
     assert score["cases"] == 5
+
+
+@pytest.mark.parametrize(
+    ("named", "level"),
+    [
+        ({"clear": True, "medium": True, "weak": False}, "medium"),
+        ({"medium": True, "weak": True}, "weak"),  # what is clear is more than the loop can hold
+        ({"clear": True, "weak": True}, "weak"),
+        ({"clear": True, "medium": False, "weak": True}, "clear"),
+        ({"medium": False, "weak": True}, None),
+        ({}, None),
+    ],
+)
+def test_a_level_of_which_nothing_could_be_recorded_is_passed_over(named, level):
+    assert _revealed_from([{"level": key, "found": found} for key, found in named.items()], LEVELS) == level
 
 
 def test_the_same_call_goes_on_and_another_is_refused(tmp_path, experiment):

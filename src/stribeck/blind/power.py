@@ -128,13 +128,13 @@ def _level(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def _revealed_from(rows: Sequence[Mapping[str, Any]], levels: Sequence[str]) -> str | None:
-    """Return the weakest level such that it and all clearer ones are named often enough."""
+    """Return the weakest level such that it and all clearer ones, as far as recorded, are named often enough."""
     weakest = None
     for level in (known for known in LEVELS if known in levels):  # the clearest first
         named = [bool(row["found"]) for row in rows if row["level"] == level]
-        if not named or sum(named) < ENOUGH * len(named):
+        if sum(named) < ENOUGH * len(named):
             break
-        weakest = level
+        weakest = level if named else weakest
     return weakest
 
 
