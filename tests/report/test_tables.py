@@ -115,10 +115,11 @@ def test_screened_out_candidates_are_counted_not_ranked(diagnosis):
 
 def test_what_was_tried_but_not_named_is_not_said_to_be_added(diagnosis):
     figure = candidates_figure(diagnosis("unexplained"))
-    text = figure.axes[0].get_title(loc="left") + "".join(note.get_text() for note in figure.axes[0].texts)
-    assert "tried, not named" in text
-    assert "added" not in text
-    assert "chosen" not in text
+    drawn = figure.axes[0].get_title(loc="left") + "".join(note.get_text() for note in figure.axes[0].texts)
+    for text in (drawn, tables.search_path(diagnosis("unexplained")).items[0]):
+        assert "tried, not named" in text
+        assert "added" not in text
+        assert "chosen" not in text
 
 
 def test_the_last_effect_added_is_the_final_stage_even_when_not_named_itself(diagnosis):

@@ -128,7 +128,8 @@ def _step(diagnosis: Diagnosis, step: int) -> str:
         return f"{head}all were screened out."
     if not chosen:
         return f"{head}nothing was added; the best, {said[0]}."
-    return f"{head}{said[0]}, added" + (f"; next best, {said[1]}." if others else ".")
+    end = f"; next best, {said[1]}." if others else "."
+    return f"{head}{said[0]}, {words.chosen(diagnosis, chosen[0].effect)}{end}"
 
 
 def _who(effect: str, joint: str) -> str:

@@ -129,8 +129,8 @@ def _panel(diagnosis: Diagnosis, step: int, shown: list[Candidate]) -> str:
     counts += [f"{screened} screened out"] if screened else []
     counts += [f"{rest} lower not shown"] if rest else []
     chosen = [row for row in shown if row.chosen]
-    done = "added" if chosen and chosen[0].effect in diagnosis.named else "tried, not named"
-    what = f"{words.listing([_label(row) for row in chosen])} {done}" if chosen else "nothing added"
+    done = [f"{_label(row)} {words.chosen(diagnosis, row.effect)}" for row in chosen]
+    what = words.listing(done) or "nothing added"
     return f"Step {step}: {what} ({', '.join(counts)})"
 
 
