@@ -220,7 +220,13 @@ def _plain(value: object) -> str:
     if isinstance(value, dict):
         return "; ".join(f"{words.clean(key)} {_plain(item)}" for key, item in value.items())
     if isinstance(value, (list, tuple)):
-        return ", ".join(_plain(item) for item in value)
+        return ", ".join(_effect_at(str(item)) for item in value)
     if isinstance(value, float):
         return f"{value:.6g}"
-    return words.clean(value).replace("_", " ")
+    return words.clean(value)
+
+
+def _effect_at(name: str) -> str:
+    """Return an effect that is to be told apart as words; its joint keeps its name: "delay at x_axis"."""
+    effect, at, joint = name.partition(" at ")
+    return f"{words.effect(effect)}{at}{words.clean(joint)}"
