@@ -7,11 +7,13 @@ import subprocess
 import sys
 from collections.abc import Callable
 from contextlib import suppress
+from io import BytesIO, TextIOWrapper
 from pathlib import Path
 
 import numpy as np
 import pytest
 import typer
+from rich.console import Console
 
 from stribeck.cli import main
 from stribeck.errors import StribeckError
@@ -212,6 +214,18 @@ def test_success_says_nothing_on_standard_error(tmp_path: Path, capsys: pytest.C
     assert guarded(failing(None, tmp_path / "out"), ["fail"]) == 0
     assert capsys.readouterr().err == ""
     assert os.listdir(tmp_path / "out") == ["half"]
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "cp1252"])
+def test_a_sign_that_the_terminal_lacks_is_replaced(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, encoding: str
+) -> None:
+    shown = BytesIO()
+    monkeypatch.setattr("sys.stdout", TextIOWrapper(shown, encoding))
+    told = failing(None, tmp_path / "out", lambda: Console().print("re-tuned → corrected"))
+    assert guarded(told, ["fail"]) == 0
+    sys.stdout.flush()
+    assert shown.getvalue().rstrip() == b"re-tuned ? corrected"
 
 
 def test_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:

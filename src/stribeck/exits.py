@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import traceback
 from collections.abc import Sequence
+from io import TextIOWrapper
 from typing import Any
 
 import typer
@@ -32,6 +33,8 @@ def guarded(command: Any, arguments: Sequence[str]) -> int:
     """
     debug = "--debug" in arguments
     arguments = [argument for argument in arguments if argument != "--debug"]
+    if isinstance(sys.stdout, TextIOWrapper):  # a sign that the terminal lacks is no failure; all files are written
+        sys.stdout.reconfigure(errors="replace")
     try:
         # not command.main(): it would turn Ctrl-C into an exception of its own and print an empty line
         with stoppable(), command.make_context("stribeck", arguments) as context:

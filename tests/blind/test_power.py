@@ -7,10 +7,13 @@ import pytest
 
 import stribeck
 from stribeck.arm import load_arm
+from stribeck.blind import power
 from stribeck.blind.farm import Processes
-from stribeck.blind.power import power_analysis
-from stribeck.errors import InputError
+from stribeck.blind.power import _revealed_from, power_analysis
+from stribeck.errors import InputError, StribeckError
 from stribeck.run import Run, load_run
+from stribeck.withheld.own import own_maker
+from stribeck.withheld.plan import LEVELS
 
 EXAMPLE = Path(stribeck.__file__).parent / "example"
 CALLS: list[str] = []
@@ -58,6 +61,7 @@ def test_what_is_named_is_revealed(tmp_path, experiment):
     delay, offset = found["effects"]["delay"], found["effects"]["torque_offset"]
     assert (delay["revealed_from"], offset["revealed_from"]) == ("weak", None)
     assert delay["levels"]["clear"]["named"]["k"] == delay["levels"]["weak"]["named"]["k"] == 1
+    assert found["not_recorded"] == []
     assert delay["found"]["level"] == "weak"
     assert delay["missed"] is None
     assert offset["missed"]["level"] == "clear"
@@ -66,6 +70,32 @@ def test_what_is_named_is_revealed(tmp_path, experiment):
     assert delay["found"]["strength"] < delay["levels"]["clear"]["strength"]
     assert found["false_alarms"]["value"] == 1.0  # it names a delay where there is none as well
     assert score["cases"] == 5
+
+
+@pytest.mark.parametrize(
+    ("named", "level"),
+    [
+        ({"clear": True, "medium": True, "weak": False}, "medium"),
+        ({"medium": True, "weak": True}, "weak"),  # what is clear is more than the loop can hold
+        ({"clear": True, "weak": True}, "weak"),
+        ({"clear": True, "medium": False, "weak": True}, "clear"),
+        ({"medium": False, "weak": True}, None),
+        ({}, None),
+    ],
+)
+def test_a_level_of_which_nothing_could_be_recorded_is_passed_over(named, level):
+    assert _revealed_from([{"level": key, "found": found} for key, found in named.items()], LEVELS) == level
+
+
+def test_an_effect_that_no_arm_can_be_held_with_is_told(tmp_path, experiment, monkeypatch):
+    def make(seed, plan):
+        if plan.effects == ("torque_offset",):
+            raise StribeckError("falls")
+        return own_maker(*experiment)(seed, plan)
+
+    monkeypatch.setattr(power, "own_maker", lambda arm, runs: make)
+    found, _ = analysed(experiment, tmp_path / "work", says("delay"), levels=("clear",))
+    assert (list(found["effects"]), found["not_recorded"]) == (["delay"], ["torque_offset"])
 
 
 def test_the_same_call_goes_on_and_another_is_refused(tmp_path, experiment):

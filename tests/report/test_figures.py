@@ -65,6 +65,24 @@ def test_titles_state_the_finding(diagnosis):
     assert re.fullmatch(r"B holds \d+ % of the gap; \d+ % of that lies at velocity reversals", findings[4])
 
 
+def test_held_out_runs_are_not_said_to_have_decided(diagnosis):
+    """What was added for the gain of all runs together may gain nothing on them."""
+    made = diagnosis(named=("presliding", "cable_spring"), duration=3.0)
+    lost = [replace(row, gain=Estimate(-0.1, -0.2, 0.0)) if row.chosen else row for row in made.candidates]
+    assert "all runs together decided" in finding_of(candidates_figure(replace(made, candidates=tuple(lost))))
+    for verdict in ("explained", "unexplained"):
+        found = finding_of(candidates_figure(diagnosis(verdict, duration=3.0)))
+        assert "enough on held-out" not in found
+        assert "added for" not in found
+
+
+def test_what_was_named_after_a_first_choice_that_was_not(diagnosis):
+    made = diagnosis(named=("cable_spring",), equivalent=("cable_spring",), duration=3.0)
+    later = replace(made.candidates[0], step=2, effect="cable_spring", joint="B", gain=Estimate(0.3, 0.2, 0.4))
+    figure = candidates_figure(replace(made, candidates=(*made.candidates, later)))
+    assert finding_of(figure).startswith("Cable spring at B removes 30")
+
+
 def test_a_stage_that_leaves_something_does_not_read_as_all_gone(diagnosis):
     made = diagnosis(joints=("A",))
     left = {"as_given": 2.0, "retuned": 1.0, "presliding": 0.003, "noise_floor": 0.001}

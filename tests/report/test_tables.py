@@ -115,10 +115,25 @@ def test_screened_out_candidates_are_counted_not_ranked(diagnosis):
 
 def test_what_was_tried_but_not_named_is_not_said_to_be_added(diagnosis):
     figure = candidates_figure(diagnosis("unexplained"))
-    text = figure.axes[0].get_title(loc="left") + "".join(note.get_text() for note in figure.axes[0].texts)
-    assert "tried, not named" in text
-    assert "added" not in text
-    assert "chosen" not in text
+    drawn = figure.axes[0].get_title(loc="left") + "".join(note.get_text() for note in figure.axes[0].texts)
+    for text in (drawn, tables.search_path(diagnosis("unexplained")).items[0]):
+        assert "tried, not named" in text
+        assert "added" not in text
+        assert "chosen" not in text
+
+
+def test_names_of_files_and_joints_stay_as_they_are_in_the_next_experiment(diagnosis):
+    told = {
+        "what": "Record slow ramp reversals, joint x_axis_1 alone",
+        "separates": ["actuator_lag at x_axis_1", "position_dependent_friction"],
+        "reference": "next_reference.csv",
+    }
+    section = tables.next_experiment(replace(diagnosis(), next_experiment=told))
+    assert section.pairs == (
+        ("what", told["what"]),
+        ("separates", "actuator lag at x_axis_1, position-dependent friction"),
+        ("reference", "next_reference.csv"),
+    )
 
 
 def test_the_last_effect_added_is_the_final_stage_even_when_not_named_itself(diagnosis):

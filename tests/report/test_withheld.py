@@ -149,6 +149,7 @@ def power(score):
             "delay": {"revealed_from": "clear", "levels": seen, "found": case, "missed": None},
             "payload": {"revealed_from": None, "levels": unseen, "found": None, "missed": case},
         },
+        "not_recorded": ["base_flexibility"],
     }  # fmt: skip
 
 
@@ -157,6 +158,7 @@ def test_the_power_page_names_what_is_revealed_and_what_is_not(score, power, tmp
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "1 of 2 revealed" in page
     assert "Blind to?" in page
+    assert "base flexibility: could not be recorded." in page
     assert "time 0.0100" in page
     assert (tmp_path / "power.png").exists()
 

@@ -84,17 +84,16 @@ def power_analysis(
     diagnose_cases(work / "cases", answers, farm=farm or Processes(jobs), diagnoser=diagnoser, progress=progress)
     opened = open_sealed(answers, key)
     scored = score(opened)
-    return power(scored, opened, arm, [run.name for run in runs], levels), scored
+    return power(scored, opened, arm, [run.name for run in runs], order), scored
 
 
-def power(
-    scored: Mapping[str, Any], opened: Opened, arm: Arm, runs: Sequence[str], levels: Sequence[str] = LEVELS
-) -> dict[str, Any]:
-    """Return the content of ``power.json`` from a score and its truths.
+def power(scored: Mapping[str, Any], opened: Opened, arm: Arm, runs: Sequence[str], order: Order) -> dict[str, Any]:
+    """Return the content of ``power.json`` from a score, its truths and what was to be recorded.
 
     ``effects`` holds for each effect ``revealed_from`` (the weakest level from which on at least half of the cases are
     named; null: none), ``levels`` (named rate, mean strength), ``found`` and ``missed`` (the weakest case that was
     named and the strongest that was not: strength, joint, parameters with units) and ``detection_limit`` (strength).
+    ``not_recorded`` names the effects that no arm could be held with.
     """
     rows = [row for row in scored["rows"] if len(row["effects"]) == 1]
     effects = {}
@@ -102,8 +101,8 @@ def power(
         own = sorted((row for row in rows if row["effects"] == [name]), key=lambda row: float(row["strength"]))
         found, missed = [r for r in own if r["found"]], [r for r in own if not r["found"]]
         effects[name] = {
-            "revealed_from": _revealed_from(own, levels),
-            "levels": {level: _level([r for r in own if r["level"] == level]) for level in levels},
+            "revealed_from": _revealed_from(own, order.levels),
+            "levels": {level: _level([r for r in own if r["level"] == level]) for level in order.levels},
             "found": _example(found[0], opened, arm) if found else None,
             "missed": _example(missed[-1], opened, arm) if missed else None,
             "detection_limit": scored["effects"].get(name, {}).get("detection_limit"),
@@ -118,6 +117,7 @@ def power(
         "false_alarms": scored["none"]["false_alarms"],
         "wrong_names": scored["single"]["all"]["wrong_name"],
         "effects": effects,
+        "not_recorded": [name for name in order.effects if name not in effects],
     }
 
 
@@ -128,13 +128,13 @@ def _level(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def _revealed_from(rows: Sequence[Mapping[str, Any]], levels: Sequence[str]) -> str | None:
-    """Return the weakest level such that it and all clearer ones are named often enough."""
+    """Return the weakest level such that it and all clearer ones, as far as recorded, are named often enough."""
     weakest = None
     for level in (known for known in LEVELS if known in levels):  # the clearest first
         named = [bool(row["found"]) for row in rows if row["level"] == level]
-        if not named or sum(named) < ENOUGH * len(named):
+        if sum(named) < ENOUGH * len(named):
             break
-        weakest = level
+        weakest = level if named else weakest
     return weakest
 
 

@@ -173,6 +173,8 @@ def power(
     shutil.rmtree(work, ignore_errors=True)
     for name, row in found["effects"].items():
         print(f"{name}: {'revealed where ' + row['revealed_from'] if row['revealed_from'] else 'not revealed'}")
+    for name in found["not_recorded"]:
+        print(f"{name}: could not be recorded")
     print(f"report: {out / 'report.html'}")
 
 

@@ -166,7 +166,7 @@ class Trace:
     """Held-out signals of one run for the figures; arrays (M, n) over ``time`` (M,), N m, rad, rad/s.
 
     ``measured`` is the filtered command; ``nominal``, ``retuned``, ``corrected`` the torque that each model
-    needs along the recorded motion.
+    needs along the recorded motion. The time is that since the recording began, s, also where a part is held out.
     """
 
     run: str

@@ -34,7 +34,8 @@ class Past:
     """What was recorded before a run's first sample.
 
     ``recordings`` were made, of ``recorded`` s together, and each joint had gone ``travelled`` (n,) in them, rad. Where
-    the run is a part of a recording, that had lasted for ``lead`` s, and each joint gone ``led`` (n,) in it.
+    the run is a part of a recording, that had lasted for ``lead`` s of its ``whole`` time, s, and each joint gone
+    ``led`` (n,) in it.
     """
 
     recordings: int = 0
@@ -42,6 +43,7 @@ class Past:
     travelled: np.ndarray | float = 0.0
     lead: float = 0.0
     led: np.ndarray | float = 0.0
+    whole: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -63,7 +63,8 @@ PLOTS = (
     _Plot(
         "candidates.png",
         candidates_figure,
-        "What each candidate gains on runs that were not fitted; a candidate is added only when its gain is clear.",
+        "What each candidate gains on runs that were not fitted. What is added, all runs together decide, and how "
+        "far it spares the nominal values; held-out runs that hardly excite an effect need not confirm it.",
     ),
 )
 

@@ -52,9 +52,11 @@ def _answer(power: Power) -> Answer:
     seen = [name for name, row in effects.items() if row["revealed_from"]]
     weak = [name for name, row in effects.items() if row["revealed_from"] == "weak"]
     blind = [words.effect(name) for name in effects if name not in seen]
+    missing = [words.effect(name) for name in power["not_recorded"]]
     sentences = [
         ("Revealed?", f"{len(seen)} of {len(effects)} effects where they are clear, {len(weak)} even where weak."),
         ("Blind to?", words.listing(blind) or "none of the effects that were tried"),
+        *([("Not tried?", f"{words.listing(missing)}: could not be recorded.")] if missing else []),
         ("Trust?", f"False alarms: {share(power['false_alarms'])}. Wrong names: {share(power['wrong_names'])}."),
     ]
     tone = "good" if not blind else "partial" if seen else "open"

@@ -128,7 +128,8 @@ def _step(diagnosis: Diagnosis, step: int) -> str:
         return f"{head}all were screened out."
     if not chosen:
         return f"{head}nothing was added; the best, {said[0]}."
-    return f"{head}{said[0]}, added" + (f"; next best, {said[1]}." if others else ".")
+    end = f"; next best, {said[1]}." if others else "."
+    return f"{head}{said[0]}, {words.chosen(diagnosis, chosen[0].effect)}{end}"
 
 
 def _who(effect: str, joint: str) -> str:
@@ -219,7 +220,13 @@ def _plain(value: object) -> str:
     if isinstance(value, dict):
         return "; ".join(f"{words.clean(key)} {_plain(item)}" for key, item in value.items())
     if isinstance(value, (list, tuple)):
-        return ", ".join(_plain(item) for item in value)
+        return ", ".join(_effect_at(str(item)) for item in value)
     if isinstance(value, float):
         return f"{value:.6g}"
-    return words.clean(value).replace("_", " ")
+    return words.clean(value)
+
+
+def _effect_at(name: str) -> str:
+    """Return an effect that is to be told apart as words; its joint keeps its name: "delay at x_axis"."""
+    effect, at, joint = name.partition(" at ")
+    return f"{words.effect(effect)}{at}{words.clean(joint)}"

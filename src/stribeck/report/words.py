@@ -109,6 +109,11 @@ def named(diagnosis: Diagnosis) -> str:
     return f"{text[:1].upper()}{text[1:]}"
 
 
+def chosen(diagnosis: Diagnosis, name: str) -> str:
+    """Return what became of an effect that a step of the search chose: "added", or "tried, not named"."""
+    return "added" if name in diagnosis.named else "tried, not named"
+
+
 def last_stage(diagnosis: Diagnosis) -> str:
     """Return the stage of the final model: the last effect that was added, or "retuned"."""
     added = [stage.stage for stage in diagnosis.stages if stage.stage not in _STAGE]

@@ -77,6 +77,24 @@ def test_region_means_what_it_says(prepared: Prepared) -> None:
     assert load[masks["load"]["high load"]].min() >= load[masks["load"]["low load"]].max()
 
 
+def test_times_are_those_of_the_recording() -> None:
+    """Also where the last part of it is held out: that lies in its last third."""
+    single = prepare(TRUE, [sines(9.0)])
+    (held,) = single.held
+    time = analysis_signals(single.held)["time"]
+    assert time == pytest.approx(held.time[held.analysis_index])  # the record begins at 0 s
+    assert 6.3 < time[0] < time[-1] < 9.0
+    later = prepare(TRUE, [replace(sines(9.0), t=sines(9.0).t + 100.0)])
+    assert analysis_signals(later.held)["time"] == pytest.approx(time)
+    thirds = region_masks(single.held, 0, "revolute")["time"]
+    assert list(thirds) == ["last third of a run"]
+    for run in single.fit:
+        masks = region_masks([run], 0, "revolute")["time"]
+        assert list(masks) == ["first third of a run", "middle third of a run", "last third of a run"]
+        seen = analysis_signals([run])["time"]
+        assert [seen[mask].min() for mask in masks.values()] == pytest.approx([seen[0], 3.0, 6.0], abs=0.05)
+
+
 def found(prepared: Prepared, before: np.ndarray, noise: float = 0.0) -> dict[tuple[str, str], tuple[float, ...]]:
     """Share with interval, time share and rms by family and region."""
     floor = np.full_like(before, noise)

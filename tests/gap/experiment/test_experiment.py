@@ -187,6 +187,20 @@ def test_the_arm_can_do_it() -> None:
         assert abs(reference.dq_ref[end, 0]) < 0.02 * fastest
 
 
+def test_moves_between_motions_obey_the_torque_as_well() -> None:
+    """As quick as the arm was seen to move, they would ask for twice what a weak arm has."""
+    p = plan(late())
+    p.limit = 0.2 * p.limit
+    chosen = p.best(p.options(WIDER))
+    quickest = replace(chosen.programme, slower=1.0).course(p.step, chosen.options.reach)
+    assert len(chosen.programme.parts) > 1
+    assert np.abs(p.followable(quickest).tau).max() > 1.5 * p.limit
+    reference = p.reference(chosen)
+    assert np.abs(reference.tau).max() <= p.limit
+    assert reference.duration == pytest.approx(p.duration(chosen))
+    assert reference.duration <= DURATION
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_motion_stays_within_reach(kind: str) -> None:
     reach = Reach(-0.4, 1.2, 2.5, 20.0, 1e-4, 8.0)

@@ -23,27 +23,36 @@ CAREFUL = 0.9  # of the torque limit
 STRONGER = 1.2  # of the largest recorded command, where the arm states no limit
 WIDER = 2.0  # range and speed, of the recorded ones, where the motions within these promise too little
 SMALLER = (1.0, 0.6, 0.36)  # sizes that are tried where the torque does not do
+SLOWER = (1.0, 1.4, 2.0, 2.8)  # times of the moves between motions, likewise
 DRAWS = 20  # random programmes
 
 
 @dataclass(frozen=True)
 class Options:
-    """Motions that the arm's torque allows, with what they promise, within a ``reach``, ``wider`` than recorded."""
+    """Motions that the arm's torque allows, with what they promise, within a ``reach``, ``wider`` than recorded.
+
+    The ``change`` is made before.
+    """
 
     motions: tuple[Motion, ...]
     prospects: tuple[Prospect, ...]
     reach: tuple[Reach, ...]
     wider: float
+    change: Change = AS_IT_IS
 
 
 @dataclass(frozen=True)
 class Choice:
-    """A programme of some of the ``options``, what it promises, and the change that is made before."""
+    """A programme of some of the ``options``, and what it promises."""
 
     programme: Programme
     prospect: Prospect
     options: Options
-    change: Change = AS_IT_IS
+
+    @property
+    def change(self) -> Change:
+        """What is changed before."""
+        return self.options.change
 
     @property
     def nearest(self) -> np.ndarray:
@@ -109,14 +118,14 @@ class Plan:
         runs = [self.planned(motion.kind, motion.course(times(self.step), reach)) for motion in motions]
         return prospects(candidates[:-1], runs, candidates[-1:]) if runs else []
 
-    def options(self, wider: float = 1.0, change: Change = AS_IT_IS) -> Options:
+    def options(self, wider: float = 1.0) -> Options:
         """Return the motions of the family, made smaller where the arm's torque asks for it; some drop out."""
         reach = tuple(one.wider(wider) if wider > 1.0 else one for one in self.seen)
         motions: Sequence[Motion] = family(reach, self.joints)
         kept: list[tuple[Motion, Prospect]] = []
         for size in SMALLER:
             scaled = [replace(motion, size=size) for motion in motions]
-            found = self.promised(scaled, reach, change)
+            found = self.promised(scaled, reach)
             able = [bool(np.all(prospect.torque <= self.limit)) for prospect in found]
             kept += [pair for pair, fits in zip(zip(scaled, found, strict=True), able, strict=True) if fits]
             motions = [motion for motion, fits in zip(motions, able, strict=True) if not fits]
@@ -137,8 +146,7 @@ class Plan:
             able = [k for k, prospect in enumerate(again) if np.all(prospect.torque <= self.limit)]
             if able:
                 motions = tuple(last.motions[k] for k in able)
-                options = Options(motions, tuple(again[k] for k in able), last.reach, last.wider)
-                yield replace(self.best(options), change=change)
+                yield self.best(Options(motions, tuple(again[k] for k in able), last.reach, last.wider, change))
 
     def best(self, options: Options) -> Choice:
         """Return the programme that tells most about all pairs of models."""
@@ -155,27 +163,40 @@ class Plan:
         return [self._filled(options, [int(k) for k in order]) for order in draws]
 
     def _grown(self, options: Options, score: Callable[[Prospect], float]) -> Choice:
-        """Return a programme to which the part that raises a score most is added while there is time."""
+        """Return a programme to which the part that raises a score most is added while time and torque allow it."""
         taken: list[int] = []
+        programme = Programme(())
         for _ in range(PARTS):
             # none twice: where the models are wrong, another motion may still show it
             left = [k for k in range(len(options.motions)) if k not in taken]
             ranked = sorted(left, key=lambda k: -score(_together(options, [*taken, k])))
-            fits = (k for k in ranked if self._time(options, [*taken, k]) <= DURATION)
-            more = next(fits, None)
+            able = ((k, made) for k in ranked if (made := self._able(options, [*taken, k])) is not None)
+            more = next(able, None)
             if more is None:
                 break
-            taken.append(more)
-        return self._made(options, taken)
+            taken.append(more[0])
+            programme = more[1]
+        return Choice(programme, _together(options, taken), options)
+
+    def _able(self, options: Options, taken: Sequence[int]) -> Programme | None:
+        """Return the quickest programme that the arm's torque allows, None where none is short enough."""
+        quickest, _ = shortest([options.motions[k] for k in taken], self.step, options.reach)
+        if len(taken) == 1:
+            return quickest  # by itself a motion is known to be within the torque
+        for slower in SLOWER:
+            programme = replace(quickest, slower=slower)
+            q = programme.course(self.step, options.reach)
+            if self.step * (len(q) - 1) > DURATION:
+                break
+            if np.all(np.abs(self.followable(q, options.change).tau) <= self.limit):
+                return programme
+        return None
 
     def _filled(self, options: Options, order: Sequence[int]) -> Choice:
         taken: list[int] = []
         for k in order:
             if len(taken) < PARTS and self._time(options, [*taken, k]) <= DURATION:
                 taken.append(k)
-        return self._made(options, taken)
-
-    def _made(self, options: Options, taken: Sequence[int]) -> Choice:
         programme, _ = shortest([options.motions[k] for k in taken], self.step, options.reach)
         return Choice(programme, _together(options, taken), options)
 

@@ -21,9 +21,18 @@ PEAK_SPEED, PEAK_ACCELERATION = 1.875, 5.7735  # of a quintic from rest to rest,
 
 @dataclass(frozen=True)
 class Programme:
-    """Motions in the order in which they are made, with moves from rest to rest in between."""
+    """Motions in the order in which they are made, with moves from rest to rest in between.
+
+    Attributes
+    ----------
+    parts : tuple of Motion
+        The motions.
+    slower : float
+        How many times as long the moves take as speed and acceleration allow.
+    """
 
     parts: tuple[Motion, ...]
+    slower: float = 1.0
 
     def course(self, step: float, reach: Sequence[Reach]) -> Floats:
         """Return the positions (N, n), rad, every ``step`` (s)."""
@@ -32,7 +41,7 @@ class Programme:
         for part in self.parts:
             course = part.course(t, reach)
             if pieces:
-                pieces.append(_move(pieces[-1][-1], course[0], step, reach))
+                pieces.append(_move(pieces[-1][-1], course[0], step, reach, self.slower))
             pieces.append(course)
         return np.concatenate(pieces)
 
@@ -46,13 +55,13 @@ def times(step: float) -> Floats:
     return np.asarray(step * np.arange(round(PART / step) + 1, dtype=np.float64))
 
 
-def _move(start: Floats, end: Floats, step: float, reach: Sequence[Reach]) -> Floats:
-    """Return positions (N, n) strictly between two poses (n,): a quintic as quick as speed and acceleration allow."""
+def _move(start: Floats, end: Floats, step: float, reach: Sequence[Reach], slower: float) -> Floats:
+    """Return positions (N, n) strictly between two poses (n,): a quintic, so much slower than the quickest there is."""
     moves = np.flatnonzero(end != start)
     far = np.abs(end - start)[moves]
     speed, acceleration = (np.array([getattr(r, name) for r in reach])[moves] for name in ("speed", "acceleration"))
     quickest = np.maximum(PEAK_SPEED * far / speed, np.sqrt(PEAK_ACCELERATION * far / acceleration))
-    count = int(np.ceil(max(QUICKEST, float(quickest.max(initial=0.0))) / step))
+    count = int(np.ceil(slower * max(QUICKEST, float(quickest.max(initial=0.0))) / step))
     u = np.arange(1, count)[:, None] / count
     return np.asarray(start + (end - start) * u**3 * (10.0 - 15.0 * u + 6.0 * u**2))
 

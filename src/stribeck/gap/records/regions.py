@@ -15,14 +15,16 @@ POSITION_BINS = 6
 
 
 def analysis_signals(runs: Sequence[Conditioned]) -> dict[str, np.ndarray]:
-    """Return position, velocity, acceleration and command (M, n) at the analysis samples, and time in run (M,)."""
+    """Return position, velocity, acceleration and command (M, n) at the analysis samples, and time (M,).
+
+    That is since the recording began, s, also where a run is a part of it.
+    """
     out = {
         name: np.concatenate([getattr(run, name)[run.analysis_index] for run in runs])
         for name in ("position", "velocity", "acceleration", "stuck")
     }
     out["command"] = np.concatenate([run.filtered(run.command) for run in runs])
-    out["time"] = np.concatenate([run.time[run.analysis_index] - run.time[0] for run in runs])
-    out["share"] = np.concatenate([np.linspace(0.0, 1.0, len(run.analysis_index)) for run in runs])
+    out["time"] = np.concatenate([run.past.lead + run.time[run.analysis_index] - run.time[0] for run in runs])
     return out
 
 
@@ -34,6 +36,7 @@ def region_masks(runs: Sequence[Conditioned], joint: int, kind: str) -> dict[str
     s = analysis_signals(runs)
     velocity, motion = s["velocity"][:, joint], _motion(runs, s, joint)
     stuck = motion["stuck"]
+    third = s["time"] / np.repeat([run.past.whole / 3.0 for run in runs], [len(run.analysis_index) for run in runs])
     families = {
         "motion": motion,
         "direction": {"forward": (velocity > 0) & ~stuck, "backward": (velocity <= 0) & ~stuck, "at rest": stuck},
@@ -41,9 +44,9 @@ def region_masks(runs: Sequence[Conditioned], joint: int, kind: str) -> dict[str
         "load": _thirds(np.abs(s["command"][:, joint]), "load"),
         "acceleration": _thirds(np.abs(s["acceleration"][:, joint]), "acceleration"),
         "time": {
-            "first third of a run": s["share"] < 1 / 3,
-            "middle third of a run": (s["share"] >= 1 / 3) & (s["share"] < 2 / 3),
-            "last third of a run": s["share"] >= 2 / 3,
+            "first third of a run": third < 1.0,
+            "middle third of a run": (third >= 1.0) & (third < 2.0),
+            "last third of a run": third >= 2.0,
         },
     }
     return {family: _with_samples(masks) for family, masks in families.items()}

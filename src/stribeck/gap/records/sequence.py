@@ -73,9 +73,10 @@ def _start(past: Past, joint: int) -> Signals:
 
 def _placed(part: Conditioned, recordings: Sequence[Run], past: Mapping[int, Past]) -> Conditioned:
     i = next(i for i, run in enumerate(recordings) if run is part.run or np.shares_memory(run.q, part.run.q))
-    before = recordings[i].q[recordings[i].t < part.run.t[0]]
-    lead = float(part.run.t[0] - recordings[i].t[0])
-    return replace(part, past=replace(past[i], lead=lead, led=distance_gone(before, recordings[i].sample_time)))
+    recording = recordings[i]
+    lead = float(part.run.t[0] - recording.t[0])
+    led = distance_gone(recording.q[recording.t < part.run.t[0]], recording.sample_time)
+    return replace(part, past=replace(past[i], lead=lead, led=led, whole=recording.duration))
 
 
 def distance_gone(positions: np.ndarray, step: float) -> np.ndarray:

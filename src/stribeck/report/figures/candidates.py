@@ -129,17 +129,18 @@ def _panel(diagnosis: Diagnosis, step: int, shown: list[Candidate]) -> str:
     counts += [f"{screened} screened out"] if screened else []
     counts += [f"{rest} lower not shown"] if rest else []
     chosen = [row for row in shown if row.chosen]
-    done = "added" if chosen and chosen[0].effect in diagnosis.named else "tried, not named"
-    what = f"{words.listing([_label(row) for row in chosen])} {done}" if chosen else "nothing added"
+    done = [f"{_label(row)} {words.chosen(diagnosis, row.effect)}" for row in chosen]
+    what = words.listing(done) or "nothing added"
     return f"Step {step}: {what} ({', '.join(counts)})"
 
 
 def _finding(diagnosis: Diagnosis) -> str:
-    first = next((row for row in diagnosis.candidates if row.chosen), None)
+    chosen = [row for row in diagnosis.candidates if row.chosen]
+    if not chosen:
+        return "No candidate shows enough to be added"
+    first = next((row for row in chosen if row.effect in diagnosis.named), None)
     if first is None:
-        return "No candidate gains enough on held-out runs to be named"
-    if first.effect not in diagnosis.named:
-        return "What candidates gain on held-out runs is not enough to name one"
+        return "What was tried is not sure enough to be named"
     cause = words.cause_of(diagnosis, first.effect)
     names = [words.effect(name) for name in (cause.equivalent or (first.effect,))]
     gain = percent_interval(first.gain)
@@ -147,5 +148,5 @@ def _finding(diagnosis: Diagnosis) -> str:
         either = words.listing(names, "or")
         return f"{either[0].upper()}{either[1:]}: these data cannot tell; the first removes {gain}"
     if len(diagnosis.named) > 1:
-        return f"{words.named(diagnosis)}: each was added for its gain on runs that were not fitted"
+        return f"{words.named(diagnosis)}: all runs together decided; here, what each removes on held-out ones"
     return f"{words.named(diagnosis)} at {words.short(first.joint)} removes {gain} of the squared residual, held-out"
