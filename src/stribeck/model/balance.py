@@ -161,9 +161,9 @@ class Balance:
     def _friction(self, joint: int, s: Signals, d: Drive, x: Any, needed: Expression) -> Expression:
         """Return friction without its viscous part, given the torque ``needed`` to balance the joint.
 
-        At rest friction is an interval, not a value, as wide as what breaks the joint away; so it is wherever noise
-        hides the sign of the velocity, and where that changes within the sample. The speed there is noise: it must not
-        lower the level, or a fit raises Stribeck's constant to make up for it.
+        At rest friction is an interval, not a value; so it is wherever noise hides the sign of the velocity, and where
+        that changes within the sample. Where the joint surely rests, the speed is noise and what the filter brings of
+        the motion beside: it must not lower the level, or a fit raises Stribeck's constant to make up for it.
         """
         path = self.path
         bristle = path.bristle(joint)
@@ -173,8 +173,7 @@ class Balance:
             return effect.bristle_torque(level, s, path.states(k, x), path.parameters(k))
         sd, reach = d.velocity_sd[joint], d.instant[joint] * ca.fabs(s.acceleration)
         low, high = (_ahead((s.velocity + side * reach) / sd + side * UNSURE) for side in (-1.0, 1.0))
-        noise = _ahead(s.velocity / sd + UNSURE) - _ahead(s.velocity / sd - UNSURE)
-        speed = (1.0 - noise) * ca.fabs(s.velocity)
+        speed = (1.0 - d.resting[joint]) * ca.fabs(s.velocity)
         forward, backward = (path.level(joint, speed, way, s, x) for way in (1.0, -1.0))
         lower, upper = (ahead * forward - (1.0 - ahead) * backward for ahead in (low, high))
         return ca.fmin(ca.fmax(needed, lower), upper)

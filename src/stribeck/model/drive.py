@@ -9,7 +9,19 @@ import casadi as ca
 
 PAST = ("recordings", "recorded", "travelled", "lead", "led")
 RATES = ("position_rate", "velocity_rate", "acceleration_rate", "command_rate")
-DRIVE = ("time", "position", "velocity", "acceleration", "command", *RATES, "sliding", "velocity_sd", "instant", *PAST)
+DRIVE = (
+    "time",
+    "position",
+    "velocity",
+    "acceleration",
+    "command",
+    *RATES,
+    "resting",
+    "sliding",
+    "velocity_sd",
+    "instant",
+    *PAST,
+)
 
 
 @dataclass(frozen=True)
@@ -18,7 +30,8 @@ class Drive:
 
     ``command`` is the command averaged over the sample before and after, as zero-order hold implies. The rates are time
     derivatives of signals that an effect delays, zero for others: those of the curves that are read off, from sample to
-    sample, so that they differ a little from ``velocity`` and ``acceleration``. ``sliding`` is the part of the motion
+    sample, so that they differ a little from ``velocity`` and ``acceleration``. ``resting`` is 1 where the joint surely
+    rests, ``sliding`` is the part of the motion
     that is surely no noise, ``velocity_sd`` the uncertainty of the velocity, ``instant`` the time to either side for
     which a sample stands. What was before: how many recordings, how long they were and how far the joint had gone in
     them; then the same two of this recording, where only a part of it is here.
@@ -33,6 +46,7 @@ class Drive:
     velocity_rate: Any
     acceleration_rate: Any
     command_rate: Any
+    resting: Any
     sliding: Any
     velocity_sd: Any
     instant: Any
@@ -49,7 +63,7 @@ class Drive:
 
     @property
     def stacked(self) -> Any:
-        """All signals, one column (1 + 16 n, 1)."""
+        """All signals, one column (1 + 17 n, 1)."""
         return ca.vertcat(*[getattr(self, name) for name in DRIVE])
 
     def at(self, **changes: Any) -> Drive:
