@@ -276,7 +276,7 @@ def beside_a_play() -> tuple[Prepared, Model, dict[str, float]]:
 
 
 def test_a_play_is_found_from_far() -> None:
-    """From three of five starts at least; derivatives of a moment, by blows about to fall, end at nine times as much."""
+    """From three of five starts at least; derivatives of a moment, by blows about to fall, end at nine times it."""
     prepared, base, play = beside_a_play()
     weights = weights_of(base, prepared, FLOOR)
     near, *far = (
