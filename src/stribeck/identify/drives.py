@@ -66,6 +66,8 @@ class Drives:
                 drive[_rows(f"{name}_rate", self.path.n)][joint] = np.where(inside == asked, curve(inside, 1), 0.0)
             if what != "command":
                 drive[_rows("sliding", self.path.n)][joint] = np.interp(asked, run.time, run.sliding[:, joint])
+                nearest = np.rint((inside - run.time[0]) / run.sample_time).astype(int)  # which has no slope
+                drive[_rows("resting", self.path.n)][joint] = run.resting[nearest, joint]
         return drive
 
     def _curve(self, run: Conditioned, name: str, joint: int, still: np.ndarray) -> CubicSpline:
