@@ -69,7 +69,5 @@ class LateRecord:
 
 def _read(values: Floats, at: Floats) -> Floats:
     """Return columns (N, n) read between their rows (M, n)."""
-    low = np.minimum(at.astype(np.int64), max(len(values) - 2, 0))
-    high = np.minimum(low + 1, len(values) - 1)
-    part, column = at - low, np.arange(values.shape[1])
-    return np.asarray((1.0 - part) * values[low, column] + part * values[high, column])
+    rows = np.arange(len(values))
+    return np.column_stack([np.interp(at[:, j], rows, column) for j, column in enumerate(values.T)])
