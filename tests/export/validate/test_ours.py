@@ -157,9 +157,10 @@ def test_an_arm_that_magnifies_errors_is_allowed_its_own(made: Callable[[Arm, in
 
 @pytest.mark.slow
 def test_the_importers_own_error_along_a_long_chain_is_no_defect(made: Callable[[Arm, int], Path]) -> None:
-    arm = two_links(gravity=(9.81, 0.0))
-    more = [replace(one, name=one.name * 2) for one in arm.joints]
-    arm = replace(arm, joints=(*arm.joints, *more))
+    light = Friction(0.5, 0.2, 0.1, 0.05)
+    links = [Joint(f"J{k}", "revolute", 0.3, 1.0, (0.15, 0.0), 0.01, 0.01, light, light) for k in range(3)]
+    links[1] = replace(links[1], com=(0.1, -0.05))
+    arm = Arm("chain", (-3.0, 9.0), (*links, replace(links[0], name="J3", mass=0.2, inertia=0.001)))
     with opened(made(arm, 2)) as fmu:
         found = against_simulator(fmu, arm, "ModelExchange")
         assert found.position < found.allowed
