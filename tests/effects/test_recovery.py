@@ -275,6 +275,7 @@ def beside_a_play() -> tuple[Prepared, Model, dict[str, float]]:
     return prepared, retune(prepared, FLOOR, rounds=1), {"gap": 0.06, "stiffness": 1000.0, "damping": 6.0}
 
 
+@pytest.mark.slow
 def test_a_play_is_found_from_far() -> None:
     """From three of five starts at least; derivatives of a moment, by blows about to fall, end at nine times it."""
     prepared, base, play = beside_a_play()

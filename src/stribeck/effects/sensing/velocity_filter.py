@@ -84,12 +84,18 @@ class _Compared:
         fine = np.arange((len(position) - 1) * self.parts + 1) / self.parts
         self.slope = CubicSpline(rows, position)(fine, 1) / step
         self.seen = self._smooth(velocity)
+        self.known: dict[tuple[float, Filter], float] = {}  # searches begin on one grid of times
 
     def _smooth(self, values: np.ndarray) -> np.ndarray:
         return np.asarray(signal.sosfiltfilt(self.low_pass, values))
 
     def misfit(self, time: float, kind: Filter) -> float:
         """Return the squared difference that is left with the slope lagged by a time (s)."""
+        if (time, kind) not in self.known:
+            self.known[time, kind] = self._misfit(time, kind)
+        return self.known[time, kind]
+
+    def _misfit(self, time: float, kind: Filter) -> float:
         edge = min(len(self.seen) // 4, round(0.2 / self.step))
         moved = kind(self.slope, time / self.step * self.parts) if time > 0.0 else self.slope
         left = (self._smooth(moved[:: self.parts]) - self.seen)[edge : -edge or None]
