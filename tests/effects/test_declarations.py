@@ -272,6 +272,7 @@ def stated(*entries: EffectEntry, prismatic: bool = False) -> tuple[Placed, ...]
             "is given twice: found A",
         ),
         ([("contact", ("A",), "plane"), ("contact", ("B",), "linear")], False, "contact is given twice: found B"),
+        ([("gravity_tilt", ("A", "B"), None)], False, "gravity_tilt is given twice: found B"),
         ([("presliding", ("B",), "lugre"), ("presliding", ("B",), "maxwell_slip")], False, "is given twice: found B"),
         ([("backlash", ("A",), None), ("joint_flexibility", ("A",), None)], False, r"effects\[1\].*two transmissions"),
     ],
@@ -291,6 +292,26 @@ def test_a_law_without_what_makes_it_one_is_refused(effect: str, values: dict[st
     """A gap on a link of no stated stiffness was left out of simulations and exports without a word."""
     with pytest.raises(InputError, match=rf"effects\[0\]\.parameters\.A\.stiffness is missing.*no {effect}"):
         stated(EffectEntry(effect, ("A",), {"A": values}))
+
+
+@pytest.mark.parametrize(
+    ("law", "values", "folds"),
+    [
+        ("one_wave", {"sine": 0.3, "harmonic": 4.0}, True),
+        ("one_wave", {"sine": 0.2, "harmonic": 4.0}, False),
+        ("two_waves", {"sine": 0.2, "second_sine": -0.06, "harmonic": 4.0}, True),
+        ("two_waves", {"sine": 0.2, "second_cosine": 0.06, "harmonic": 3.0}, False),
+    ],
+)
+def test_a_sensor_that_reads_the_same_at_two_positions_is_refused(
+    law: str, values: dict[str, float], folds: bool
+) -> None:
+    entry = EffectEntry("encoder_eccentricity", ("A",), {"A": values}, law)
+    if not folds:
+        assert stated(entry)
+        return
+    with pytest.raises(InputError, match=r"effects\[0\]\.parameters\.A: .*reads the same at two positions"):
+        stated(entry)
 
 
 def test_a_payload_may_hang_on_any_link() -> None:

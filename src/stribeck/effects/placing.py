@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from stribeck.arm import Arm, EffectEntry, unit_at
 from stribeck.effects.registry import effect_named
 from stribeck.errors import InputError
-from stribeck.model.effect import Effect, RigidBodyEffect, TransmissionEffect
+from stribeck.model.effect import Effect, RigidBodyEffect, SensingEffect, TransmissionEffect
 from stribeck.model.layout import Placed
 
 
@@ -34,8 +34,9 @@ def placed_effects(arm: Arm, source: str = "") -> tuple[Placed, ...]:
             place = _place(arm, entry, joint, where)
             for other in placed:
                 shared = set(place.joints(arm.n)) & set(other.joints(arm.n))
-                if shared and other.effect.name == place.effect.name:
-                    name = arm.names[min(shared)]
+                once = shared or place.effect.whole_arm
+                if once and other.effect.name == place.effect.name:
+                    name = arm.names[min(shared)] if shared else joint
                     raise InputError(f"{where}: {place.effect.name} is given twice", name, "keep one law at a joint")
                 both = isinstance(place.effect, TransmissionEffect) and isinstance(other.effect, TransmissionEffect)
                 if both and other.joint == place.joint:
@@ -48,7 +49,7 @@ def placed_effects(arm: Arm, source: str = "") -> tuple[Placed, ...]:
 def _place(arm: Arm, entry: EffectEntry, joint: str, where: str) -> Placed:
     effect = effect_named(entry.effect, entry.law, f"{where}.")
     place = arm.names.index(joint)
-    # a payload may hang on any link, and tilted gravity be stated at any joint; a base is under the first
+    # tilted gravity may be stated at any joint; a base is under the first
     bound = effect.everywhere or (effect.whole_arm and not isinstance(effect, RigidBodyEffect))
     if bound and place not in effect.sites(arm.n):
         first = arm.names[effect.sites(arm.n)[0]]
@@ -71,6 +72,11 @@ def _check_values(effect: Effect, given: Mapping[str, float], kind: str, where: 
         if not parameter.lower <= value <= parameter.upper and value != parameter.null:
             bounds = f"{parameter.lower:g} to {parameter.upper:g} {unit_at(parameter.unit, kind)}"
             raise InputError(f"{where}.{parameter.name} is out of bounds", f"{value:g}", f"give {bounds}")
+    everything = {p.name: given.get(p.name, p.null) for p in effect.parameters}
+    if isinstance(effect, SensingEffect) and effect.folds(everything):
+        raise InputError(
+            f"{where}: such a sensor reads the same at two positions", str(given), "make its waves smaller"
+        )
     for parameter in effect.parameters:
         if given and parameter.name not in given and not math.isfinite(parameter.null):
             what, do = f"{where}.{parameter.name} is missing", f"give it: without it there is no {effect.name}"

@@ -130,15 +130,20 @@ class Effect(ABC):
 
 
 class Along(IntEnum):
-    """Where along a drive an actuator effect sits: what is asked for, its control loop, what it becomes, what is added.
+    """Where along a drive an actuator effect sits.
+
+    What is asked for; how the amplifier switches, and what it can give; its control loop; what becomes of that; what is
+    added.
 
     The path has them in this order, whichever was found first: a lag does not smooth the ripple of the motor behind it.
     """
 
     COMMAND = 0
-    CURRENT = 1
-    MOTOR = 2
-    SHAFT = 3
+    AMPLIFIER = 1
+    LIMIT = 2
+    CURRENT = 3
+    MOTOR = 4
+    SHAFT = 5
 
 
 class ActuatorEffect(Effect):
@@ -186,9 +191,22 @@ class TransmissionEffect(Effect):
         """Return the static deflection (rad) under a torque: where a recording starts."""
 
 
+class Upon(IntEnum):
+    """What a law of friction changes: the curve over velocity, it by place, it by load, or all that comes of these.
+
+    The path has them in this order, whichever was found first: where friction wears in, that by load does as well.
+    """
+
+    CURVE = 0
+    PLACE = 1
+    LOAD = 2
+    ALL = 3
+
+
 class FrictionEffect(Effect):
     """A change of joint friction, tau_f = sign(v) G + B with G the sliding level and B the rest."""
 
+    upon: ClassVar[Upon] = Upon.CURVE
     uses_load: ClassVar[bool] = False
     """True where the level goes with the torque that the link takes: it depends on the acceleration then."""
     uses_weight: ClassVar[bool] = False
@@ -288,3 +306,7 @@ class SensingEffect(Effect):
     def measured(self, position: Expression, p: Parameters) -> Expression:
         """Return the recorded position from the true one, rad."""
         return position
+
+    def folds(self, values: Mapping[str, float]) -> bool:
+        """Return whether two positions are recorded alike, so that no record tells where the joint is."""
+        return False

@@ -119,9 +119,9 @@ class Forward:
         seen, speed = ca.SX.sym("seen", self.n), ca.SX.sym("speed", self.n)
         position, velocity = [], []
         for j in range(self.n):
-            true = self.path.true_position(j, seen[j])
+            at, true = ca.SX.sym("position"), self.path.true_position(j, seen[j])
             position.append(true)
-            velocity.append(ca.jacobian(true, seen[j]) * speed[j])
+            velocity.append(speed[j] / ca.substitute(self.path.sensed(j, at)[0], at, true))
         return ca.Function("true_motion", [seen, speed, self.path.p], [ca.vertcat(*position), ca.vertcat(*velocity)])
 
     @cached_property

@@ -27,7 +27,8 @@ from stribeck.model.tip import tip_of
 from stribeck.model.tustin import tustin_level, tustin_viscous
 from stribeck.model.values import Body, Expression, Parameters, Signals
 
-INVERSION_STEPS = 4  # fixed-point steps that undo a sensor's law; the error falls by its slope at each
+INVERSION_STEPS = 6  # of Newton's method, which undo a sensor's law
+SLOPE = 0.02  # of a sensor's law, at least: a fit may try one that folds
 
 
 class SignalPath(Symbols):
@@ -36,7 +37,7 @@ class SignalPath(Symbols):
     def _constants(self, joint: int, direction: float, s: Signals, x: Any) -> Parameters:
         """Return the Tustin constants after the effects that change them."""
         constants = self.constants(joint, direction)
-        for k, effect in self.at(joint, FrictionEffect):
+        for k, effect in self._friction(joint):
             constants = effect.constants(constants, s, self.states(k, x), self.parameters(k))
         return constants
 
@@ -91,14 +92,18 @@ class SignalPath(Symbols):
         slope = ca.jacobian(self.present_level(joint, s.at(torque=torque), x), torque)
         return 1.0 - ca.sign(s.velocity) * ca.substitute(slope, torque, s.torque)
 
+    def _friction(self, joint: int) -> list[tuple[int, FrictionEffect]]:
+        """Return (number, effect) of a joint's laws of friction, those that change what others make of it last."""
+        return sorted(self.at(joint, FrictionEffect), key=lambda found: found[1].upon)
+
     def level(self, joint: int, speed: Expression, direction: float, s: Signals, x: Any) -> Expression:
         """Return the sliding friction level G (N m) of a joint at a speed for one direction."""
         constants = self._constants(joint, direction, s, x)
         s = s.at(viscous=self.viscous(joint, s, x))
-        for k, effect in self.at(joint, FrictionEffect):
+        for k, effect in self._friction(joint):
             speed = effect.speed(speed, s, self.states(k, x), self.parameters(k))
         level = tustin_level(speed, constants)
-        for k, effect in self.at(joint, FrictionEffect):
+        for k, effect in self._friction(joint):
             level = effect.level(level, direction, s, self.states(k, x), self.parameters(k))
         return level
 
@@ -112,7 +117,7 @@ class SignalPath(Symbols):
         """Return the friction torque of a joint that has no sign function, N m."""
         forward, backward = (self._constants(joint, way, s, x)["C2"] for way in (1.0, -1.0))
         torque = tustin_viscous(s.velocity, forward, backward)
-        for k, effect in self.at(joint, FrictionEffect):
+        for k, effect in self._friction(joint):
             torque = effect.viscous(torque, s, self.states(k, x), self.parameters(k))
         return torque
 
@@ -224,11 +229,18 @@ class SignalPath(Symbols):
             position = effect.measured(position, self.parameters(k))
         return position
 
+    def sensed(self, joint: int, position: ca.SX) -> tuple[ca.SX, ca.SX]:
+        """Return first and second derivative of a joint's recorded position by the true one (a symbol)."""
+        slope = ca.jacobian(self.measured(joint, position), position)
+        return ca.fmax(slope, SLOPE), ca.jacobian(slope, position)
+
     def true_position(self, joint: int, recorded: Expression) -> Expression:
-        """Return the true position of a joint from the recorded one, by fixed-point inversion, rad."""
+        """Return the true position of a joint from the recorded one, by Newton's method, rad."""
         if not self.at(joint, SensingEffect):
             return recorded
+        at = ca.SX.sym("position")
+        step = (self.measured(joint, at) - recorded) / self.sensed(joint, at)[0]
         position = recorded
         for _ in range(INVERSION_STEPS):
-            position = recorded - (self.measured(joint, position) - position)
+            position = position - ca.substitute(step, at, position)
         return position

@@ -45,11 +45,11 @@ class Told:
         """Return true position, velocity and acceleration from what the sensor gave."""
         if not self.path.at(joint, SensingEffect):
             return y, dy, ddy
-        seen = ca.SX.sym("seen")
-        law = self.path.true_position(joint, seen)
-        slope = ca.jacobian(law, seen)
-        q, slope, curve = ca.substitute([law, slope, ca.jacobian(slope, seen)], [seen], [ca.SX(y)])
-        return q, slope * dy, slope * ddy + curve * dy**2
+        at, q = ca.SX.sym("position"), self.path.true_position(joint, ca.SX(y))
+        slope, curve = self.path.sensed(joint, at)
+        slope, curve = ca.substitute([slope, curve], [at], [q])
+        dq = dy / slope
+        return q, dq, (ddy - curve * dq**2) / slope
 
     def _recorded(self, d: Drive, joint: int) -> tuple[Expression, Expression, Expression]:
         """Return position, velocity and acceleration as the sensor gave them, the lateness of the record undone."""

@@ -19,7 +19,7 @@ class TorqueDeadZone(ActuatorEffect):
     name = "torque_dead_zone"
     law = "shifted"
     channel = "actuator"
-    along = Along.COMMAND
+    along = Along.AMPLIFIER
     equation = r"\tau = \mathrm{sign}(u) \max(|u| - w, 0)"
     symptom = "a residual of constant size whose sign is that of the command, not that of the motion"
     shows = "command"

@@ -24,7 +24,7 @@ class TorqueDeadZoneThreshold(ActuatorEffect):
     name = "torque_dead_zone"
     law = "threshold"
     channel = "actuator"
-    along = Along.COMMAND
+    along = Along.AMPLIFIER
     equation = r"\tau = u \, \mathrm{clip}\left(\frac{|u| - 0.9\, w}{0.2\, w}, 0, 1\right)"
     symptom = "a residual that is the command itself where that is small, and nothing elsewhere"
     shows = "command"

@@ -20,7 +20,7 @@ class TorqueSaturation(ActuatorEffect):
     name = "torque_saturation"
     law = "constant"
     channel = "actuator"
-    along = Along.COMMAND
+    along = Along.LIMIT
     equation = r"\tau = \max(-L, \min(L, u))"
     symptom = "a residual only at the largest commands, towards zero torque, that grows with the command beyond a level"
     shows = "command"

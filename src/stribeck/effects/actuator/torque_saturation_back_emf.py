@@ -23,7 +23,7 @@ class TorqueSaturationBackEmf(ActuatorEffect):
     name = "torque_saturation"
     law = "back_emf"
     channel = "actuator"
-    along = Along.COMMAND
+    along = Along.LIMIT
     equation = r"|\tau| \leq L (1 - w \max(0, v\, \mathrm{sign}\, u))"
     symptom = "a residual only where a large command drives a fast joint"
     shows = "command"

@@ -22,7 +22,7 @@ class TorqueSaturationSmooth(ActuatorEffect):
     name = "torque_saturation"
     law = "smooth"
     channel = "actuator"
-    along = Along.COMMAND
+    along = Along.LIMIT
     equation = r"\tau = L \tanh(u / L)"
     symptom = "a residual towards zero torque, that grows with the cube of the command"
     shows = "command"

@@ -8,7 +8,7 @@ from typing import final
 
 import casadi as ca
 
-from stribeck.model.effect import FrictionEffect
+from stribeck.model.effect import FrictionEffect, Upon
 from stribeck.model.scale import Scale
 from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 
@@ -27,6 +27,7 @@ class History(FrictionEffect):
     name = "history"
     law = "warm_up"
     channel = "friction"
+    upon = Upon.ALL
     equation = (
         r"\tau_f \to \tau_f (1 + a h), \quad T \dot h = |v| - h, \quad h(0) = h_0 \text{ or } \rho\,h(\text{before})"
     )

@@ -8,7 +8,7 @@ from typing import final
 
 import casadi as ca
 
-from stribeck.model.effect import FrictionEffect
+from stribeck.model.effect import FrictionEffect, Upon
 from stribeck.model.scale import Scale
 from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 
@@ -27,6 +27,7 @@ class HistoryInTime(FrictionEffect):
     name = "history"
     law = "in_time"
     channel = "friction"
+    upon = Upon.ALL
     equation = (
         r"\tau_f \to \tau_f (1 + a w), \quad \dot w = -w / T, \quad "
         r"w(0) = 1 \text{ or } 1 - \rho\,(1 - w(\text{before}))"

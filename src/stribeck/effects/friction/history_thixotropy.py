@@ -8,7 +8,7 @@ from typing import final
 
 import casadi as ca
 
-from stribeck.model.effect import FrictionEffect
+from stribeck.model.effect import FrictionEffect, Upon
 from stribeck.model.scale import Scale
 from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 
@@ -28,6 +28,7 @@ class HistoryThixotropy(FrictionEffect):
     name = "history"
     law = "thixotropy"
     channel = "friction"
+    upon = Upon.ALL
     equation = r"\tau_f \to \tau_f (1 + a s), \quad \dot s = (1 - s)/T - |v| s / D, \quad s(0) = s_0"
     symptom = "a residual against the motion that is highest after a rest and dies out with the distance gone since"
     shows = "time"

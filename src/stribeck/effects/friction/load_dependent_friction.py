@@ -7,7 +7,7 @@ from typing import final
 
 import casadi as ca
 
-from stribeck.model.effect import FrictionEffect
+from stribeck.model.effect import FrictionEffect, Upon
 from stribeck.model.scale import Scale
 from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 
@@ -19,6 +19,7 @@ class LoadDependentFriction(FrictionEffect):
     name = "load_dependent_friction"
     law = "proportional"
     channel = "friction"
+    upon = Upon.LOAD
     equation = r"G = G_0 + \mu |\tau_\mathrm{load}|"
     symptom = "a residual against the direction of motion, in proportion to the transmitted torque"
     shows = "load"

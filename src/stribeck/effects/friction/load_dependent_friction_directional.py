@@ -7,7 +7,7 @@ from typing import final
 
 import casadi as ca
 
-from stribeck.model.effect import FrictionEffect
+from stribeck.model.effect import FrictionEffect, Upon
 from stribeck.model.scale import Scale
 from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 
@@ -23,6 +23,7 @@ class LoadDependentFrictionDirectional(FrictionEffect):
     name = "load_dependent_friction"
     law = "directional"
     channel = "friction"
+    upon = Upon.LOAD
     equation = r"G = G_0 + \mu |\tau_\mathrm{load} + B + G\, \mathrm{sign}\, v|"
     symptom = "a residual against the motion in proportion to the transmitted torque, more where the motor drives"
     shows = "load"

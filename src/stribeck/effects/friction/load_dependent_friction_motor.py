@@ -6,7 +6,7 @@ from typing import final
 
 import casadi as ca
 
-from stribeck.model.effect import FrictionEffect
+from stribeck.model.effect import FrictionEffect, Upon
 from stribeck.model.scale import Scale
 from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 
@@ -18,6 +18,7 @@ class LoadDependentFrictionMotor(FrictionEffect):
     name = "load_dependent_friction"
     law = "motor"
     channel = "friction"
+    upon = Upon.LOAD
     equation = r"G = G_0 + \mu |\tau_\mathrm{motor}|"
     symptom = "a residual against the motion, in proportion to the motor's torque"
     shows = "load"

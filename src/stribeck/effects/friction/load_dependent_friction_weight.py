@@ -6,7 +6,7 @@ from typing import Any, final
 
 import casadi as ca
 
-from stribeck.model.effect import FrictionEffect
+from stribeck.model.effect import FrictionEffect, Upon
 from stribeck.model.scale import Scale
 from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 
@@ -18,6 +18,7 @@ class LoadDependentFrictionWeight(FrictionEffect):
     name = "load_dependent_friction"
     law = "weight"
     channel = "friction"
+    upon = Upon.LOAD
     equation = r"G = G_0 + \mu |\tau_\mathrm{gravity}|"
     symptom = "a residual against the direction of motion, in proportion to the weight that hangs on the joint"
     shows = "load"

@@ -9,7 +9,7 @@ from typing import final
 import casadi as ca
 import numpy as np
 
-from stribeck.model.effect import FrictionEffect
+from stribeck.model.effect import FrictionEffect, Upon
 from stribeck.model.scale import UNEVEN, Scale
 from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 from stribeck.model.waves import Trace, strongest_waves
@@ -22,6 +22,7 @@ class PositionDependentFriction(FrictionEffect):
     name = "position_dependent_friction"
     law = "one_wave"
     channel = "friction"
+    upon = Upon.PLACE
     equation = r"G = G_0 (1 + a \sin N q + b \cos N q)"
     symptom = "a residual against the direction of motion that repeats with position"
     shows = "position"

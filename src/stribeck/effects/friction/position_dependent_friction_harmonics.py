@@ -9,7 +9,7 @@ from typing import final
 import casadi as ca
 import numpy as np
 
-from stribeck.model.effect import FrictionEffect
+from stribeck.model.effect import FrictionEffect, Upon
 from stribeck.model.scale import UNEVEN, Scale
 from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 from stribeck.model.waves import Trace, strongest_waves
@@ -24,6 +24,7 @@ class PositionDependentFrictionHarmonics(FrictionEffect):
     name = "position_dependent_friction"
     law = "harmonics"
     channel = "friction"
+    upon = Upon.PLACE
     equation = r"G = G_0 \left(1 + \sum_{i=1}^{3} a_i \sin i N q + b_i \cos i N q\right)"
     symptom = "a residual against the direction of motion that is a curve over position"
     shows = "position"

@@ -82,7 +82,13 @@ class PreslidingMaxwellSlip(FrictionEffect):
     def bristle_moved(self, level: Expression, distance: Expression, x: States, p: Parameters) -> dict[str, Expression]:
         limits = [share * _floor(level) for share in LEVEL]
         moved = [x[name] + share * p["stiffness"] * distance for name, share in zip(NAMES, STIFFNESS, strict=True)]
-        return {name: ca.fmin(ca.fmax(b, -limit), limit) for name, b, limit in zip(NAMES, moved, limits, strict=True)}
+        return {name: _slid(b, limit, distance) for name, b, limit in zip(NAMES, moved, limits, strict=True)}
+
+
+def _slid(torque: Expression, limit: Expression, distance: Expression) -> Expression:
+    """Return an element's torque once it has given way ahead; turned back it unloads, whatever its limit is there."""
+    backward = ca.if_else(distance < 0.0, ca.fmax(torque, -limit), torque)
+    return ca.if_else(distance > 0.0, ca.fmin(torque, limit), backward)
 
 
 def _sticking(level: Expression, i: int, s: Signals, x: States) -> Expression:

@@ -20,7 +20,6 @@ class Payload(RigidBodyEffect):
     shows = "position"
     source = "Khalil & Dombre (2002), ch. 12"
     parameters = (Parameter("mass", "kg", "mass at the tip", 0.0, 0.0),)
-    whole_arm = True
     rescales = True
 
     def sites(self, n: int) -> tuple[int, ...]:

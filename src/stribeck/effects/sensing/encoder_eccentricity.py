@@ -46,6 +46,9 @@ class EncoderEccentricity(SensingEffect):
         phase = p["harmonic"] * position
         return position + p["sine"] * ca.sin(phase) + p["cosine"] * ca.cos(phase)
 
+    def folds(self, values: Mapping[str, float]) -> bool:
+        return values["harmonic"] * math.hypot(values["sine"], values["cosine"]) >= 1.0
+
 
 def _start(wave: Wave) -> dict[str, float]:
     return {"sine": wave.sine, "cosine": wave.cosine, "harmonic": wave.rate}
