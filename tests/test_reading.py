@@ -46,6 +46,33 @@ def test_a_counter_goes_on_where_it_begins_anew(to: float) -> None:
     assert ("q2 (" in note) == (to == 0.0)  # the second crosses zero, and never half a turn
 
 
+@pytest.mark.parametrize("speed", [4.0, -9.0])
+@pytest.mark.parametrize("lost", [0.05, 0.15, 0.3])
+def test_a_counter_that_begins_anew_while_rows_are_missing_goes_on_by_the_speeds_around(
+    lost: float, speed: float
+) -> None:
+    t = STEP * np.arange(2000)
+    q = np.column_stack([speed * t + np.sin(3.0 * t), 2.0 * np.sin(3.0 * t)])
+    over = t[np.argmax(np.abs(np.diff(wrapped(q[:, 0]))) > 3.0)]
+    there = np.abs(t - over) > 0.5 * lost
+    torn = wrapped(q[there])
+    torn[np.argmax(t[there] > over) + 3, 0] += 1.0  # a wrong reading near the gap tells no speed
+    again, _ = as_read(Run("r.csv", t[there], torn, tau=q[there]))
+    np.testing.assert_allclose(again.q, q[there], atol=0.05)
+
+
+def test_where_the_speeds_around_missing_rows_tell_no_turn_positions_are_left_alone() -> None:
+    """A joint that swings on through several periods, as fast before as after, and one that is moved to another place.
+
+    Neither has a counter that begins anew.
+    """
+    t = STEP * np.arange(2000)
+    there = np.abs(t - 0.5 * np.pi) > 0.5 * np.pi - 0.2
+    q = np.column_stack([2.0 * np.sin(4.0 * t), np.where(t < 1.5, 0.0, 4.0)])[there]
+    run = Run("r.csv", t[there], q, tau=q)
+    assert as_read(run) == (run, ())
+
+
 @pytest.mark.parametrize("rows", [[0], [1000], [1000, 1001, 1002], [2998, 2999]])
 def test_a_reading_that_went_wrong_is_put_in_line(rows: list[int]) -> None:
     run = a_run()
