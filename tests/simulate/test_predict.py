@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stribeck.arm import Arm, EffectEntry, Friction, load_arm
+from stribeck.arm import Arm, EffectEntry, Friction, load_arm, save_arm
+from stribeck.cli import main
 from stribeck.errors import InputError
 from stribeck.grid import uniform
-from stribeck.run import Run, load_run
+from stribeck.run import Run, load_run, save_run
 from stribeck.simulate import Compensation, Engine, JointLoop, Loop, Reference, predict, simulate
 
 from .conftest import entry, two_links
@@ -107,6 +108,23 @@ def test_windows_start_on_the_record() -> None:
     later = predict(arm, replace(run, t=run.t + since_1970), 0.25)
     np.testing.assert_allclose(later.t - since_1970, run.t, atol=1e-6)
     np.testing.assert_allclose(later.q, found.q, atol=1e-4)
+
+
+def test_what_was_done_to_the_recording_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    save_arm(two_links(), "arm.toml")
+    run = recorded(two_links())
+    save_run(run, "as_it_is.csv")
+    late = replace(run, t=run.t + 0.3 * STEP * np.sin(np.arange(len(run.t)) ** 2), dq=None)
+    save_run(replace(late, q=(run.q + 3.0 + np.pi) % (2.0 * np.pi) - np.pi), "as_it_comes.csv")
+    for name, told in (("as_it_is", ()), ("as_it_comes", ("begins anew: q1 (", "ms apart, which makes"))):
+        assert main(["predict", "arm.toml", f"{name}.csv", "--horizon", "0.5", "--out", f"{name}_ahead.csv"]) == 0
+        lines = capsys.readouterr().out.splitlines()
+        for line, text in zip(lines, told, strict=True):
+            assert line.startswith(f"note: {name}.csv: ")
+            assert text in line
 
 
 def test_a_window_of_two_samples_is_one_whatever_the_clock() -> None:

@@ -43,6 +43,8 @@ class Prediction:
         was missing before (:mod:`stribeck.model.observer`): it is a prediction one sample ahead.
     status : tuple of str
         Of each window: ``ok``, or why it ended early.
+    notes : tuple of str
+        What was done to the recording first, for the reader.
     """
 
     t: Floats
@@ -51,6 +53,7 @@ class Prediction:
     dq: Floats
     tau: Floats
     status: tuple[str, ...]
+    notes: tuple[str, ...] = ()
 
     @property
     def failed(self) -> tuple[int, ...]:
@@ -78,12 +81,12 @@ def predict(arm: Arm, run: Run, horizon: float) -> Prediction:
     if run.n != arm.n:
         raise InputError(f"{run.name}: not a recording of this arm", f"{run.n} joints", f"the arm has {arm.n}")
     began = run.t[0]
-    run, _ = uniform(run)
+    run, notes = uniform(run)
     engine = Engine(path_of(arm))
     noise = encoder_noise(arm, [run])
     cutoff = cutoff_frequency(arm, [run], engine.moved_inertia(np.median(run.q, axis=0)), noise)
     found = predict_conditioned(engine, engine.p, condition(arm, run, cutoff, noise), horizon)
-    return replace(found, t=found.t + (began - run.t[0] if abs(began) >= LONG_AGO else 0.0))
+    return replace(found, t=found.t + (began - run.t[0] if abs(began) >= LONG_AGO else 0.0), notes=notes)
 
 
 def predict_conditioned(engine: Engine, p: Floats, data: Conditioned, horizon: float) -> Prediction:
