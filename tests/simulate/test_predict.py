@@ -11,6 +11,10 @@ from stribeck.arm import Arm, EffectEntry, Friction, load_arm, save_arm
 from stribeck.cli import main
 from stribeck.errors import InputError
 from stribeck.grid import uniform
+from stribeck.identify.conditioning import condition
+from stribeck.identify.cutoff import cutoff_frequency
+from stribeck.identify.noise import encoder_noise
+from stribeck.identify.residual import Residual
 from stribeck.run import Run, load_run, save_run
 from stribeck.simulate import Compensation, Engine, JointLoop, Loop, Reference, predict, simulate
 
@@ -93,6 +97,20 @@ def test_torque_is_right_to_the_ends_and_where_it_steps(joint_a: Engine, begins:
     lacking = predict(replace(arm, joints=(replace(arm.joints[0], friction=low, backward=low),)), run, 0.5)
     slides = t >= begins + 0.1 if begins else t >= 0.0
     assert np.abs((lacking.tau - tau)[slides] + 2.0).max() < 0.3
+
+
+def test_torque_departs_by_as_much_as_a_diagnosis_tells(level_arm: Engine) -> None:
+    """Commands that step while joints rest: how much friction takes there depends on the filters."""
+    t = 0.001 * np.arange(4001)
+    tau = np.column_stack([6.0 * np.sign(np.sin(7.0 * t)), 4.0 * np.sign(np.sin(5.0 * t + 1.0))])
+    q = level_arm.run(level_arm.p, level_arm.start(level_arm.p, np.zeros(2)), t, tau).q
+    arm, run = two_links(), Run("steps.csv", t, q + 1e-4 * np.random.default_rng(1).normal(size=q.shape), tau)
+    noise = encoder_noise(arm, [run])
+    cutoff = cutoff_frequency(arm, [run], level_arm.moved_inertia(np.median(run.q, axis=0)), noise)
+    analysed = condition(arm, run, cutoff, noise, thin=True)
+    assert len(analysed.time) < 0.2 * len(t)
+    told = Residual(level_arm.path, [analysed], ()).value(level_arm.p)
+    assert rms(predict(arm, run, 0.5).tau - tau) == pytest.approx(rms(told), rel=0.05)
 
 
 def test_windows_start_on_the_record() -> None:
