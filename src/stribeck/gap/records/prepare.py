@@ -25,7 +25,7 @@ from stribeck.identify.cutoff import cutoff_frequency
 from stribeck.identify.inertia import MovedInertia
 from stribeck.identify.noise import encoder_noise
 from stribeck.identify.stretches import between_gaps, shortened
-from stribeck.model.layout import values_of
+from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
 from stribeck.model.rigid_body import inverse_dynamics
 from stribeck.model.scale import Scale
@@ -75,6 +75,10 @@ class Prepared:
         rng = np.random.default_rng(LOUD_SEED + 1)
         white = [rng.standard_normal(run.command.shape) / np.sqrt(np.sum(run.taps**2)) for run in self.held]
         return tuple(replace(run, command=run.command + self.push * w) for run, w in zip(self.held, white, strict=True))
+
+    def path(self, placed: Sequence[Placed]) -> SignalPath:
+        """Return the path of the arm with effects, for a fit: their places are looked for where the joints move."""
+        return SignalPath(self.arm, placed, [scale.middle for scale in self.scales])
 
     def as_stated(self, arm: Arm) -> Arm:
         """Return an arm with no other tolerances than those of the arm file."""
