@@ -8,6 +8,7 @@ import pytest
 
 from stribeck.run import Run
 from stribeck.run.reading import as_read
+from stribeck.run.turns import in_one_turn
 
 STEP = 0.002
 
@@ -44,6 +45,64 @@ def test_a_counter_goes_on_where_it_begins_anew(to: float) -> None:
         np.testing.assert_allclose(turns, np.round(turns[0]) + 0.0 * turns, atol=1e-9)
     assert "q1 (" in note
     assert ("q2 (" in note) == (to == 0.0)  # the second crosses zero, and never half a turn
+
+
+@pytest.mark.parametrize("speed", [4.0, -9.0])
+@pytest.mark.parametrize("lost", [0.05, 0.15, 0.3])
+def test_a_counter_that_begins_anew_while_rows_are_missing_goes_on_by_the_speeds_around(
+    lost: float, speed: float
+) -> None:
+    t = STEP * np.arange(2000)
+    q = np.column_stack([speed * t + np.sin(3.0 * t), 2.0 * np.sin(3.0 * t)])
+    over = t[np.argmax(np.abs(np.diff(wrapped(q[:, 0]))) > 3.0)]
+    there = np.abs(t - over) > 0.5 * lost
+    torn = wrapped(q[there])
+    torn[np.argmax(t[there] > over) + 3, 0] += 1.0  # a wrong reading near the gap tells no speed
+    again, _ = as_read(Run("r.csv", t[there], torn, tau=q[there]))
+    np.testing.assert_allclose(again.q, q[there], atol=0.05)
+
+
+def runs_about(*middles: float) -> list[Run]:
+    """Runs of a joint that swings about some places, beside one that stays near zero in all of them."""
+    t = STEP * np.arange(1500)
+    swings = [np.column_stack([m + 0.4 * np.sin(4.0 * t), 0.3 * np.cos(2.0 * t)]) for m in middles]
+    return [Run(f"r{k}.csv", t, wrapped(q), tau=q, q_ref=wrapped(q) - 0.01) for k, q in enumerate(swings)]
+
+
+def test_runs_of_a_joint_whose_counter_begins_anew_lie_in_one_turn() -> None:
+    """The third begins beyond half a turn, and the last, which leaps nowhere, is recorded beyond it all along."""
+    middles = (3.0, 3.1, 3.5, 3.8)
+    runs, notes = runs_about(*middles), list[str]()
+    moved = in_one_turn(runs, notes)
+    assert moved[0] is runs[0]
+    assert [note.partition(":")[0] for note in notes] == ["r2.csv", "r3.csv"]
+    assert all(note.endswith("moved by whole turns to where the other recordings are: q1 (+1)") for note in notes)
+    for run, middle in zip(moved, middles, strict=True):
+        again, _ = as_read(run)
+        assert again.q.mean(axis=0) == pytest.approx([middle, 0.0], abs=0.15)
+        assert again.q_ref == pytest.approx(again.q - 0.01)
+
+
+@pytest.mark.parametrize("middles", [(0.5, 2.6, -2.6), (3.0, 3.1, 0.9), (3.0, 3.1, -1.0)])
+def test_runs_stay_where_they_are_if_no_counter_begins_anew_or_no_turn_brings_them_nearer(
+    middles: tuple[float, ...],
+) -> None:
+    runs, notes = runs_about(*middles), list[str]()
+    made = in_one_turn(runs, notes)
+    assert all(one is other for one, other in zip(made, runs, strict=True))
+    assert notes == []
+
+
+def test_where_the_speeds_around_missing_rows_tell_no_turn_positions_are_left_alone() -> None:
+    """A joint that swings on through several periods, as fast before as after, and one that is moved to another place.
+
+    Neither has a counter that begins anew.
+    """
+    t = STEP * np.arange(2000)
+    there = np.abs(t - 0.5 * np.pi) > 0.5 * np.pi - 0.2
+    q = np.column_stack([2.0 * np.sin(4.0 * t), np.where(t < 1.5, 0.0, 4.0)])[there]
+    run = Run("r.csv", t[there], q, tau=q)
+    assert as_read(run) == (run, ())
 
 
 @pytest.mark.parametrize("rows", [[0], [1000], [1000, 1001, 1002], [2998, 2999]])

@@ -92,6 +92,15 @@ def test_starts(effect: Effect, scale: Scale) -> None:
                 assert parameter.lower <= trial[parameter.name] <= parameter.upper
 
 
+@every_effect
+def test_starts_know_no_zero_of_the_encoder(effect: Effect) -> None:
+    """Places are sought where the joint moves; all else is the same wherever that is."""
+    moved = 40.0 * math.pi
+    for one, other in zip(effect.starts(LARGE), effect.starts(replace(LARGE, middle=moved)), strict=True):
+        for parameter in effect.parameters:
+            assert other[parameter.name] == pytest.approx(one[parameter.name] + moved * parameter.place)
+
+
 @pytest.mark.parametrize("scale", [SMALL, LARGE], ids=["small", "large"])
 @every_effect
 def test_starts_are_plausible(effect: Effect, scale: Scale) -> None:

@@ -7,7 +7,7 @@ be compared, and the residual must fall.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
@@ -218,12 +218,16 @@ SAMPLE = (  # one of each stage; all of them take a good part of a minute
 )  # fmt: skip
 
 
-def fitted(label: str, case: Case) -> tuple[Prepared, Model, Model]:
-    """The re-tuned model and the one with the effect, as the search finds it: screened, then fitted."""
+def fitted(label: str, case: Case, turns: int = 0) -> tuple[Prepared, Model, Model]:
+    """The re-tuned model and the one with the effect, as the search finds it: screened, then fitted.
+
+    All encoders count from ``turns`` away.
+    """
     name, _, law = label.partition("/")
     effect = effect_named(name, law or None)
     bend = name != "negative_damping"
     runs = recorded(name, (case.joint, *case.elsewhere), case.hidden, bend=bend)
+    runs = [replace(run, q=run.q + 2.0 * np.pi * turns) for run in runs]
     prepared = prepare(nominal_arm(bend), runs, runs[1:])
     base = retune(prepared, FLOOR, rounds=1)
     weights = weights_of(base, prepared, FLOOR)
@@ -244,6 +248,30 @@ def test_recovery(label: str, case: Case) -> None:
     assert after < case.left * before, (after / before, found)
     for parameter, (value, allowed) in case.expected.items():
         assert found[parameter] == pytest.approx(value, abs=allowed), (parameter, found)
+
+
+@pytest.mark.parametrize(
+    ("label", "place"),
+    [
+        ("cable_spring/linear", "rest"),
+        *(
+            pytest.param(*one, marks=pytest.mark.slow)
+            for one in [
+                ("cable_spring/hardening", "rest"),
+                ("contact/linear", "position"),
+                ("contact/hunt_crossley", "position"),
+            ]
+        ),
+    ],
+)
+def test_an_encoder_may_count_from_many_turns_away(label: str, place: str) -> None:
+    turns, case = 20, CASES[label]
+    _, base, model = fitted(label, case, turns)
+    before, after = (np.sqrt(np.mean(one.fit.residual[:, 1] ** 2)) for one in (base, model))
+    assert after < case.left * before
+    for parameter, (value, allowed) in case.expected.items():
+        there = value + 2.0 * np.pi * turns * (parameter == place)
+        assert model.placed[0].values[parameter] == pytest.approx(there, abs=allowed)
 
 
 def test_a_slow_stand_is_found() -> None:

@@ -55,6 +55,17 @@ def test_section_3_stands_beside_it(found: Identification) -> None:
     assert steps.break_away == pytest.approx(FORWARD.C0 + FORWARD.C1, rel=0.01)
 
 
+def test_runs_of_a_joint_whose_counter_begins_anew_are_read_in_one_turn() -> None:
+    """One begins a little before half a turn, the other a little beyond."""
+    runs = []
+    for k, begins in enumerate((-0.01, 0.01)):
+        one = recorded(seed=k)
+        q = one.q - one.q[0] + begins  # half a turn less, as the counter has it
+        runs.append(replace(one, name=f"run_{k}", q=q % (2.0 * np.pi) - np.pi))
+    said = identify(pendulum(), runs).notes
+    assert sum("moved by whole turns to where the other recordings are: q1" in note for note in said) == 1
+
+
 def test_whole_runs_are_fitted_too(found: Identification) -> None:
     speed = np.geomspace(0.02, 1.0, 50)
     own = found.joints[0].directions["forward"].runs[0]

@@ -1,6 +1,7 @@
 """The parameter vector: order, priors and bounds come from the arm file's tolerances and the effects."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -84,3 +85,18 @@ def test_a_straight_axis_has_its_own_units() -> None:
     assert [units[name] for name in ("C0", "C2", "alpha", "rotor_inertia")] == ["N", "N s/m", "m/s", "kg"]
     assert [units[name] for name in ("stiffness", "rest", "sine", "harmonic")] == ["N/m", "m", "N", "1/m"]
     assert {entry.name: entry.unit for entry in layout(ARM, [Placed(spring, 0)])}["stiffness"] == "N m/rad"
+
+
+def test_places_are_bounded_about_the_middle_of_a_motion() -> None:
+    """All else is as it is, and what an arm file states stays within."""
+    spring = registry()["cable_spring"]
+
+    def bounds(values: dict[str, float], middles: Sequence[float] | None) -> list[tuple[float, float]]:
+        entries = layout(ARM, [Placed(spring, 1, values)], middles)[-len(spring.parameters) :]
+        return [(entry.lower, entry.upper) for entry in entries]
+
+    (stiffness, rest) = bounds({}, [0.0, 50.0])
+    assert stiffness == bounds({}, None)[0]
+    assert rest == pytest.approx((50.0 - spring.parameters[1].reach, 50.0 + spring.parameters[1].reach))
+    assert bounds({"rest": 9.0}, [0.0, 50.0])[1] == (9.0, rest[1])
+    assert bounds({}, None)[1] == (-math.inf, math.inf)

@@ -7,10 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stribeck.arm import Arm, EffectEntry, Friction, load_arm
+from stribeck.arm import Arm, EffectEntry, Friction, load_arm, save_arm
+from stribeck.cli import main
 from stribeck.errors import InputError
 from stribeck.grid import uniform
-from stribeck.run import Run, load_run
+from stribeck.identify.conditioning import condition
+from stribeck.identify.cutoff import cutoff_frequency
+from stribeck.identify.noise import encoder_noise
+from stribeck.identify.residual import Residual
+from stribeck.run import Run, load_run, save_run
 from stribeck.simulate import Compensation, Engine, JointLoop, Loop, Reference, predict, simulate
 
 from .conftest import entry, two_links
@@ -94,6 +99,20 @@ def test_torque_is_right_to_the_ends_and_where_it_steps(joint_a: Engine, begins:
     assert np.abs((lacking.tau - tau)[slides] + 2.0).max() < 0.3
 
 
+def test_torque_departs_by_as_much_as_a_diagnosis_tells(level_arm: Engine) -> None:
+    """Commands that step while joints rest: how much friction takes there depends on the filters."""
+    t = 0.001 * np.arange(4001)
+    tau = np.column_stack([6.0 * np.sign(np.sin(7.0 * t)), 4.0 * np.sign(np.sin(5.0 * t + 1.0))])
+    q = level_arm.run(level_arm.p, level_arm.start(level_arm.p, np.zeros(2)), t, tau).q
+    arm, run = two_links(), Run("steps.csv", t, q + 1e-4 * np.random.default_rng(1).normal(size=q.shape), tau)
+    noise = encoder_noise(arm, [run])
+    cutoff = cutoff_frequency(arm, [run], level_arm.moved_inertia(np.median(run.q, axis=0)), noise)
+    analysed = condition(arm, run, cutoff, noise, thin=True)
+    assert len(analysed.time) < 0.2 * len(t)
+    told = Residual(level_arm.path, [analysed], ()).value(level_arm.p)
+    assert rms(predict(arm, run, 0.5).tau - tau) == pytest.approx(rms(told), rel=0.05)
+
+
 def test_windows_start_on_the_record() -> None:
     arm = two_links()
     run = recorded(arm)
@@ -107,6 +126,23 @@ def test_windows_start_on_the_record() -> None:
     later = predict(arm, replace(run, t=run.t + since_1970), 0.25)
     np.testing.assert_allclose(later.t - since_1970, run.t, atol=1e-6)
     np.testing.assert_allclose(later.q, found.q, atol=1e-4)
+
+
+def test_what_was_done_to_the_recording_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    save_arm(two_links(), "arm.toml")
+    run = recorded(two_links())
+    save_run(run, "as_it_is.csv")
+    late = replace(run, t=run.t + 0.3 * STEP * np.sin(np.arange(len(run.t)) ** 2), dq=None)
+    save_run(replace(late, q=(run.q + 3.0 + np.pi) % (2.0 * np.pi) - np.pi), "as_it_comes.csv")
+    for name, told in (("as_it_is", ()), ("as_it_comes", ("begins anew: q1 (", "ms apart, which makes"))):
+        assert main(["predict", "arm.toml", f"{name}.csv", "--horizon", "0.5", "--out", f"{name}_ahead.csv"]) == 0
+        lines = capsys.readouterr().out.splitlines()
+        for line, text in zip(lines, told, strict=True):
+            assert line.startswith(f"note: {name}.csv: ")
+            assert text in line
 
 
 def test_a_window_of_two_samples_is_one_whatever_the_clock() -> None:

@@ -12,7 +12,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from stribeck.cli.shared import OutDir, doubts, load_model, progress, read_runs, warn
+from stribeck.cli.shared import OutDir, doubts, load_model, progress, read_runs, tell, warn
 from stribeck.errors import InputError
 from stribeck.outputs import check_free, whole_folder
 from stribeck.run import Run, save_columns
@@ -118,6 +118,7 @@ def predict(
     prediction = ahead(arm, recorded, horizon)
     columns = {f"{key}{k + 1}": getattr(prediction, key)[:, k] for key in ("q", "dq", "tau") for k in range(arm.n)}
     save_columns({"t": prediction.t, "window": prediction.window, **columns}, out)
+    tell(prediction.notes)
     warn([f"window {window} ended early: {prediction.status[window]}" for window in prediction.failed])
 
 

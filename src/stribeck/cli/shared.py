@@ -68,3 +68,9 @@ def warn(texts: Sequence[str]) -> None:
     """Show warnings on standard error, a line each."""
     for text in texts:
         print(f"warning: {text}", file=sys.stderr)
+
+
+def tell(notes: Sequence[str]) -> None:
+    """Show notes on what was done, a line each."""
+    for text in notes:
+        print(f"note: {text}")

@@ -26,6 +26,7 @@ from stribeck.identify.taken import taken_arm
 from stribeck.identify.tustin_fit import NAMES, fit_curve
 from stribeck.model.layout import values_of
 from stribeck.run import Run, check_apart
+from stribeck.run.turns import in_one_turn
 from stribeck.simulate.engine import Engine, path_of
 
 Floats = NDArray[np.float64]
@@ -75,7 +76,7 @@ def identify(arm: Arm, runs: Sequence[Run], progress: Callable[[str], None] = la
 
 def _even(runs: Sequence[Run], notes: list[str]) -> list[Run]:
     out = []
-    for run in runs:
+    for run in in_one_turn(runs, notes):
         even, said = uniform(run)
         notes.extend(said)
         if len(even.t) < LEAST_SAMPLES:

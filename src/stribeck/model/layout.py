@@ -10,6 +10,7 @@ import numpy as np
 
 from stribeck.arm import Arm, unit_at
 from stribeck.model.effect import Effect
+from stribeck.model.values import Parameter
 
 INERTIAL = {"mass": "kg", "com_x": "m", "com_y": "m", "inertia": "kg m^2", "rotor_inertia": "kg m^2"}
 FRICTION = {"C0": "N m", "C1": "N m", "C2": "N m s/rad", "alpha": "rad/s"}
@@ -55,13 +56,16 @@ class Entry:
     owner: str | int
 
 
-def layout(arm: Arm, placed: Sequence[Placed]) -> tuple[Entry, ...]:
-    """Return the parameters of an arm and its effects, nominal ones first, in a fixed order."""
+def layout(arm: Arm, placed: Sequence[Placed], middles: Sequence[float] | None = None) -> tuple[Entry, ...]:
+    """Return the parameters of an arm and its effects, nominal ones first, in a fixed order.
+
+    Where the joints' ``middles`` (n,) of a motion are known, rad, places are bounded about them, given ones apart.
+    """
     entries: list[Entry] = []
     for j, name in enumerate(arm.names):
         entries += _inertial(arm, j, name) + _friction(arm, j, name)
     for k, place in enumerate(placed):
-        entries += _effect(arm, k, place)
+        entries += _effect(arm, k, place, None if middles is None else middles[place.joint])
     return tuple(entries)
 
 
@@ -105,7 +109,7 @@ def _friction(arm: Arm, j: int, name: str) -> list[Entry]:
     return entries
 
 
-def _effect(arm: Arm, k: int, place: Placed) -> list[Entry]:
+def _effect(arm: Arm, k: int, place: Placed, middle: float | None) -> list[Entry]:
     name = arm.names[place.joint]
     return [
         Entry(
@@ -115,10 +119,16 @@ def _effect(arm: Arm, k: int, place: Placed) -> list[Entry]:
             unit_at(parameter.unit, arm.joints[place.joint].kind),
             float(place.values.get(parameter.name, parameter.null)),
             0.0 if parameter.name in place.held else math.inf,
-            parameter.lower,
-            parameter.upper,
+            *_bounds(parameter, middle, place.values.get(parameter.name)),
             parameter.log,
             k,
         )
         for parameter in place.effect.parameters
     ]
+
+
+def _bounds(parameter: Parameter, middle: float | None, given: float | None) -> tuple[float, float]:
+    if middle is None or not parameter.place:
+        return parameter.lower, parameter.upper
+    lower, upper = parameter.bounds(middle)
+    return (lower, upper) if given is None else (min(lower, given), max(upper, given))

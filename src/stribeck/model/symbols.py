@@ -23,6 +23,8 @@ class Symbols:
         The nominal arm; its own ``effects`` entries are not read here.
     placed : sequence of Placed
         The effects, in the order in which their stage applies them.
+    middles : sequence of float (n,), or None
+        Of the joints' motions, about which the places of effects are bounded, rad.
 
     Attributes
     ----------
@@ -36,12 +38,12 @@ class Symbols:
         States: link position and velocity of each flexible joint, then the effects' states in order.
     """
 
-    def __init__(self, arm: Arm, placed: Sequence[Placed] = ()) -> None:
+    def __init__(self, arm: Arm, placed: Sequence[Placed] = (), middles: Sequence[float] | None = None) -> None:
         self.arm = arm
         self.placed = tuple(placed)
         self.n = arm.n
         self.prismatic = arm.joints[0].kind == "prismatic"
-        self.entries = layout(arm, placed)
+        self.entries = layout(arm, placed, middles)
         self.p = ca.SX.sym("p", len(self.entries))
         self._index = {entry.key: i for i, entry in enumerate(self.entries)}
         self._each = ca.vertsplit(self.p) if self.entries else []  # to take one out of ``p`` costs more each time

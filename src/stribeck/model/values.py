@@ -32,6 +32,9 @@ class Parameter:
         Fitted in its logarithm: for positive values whose order of magnitude is unknown.
     firm : bool
         The lower bound is itself a likely value (once per turn): a fit that rests on it is no worse for that.
+    reach : float
+        Of a place of the joint, how far from the middle of its motion a fit looks for it: where an encoder has its zero
+        says nothing. Infinite of all else.
     """
 
     name: str
@@ -42,6 +45,16 @@ class Parameter:
     upper: float = math.inf
     log: bool = False
     firm: bool = False
+    reach: float = math.inf
+
+    @property
+    def place(self) -> bool:
+        """Whether it is a place of the joint."""
+        return math.isfinite(self.reach)
+
+    def bounds(self, middle: float) -> tuple[float, float]:
+        """Return the bounds of a fit to motions about a middle, rad."""
+        return max(self.lower, middle - self.reach), min(self.upper, middle + self.reach)
 
     @property
     def pitch(self) -> bool:

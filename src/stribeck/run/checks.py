@@ -100,7 +100,7 @@ def _doubtful_velocities(run: Run) -> list[str]:
     if run.dq is None:
         return []
     found = []
-    step, moved = np.diff(run.t), np.diff(turned_on(run.q)[0], axis=0)
+    step, moved = np.diff(run.t), np.diff(turned_on(run.q, run.t)[0], axis=0)
     for k in range(run.n):
         travelled = 0.5 * (run.dq[1:, k] + run.dq[:-1, k]) * step
         power = float(travelled @ travelled)

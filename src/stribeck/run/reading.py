@@ -27,9 +27,9 @@ def as_read(run: Run) -> tuple[Run, tuple[str, ...]]:
     notes : tuple of str
     """
     notes: list[str] = []
-    q, leaps = turned_on(run.q)
+    q, leaps = turned_on(run.q, run.t)
     if leaps.any():
-        run = replace(run, q=q, q_ref=None if run.q_ref is None else turned_on(run.q_ref)[0])
+        run = replace(run, q=q, q_ref=None if run.q_ref is None else turned_on(run.q_ref, run.t)[0])
         notes.append(f"{run.name}: leaps by a turn, as of a counter that begins anew: {_listed(leaps)}")
     run, said = without_repeats(run)
     q, wrong = without_spikes(run.t, run.q)

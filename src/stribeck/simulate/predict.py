@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
 from scipy.ndimage import convolve1d
 
 from stribeck.arm import Arm
@@ -43,6 +44,8 @@ class Prediction:
         was missing before (:mod:`stribeck.model.observer`): it is a prediction one sample ahead.
     status : tuple of str
         Of each window: ``ok``, or why it ended early.
+    notes : tuple of str
+        What was done to the recording first, for the reader.
     """
 
     t: Floats
@@ -51,6 +54,7 @@ class Prediction:
     dq: Floats
     tau: Floats
     status: tuple[str, ...]
+    notes: tuple[str, ...] = ()
 
     @property
     def failed(self) -> tuple[int, ...]:
@@ -78,16 +82,23 @@ def predict(arm: Arm, run: Run, horizon: float) -> Prediction:
     if run.n != arm.n:
         raise InputError(f"{run.name}: not a recording of this arm", f"{run.n} joints", f"the arm has {arm.n}")
     began = run.t[0]
-    run, _ = uniform(run)
+    run, notes = uniform(run)
     engine = Engine(path_of(arm))
     noise = encoder_noise(arm, [run])
     cutoff = cutoff_frequency(arm, [run], engine.moved_inertia(np.median(run.q, axis=0)), noise)
-    found = predict_conditioned(engine, engine.p, condition(arm, run, cutoff, noise), horizon)
-    return replace(found, t=found.t + (began - run.t[0] if abs(began) >= LONG_AGO else 0.0))
+    every, thinned = (condition(arm, run, cutoff, noise, thin=thin) for thin in (False, True))
+    found = predict_conditioned(engine, engine.p, every, horizon, thinned)
+    return replace(found, t=found.t + (began - run.t[0] if abs(began) >= LONG_AGO else 0.0), notes=notes)
 
 
-def predict_conditioned(engine: Engine, p: Floats, data: Conditioned, horizon: float) -> Prediction:
-    """Do as `predict`, for parameter values ``p`` (p,) and a run that has been conditioned."""
+def predict_conditioned(
+    engine: Engine, p: Floats, data: Conditioned, horizon: float, thinned: Conditioned | None = None
+) -> Prediction:
+    """Do as `predict`, for parameter values ``p`` (p,) and a run that has been conditioned.
+
+    Where it is given ``thinned``, too, that tells the torque, as it does in a diagnosis: the friction of a joint at
+    rest depends on how sharp the steps of its command are.
+    """
     first, samples = _windows(data, horizon)
     residual = Residual(engine.path, [data], columns=())
     late = lateness(engine.path, p)
@@ -101,7 +112,7 @@ def predict_conditioned(engine: Engine, p: Floats, data: Conditioned, horizon: f
         record.told(_held(values, first, longer, found.filled, recorded), recorded, first, samples)
         for values, recorded in ((found.q, data.position), (found.dq, data.velocity))
     )
-    departure = _departure(data, residual.stages(data, p)["residual"])
+    departure = _departure(engine, p, thinned or data, data.time)
     window = np.repeat(np.arange(len(first)), samples)
     return Prediction(data.time, window, q, dq, data.run.tau - departure, found.status)
 
@@ -113,17 +124,22 @@ def _prompt(engine: Engine, p: Floats) -> Floats:
     return out
 
 
-def _departure(data: Conditioned, residual: Floats) -> Floats:
-    """Return what a recording tells of its residual (N, n): above the analysis cutoff, acceleration is noise.
+def _departure(engine: Engine, p: Floats, data: Conditioned, times: Floats) -> Floats:
+    """Return what a recording tells of its residual at ``times`` (N, n): above the analysis cutoff, it is noise.
 
     Near an end the motion's own filter sees one side alone, and the acceleration that it gives there is none: until it
     has died down, in two thirds of the low-pass's half, the mean of the rows beside stands.
     """
+    residual = Residual(engine.path, [data], columns=()).stages(data, p)["residual"]
     half = len(data.taps) // 2
     blind = min(2 * half // 3 + 1, (len(residual) - 1) // 2)
     told = residual[blind : len(residual) - blind]
     whole = np.pad(told, ((blind, blind), (0, 0)), "mean", stat_length=max(half, 1))
-    return np.asarray(convolve1d(whole, data.taps, axis=0, mode="nearest"))
+    smooth = convolve1d(whole, data.taps, axis=0, mode="nearest")
+    if len(smooth) == len(times):
+        return np.asarray(smooth)
+    between = make_interp_spline(data.time, smooth, k=min(3, len(smooth) - 1), check_finite=False)
+    return np.asarray(between(np.clip(times, data.time[0], data.time[-1])))
 
 
 def _windows(data: Conditioned, horizon: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -73,6 +73,22 @@ def test_of_a_joint_without_a_drive_the_torque_is_what_its_motion_needs() -> Non
     assert free.torque == pytest.approx(free.needed)
 
 
+def test_runs_of_a_joint_whose_counter_begins_anew_are_prepared_in_one_turn() -> None:
+    """Held-out ones with the fitted: what lies at a place of the joint lies there in all of them."""
+
+    def wrapped(run: Run, middle: float) -> Run:
+        return replace(run, q=(run.q + middle + np.pi) % (2.0 * np.pi) - np.pi)
+
+    runs = [wrapped(sines(3.0, seed=k, size=0.3, name=f"run_{k}"), 2.9) for k in range(2)]
+    judged = wrapped(sines(3.0, seed=2, size=0.3, name="run_2"), 3.9)  # beyond half a turn all along
+    prepared = prepare(TRUE, runs, [judged])
+    (first, second), (last,) = prepared.fit, prepared.held
+    assert last.position.mean() - first.position.mean() == pytest.approx(1.0, abs=0.2)
+    assert second.position.mean() == pytest.approx(first.position.mean(), abs=0.2)
+    assert sum("moved by whole turns" in note and "run_2" in note for note in prepared.notes) == 1
+    assert prepared.scales[0].covered < 2.5
+
+
 @pytest.mark.parametrize("seconds", [20.0, 400.0])
 def test_the_distance_is_that_of_all_recordings_held_out_ones_too(seconds: float) -> None:
     """Of joints on one sine each, four times the amplitude a period; long ones are analysed in parts only."""

@@ -67,6 +67,16 @@ def test_a_bound_is_a_strain_but_for_one_that_stands_for_none() -> None:
     assert strained(Placed(shaft, 0, fitted | {"stiffness": bounds["stiffness"][0]}))
 
 
+@pytest.mark.parametrize("middle", [0.4, 0.4 - 40.0 * np.pi])
+def test_a_place_far_from_where_the_joint_moves_is_a_strain(middle: float) -> None:
+    """A spring that far away is an offset."""
+    spring = effect_named("cable_spring")
+    (reach,) = (parameter.reach for parameter in spring.parameters if parameter.place)
+    scale = replace(SCALES[0], middle=middle)
+    for away, told in ((0.0, False), (0.9 * reach, False), (reach, True), (-reach, True)):
+        assert strained(Placed(spring, 0, {"stiffness": 2.0, "rest": middle + away}), scale) == told
+
+
 def test_contacts_that_any_slide_renews_are_no_strain() -> None:
     """They are of some ten micrometres: less than a sample of slow motion, which no recording resolves."""
     for law in ("break_away", "ageing", "at_rest"):

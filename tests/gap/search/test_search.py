@@ -430,7 +430,7 @@ def test_a_law_that_rests_on_a_bound_gives_way_to_one_that_does_not(monkeypatch:
     models, scales = [fitted("one_pole", 1.0), None, fitted("two_poles", 0.5)], SimpleNamespace(scales=(None,))
     kept = best_of_each(models, scales, FLOOR)  # type: ignore[arg-type]
     assert [model.placed[0].effect.law for model in kept] == ["two_poles"]
-    monkeypatch.setattr("stribeck.gap.search.families.strained", lambda place: place.effect.law == "two_poles")
+    monkeypatch.setattr("stribeck.gap.search.families.strained", lambda place, scale: place.effect.law == "two_poles")
     kept = best_of_each(models, scales, FLOOR)  # type: ignore[arg-type]
     assert [model.placed[0].effect.law for model in kept] == ["one_pole"]
 
@@ -445,7 +445,7 @@ def test_where_no_law_holds_that_takes_the_gap_the_family_has_others_to_fit(monk
     cost = np.array([10.0, 10.0])
     assert laws_instead(tried, {first.law_key: model}, cost, prepared) == []
     assert laws_instead(tried, {first.law_key: None}, cost, prepared) == [second]
-    monkeypatch.setattr("stribeck.gap.search.families.strained", lambda place: True)
+    monkeypatch.setattr("stribeck.gap.search.families.strained", lambda place, scale: True)
     assert laws_instead(tried, {first.law_key: model}, cost, prepared) == [second]
     assert laws_instead(tried, {first.law_key: model}, 3.0 * cost, prepared) == []
     assert laws_instead(tried, {first.law_key: model, second.law_key: model}, cost, prepared) == []

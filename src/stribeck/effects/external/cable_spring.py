@@ -24,12 +24,12 @@ class CableSpring(ExternalEffect):
     kin = ("curve",)
     parameters = (
         Parameter("stiffness", "N m/rad", "stiffness", 0.0, 0.0),
-        Parameter("rest", "rad", "position without torque", 0.0, -3.2, 3.2),
+        Parameter("rest", "rad", "position without torque", reach=3.2),
     )
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         size = 0.1 * scale.torque / scale.travel
-        return ({"stiffness": size, "rest": 0.0},)
+        return ({"stiffness": size, "rest": scale.middle},)
 
     def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
         return values["stiffness"] * scale.furthest(values["rest"]) < scale.stray

@@ -24,7 +24,7 @@ class CableSpringHardening(ExternalEffect):
     kin = ("curve",)
     parameters = (
         Parameter("stiffness", "N m/rad", "stiffness at rest", 0.0, 0.0),
-        Parameter("rest", "rad", "position without torque", 0.0, -3.2, 3.2),
+        Parameter("rest", "rad", "position without torque", reach=3.2),
         Parameter("cubic", "N m/rad^3", "rise of the stiffness", 0.0, 0.0),
     )
 

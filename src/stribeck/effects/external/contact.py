@@ -34,14 +34,17 @@ class Contact(ExternalEffect):
     kin = ("curve",)
     parameters = (
         Parameter("stiffness", "N m/rad^1.5", "stiffness, negative for a wall on the negative side"),
-        Parameter("position", "rad", "where the wall begins", 0.0, -20.0, 20.0),
+        Parameter("position", "rad", "where the wall begins", reach=20.0),
         Parameter("damping", "s/rad", "damping over stiffness", 0.0, 0.0, 20.0),
     )
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         size, place = scale.torque / (0.1 * scale.travel) ** EXPONENT, 0.3 * scale.travel
         damping = min(DAMPING, 0.5 * LIFELESS / scale.speed)
-        return tuple({"stiffness": side * size, "position": side * place, "damping": damping} for side in (1.0, -1.0))
+        return tuple(
+            {"stiffness": side * size, "position": scale.middle + side * place, "damping": damping}
+            for side in (1.0, -1.0)
+        )
 
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
         least = 0.02 * scale.torque / scale.travel**EXPONENT

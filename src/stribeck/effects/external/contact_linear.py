@@ -29,12 +29,12 @@ class ContactLinear(ExternalEffect):
     kin = ("curve",)
     parameters = (
         Parameter("stiffness", "N m/rad", "stiffness, negative for a stop on the negative side"),
-        Parameter("position", "rad", "where the stop begins", 0.0, -20.0, 20.0),
+        Parameter("position", "rad", "where the stop begins", reach=20.0),
     )
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         size, place = scale.torque / (0.1 * scale.travel), 0.3 * scale.travel
-        return tuple({"stiffness": side * size, "position": side * place} for side in (1.0, -1.0))
+        return tuple({"stiffness": side * size, "position": scale.middle + side * place} for side in (1.0, -1.0))
 
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
         least = 0.02 * scale.torque / scale.travel

@@ -81,7 +81,7 @@ def fit_model(
     evaluations: int = 80,
 ) -> Model:
     """Fit a model to the fit runs and evaluate it on the held-out runs."""
-    path = SignalPath(prepared.arm, placed)
+    path = prepared.path(placed)
     residual = differentiable(path, prepared, prepared.fit)
     start = start_values(path, known, trial)
     result = fit(residual, weights, start, effect_scales(path, prepared), evaluations=evaluations)

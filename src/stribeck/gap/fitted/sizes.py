@@ -13,9 +13,10 @@ def effect_scales(path: SignalPath, prepared: Prepared) -> dict[str, float]:
     scales: dict[str, float] = {}
     for entry in path.entries:
         if isinstance(entry.owner, int):
-            trials = path.placed[entry.owner].effect.starts(prepared.scales[entry.joint])
-            null = next(p.null for p in path.placed[entry.owner].effect.parameters if p.name == entry.name)
-            sizes = [abs(trial[entry.name] - null) for trial in trials if np.isfinite(null)]
-            sizes = [size for size in sizes if size > 0.0]
-            scales[entry.key] = max(sizes) if sizes else 1.0
+            effect, scale = path.placed[entry.owner].effect, prepared.scales[entry.joint]
+            parameter = next(p for p in effect.parameters if p.name == entry.name)
+            null = scale.middle if parameter.place else parameter.null
+            sizes = [abs(trial[entry.name] - null) for trial in effect.starts(scale) if np.isfinite(null)]
+            usual = scale.travel if parameter.place else 1.0
+            scales[entry.key] = max((size for size in sizes if size > 0.0), default=usual)
     return scales

@@ -25,12 +25,13 @@ from stribeck.identify.cutoff import cutoff_frequency
 from stribeck.identify.inertia import MovedInertia
 from stribeck.identify.noise import encoder_noise
 from stribeck.identify.stretches import between_gaps, shortened
-from stribeck.model.layout import values_of
+from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
 from stribeck.model.rigid_body import inverse_dynamics
 from stribeck.model.scale import Scale
 from stribeck.run import Run
 from stribeck.run.checks import FEWEST_ROWS
+from stribeck.run.turns import in_one_turn
 
 LOUD_SEED = 1
 PUSH = 0.01  # of the typical torque: less than stiction holds would be lost at rest at one arm and not at another
@@ -75,6 +76,10 @@ class Prepared:
         white = [rng.standard_normal(run.command.shape) / np.sqrt(np.sum(run.taps**2)) for run in self.held]
         return tuple(replace(run, command=run.command + self.push * w) for run, w in zip(self.held, white, strict=True))
 
+    def path(self, placed: Sequence[Placed]) -> SignalPath:
+        """Return the path of the arm with effects, for a fit: their places are looked for where the joints move."""
+        return SignalPath(self.arm, placed, [scale.middle for scale in self.scales])
+
     def as_stated(self, arm: Arm) -> Arm:
         """Return an arm with no other tolerances than those of the arm file."""
         if self.stated is None:
@@ -103,7 +108,7 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = (), fitted:
         When a run, or the part of one that is kept back, is too short.
     """
     notes: list[str] = []
-    even, kept_back = ([_even(group[i], notes) for i in order(group)] for group in (runs, held_out))
+    even, kept_back = _even(runs, held_out, notes)
     noise = encoder_noise(arm, [*even, *kept_back])
     moving, judged = ([without_long_rests(run, noise, notes) for run in runs] for runs in (even, kept_back))
     fit, held = (moving, judged) if held_out else split(moving, notes, fitted)
@@ -127,11 +132,17 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = (), fitted:
     return Prepared(with_unsaid(arm, scales), learnt, kept, scales, cutoff, said, warnings, stated=arm)
 
 
-def _even(run: Run, notes: list[str]) -> Run:
-    _check_length(run.name, len(run.t), FEWEST_ROWS)
-    even, said = uniform(run)
-    notes.extend(said)
-    return even
+def _even(runs: Sequence[Run], held_out: Sequence[Run], notes: list[str]) -> tuple[list[Run], list[Run]]:
+    """Return both kinds of runs in order, on uniform clocks and in the same turn of each joint."""
+    ordered = [group[i] for group in (runs, held_out) for i in order(group)]
+    for run in ordered:
+        _check_length(run.name, len(run.t), FEWEST_ROWS)
+    out = []
+    for run in in_one_turn(ordered, notes):
+        even, said = uniform(run)
+        notes.extend(said)
+        out.append(even)
+    return out[: len(runs)], out[len(runs) :]
 
 
 def _check_length(name: str, samples: int, least: int) -> None:

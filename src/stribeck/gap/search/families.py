@@ -138,9 +138,10 @@ def relawed(
 
 def _sound(model: Model, own: int, prepared: Prepared) -> bool:
     """Return whether the effects from the given number on are plausible, and none rests on a bound."""
-    placed = model.placed[own:]
-    return all(place.effect.plausible(place.values, prepared.scales[place.joint]) for place in placed) and not any(
-        map(strained, placed)
+    scales = [prepared.scales[place.joint] for place in model.placed[own:]]
+    return all(
+        place.effect.plausible(place.values, scale) and not strained(place, scale)
+        for place, scale in zip(model.placed[own:], scales, strict=True)
     )
 
 

@@ -50,7 +50,7 @@ def earns_its_place(
         Joints at which what the base model leaves is random.
     """
     new = rival.placed[-1]
-    if strained(new) or not new.effect.plausible(new.values, scales[new.joint]):
+    if strained(new, scales[new.joint]) or not new.effect.plausible(new.values, scales[new.joint]):
         return False
     gain, held, t = ranking.overall[k], ranking.gain[k, 0], ranking.t[k]
     removed = ranking.power[0] - ranking.power[k]
@@ -81,12 +81,17 @@ def needed(ranking: Ranking) -> bool:
     )
 
 
-def strained(place: Placed) -> bool:
-    """Return whether an effect's fit rests on a bound of its parameters that is not their null, nor as good as it."""
+def strained(place: Placed, scale: Scale | None = None) -> bool:
+    """Return whether an effect's fit rests on a bound of its parameters that is not their null, nor as good as it.
+
+    Places are bounded about the middle of the joint's motion, as ``scale`` has it.
+    """
     for parameter in place.effect.parameters:
+        lower, upper = parameter.bounds(scale.middle if scale else 0.0)
         value = place.values.get(parameter.name, parameter.null)
         none = parameter.log and parameter.null == 0.0  # which has no logarithm: the lower bound stands for it
-        for bound in (parameter.upper,) if parameter.firm or none else (parameter.lower, parameter.upper):
-            if np.isfinite(bound) and bound != parameter.null and abs(value - bound) <= 1e-3 * abs(bound):
+        for bound in (upper,) if parameter.firm or none else (lower, upper):
+            near = 1e-3 * (parameter.reach if parameter.place else abs(bound))
+            if np.isfinite(bound) and bound != parameter.null and abs(value - bound) <= near:
                 return True
     return False

@@ -24,7 +24,6 @@ from stribeck.identify.absorbed import Absorbed
 from stribeck.identify.map_fit import fit
 from stribeck.identify.problem import Weights
 from stribeck.identify.residual import Residual
-from stribeck.model.path import SignalPath
 
 Floats = NDArray[np.float64]
 
@@ -121,7 +120,7 @@ def _sized(columns: Floats) -> Floats:
 
 def _in_its_place(prepared: Prepared, without: Model, decoy: Decoy, weights: Weights) -> Model | None:
     """Return a model fitted with a decoy; None where one that resists would have to push."""
-    path = SignalPath(prepared.arm, without.placed)
+    path = prepared.path(without.placed)
     columns = decoy.rows(prepared.fit)
     residual = Absorbed(differentiable(path, prepared, prepared.fit), columns, weights.scale)
     start = start_values(path, without.fit, None)

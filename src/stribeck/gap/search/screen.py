@@ -55,7 +55,7 @@ def screen(
         Whether what is left is known to differ by little: then only what looks at it (waves, walls) has other starts
         than the known values.
     """
-    path = SignalPath(prepared.arm, (*base.placed, Placed(effect, joint)))
+    path = prepared.path((*base.placed, Placed(effect, joint)))
     own = [i for i, entry in enumerate(path.entries) if entry.owner == len(base.placed)]
     runs = _loudest(prepared, base, weights) if effect.nonlinear else list(range(len(prepared.fit)))
     same = [states[i] for i in runs] if states and not effect.delays else None
