@@ -63,6 +63,16 @@ class Forward:
             for joint in placed[entry.owner].joints(self.n)
         )
 
+    @property
+    def waves(self) -> tuple[tuple[int, int], ...]:
+        """(place in p, multiple) of each frequency, Hz, with which time itself moves the arm."""
+        placed = self.path.placed
+        return tuple(
+            (i, placed[entry.owner].effect.waves)
+            for i, entry in enumerate(self.path.entries)
+            if isinstance(entry.owner, int) and entry.name == "frequency" and placed[entry.owner].effect.waves
+        )
+
     @cached_property
     def rates(self) -> Any:
         """Time derivative of y, (size, 1)."""
