@@ -54,11 +54,11 @@ def analyse(arm: Arm, loop: Loop, *, grid: Grid | None = None, progress: Told = 
     Raises
     ------
     InputError
-        When a reference drives the loop for ever: a limit cycle is what a loop does of itself.
+        When a reference or an effect drives the loop for ever: a limit cycle is what a loop does of itself.
     """
-    check_autonomous(loop)
-    grid = Grid() if grid is None else grid
     engine = RoundsEngine(arm)
+    check_autonomous(engine, loop)
+    grid = Grid() if grid is None else grid
     progress("shooting for cycles")
     exact = shoot(engine, loop)
     if loop.sample_time == 0.0 or any(cycle.verdict == "undetermined" for cycle in exact.values()):

@@ -73,6 +73,11 @@ class Forward:
             if isinstance(entry.owner, int) and entry.name == "frequency" and placed[entry.owner].effect.waves
         )
 
+    @property
+    def driven(self) -> bool:
+        """Whether time itself moves the arm."""
+        return bool(ca.depends_on(ca.vertcat(self.rates, self.margins), self.time))
+
     @cached_property
     def rates(self) -> Any:
         """Time derivative of y, (size, 1)."""

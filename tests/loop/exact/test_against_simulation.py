@@ -10,7 +10,7 @@ import pytest
 from stribeck.arm import Friction
 from stribeck.loop.exact.settle import settle
 from stribeck.loop.exact.shooting import shoot
-from stribeck.simulate import Loop, close_loop
+from stribeck.simulate import Compensation, JointLoop, Loop, Reference, close_loop
 
 FAMILIES = ("plain", "delay", "lag", "pid", "filter")
 RULES = ("zero", "hold", "error_sign", "set_valued")
@@ -131,6 +131,16 @@ def compare(engine_of, loop_of, seed: int, count: int) -> Counter[str]:
 def test_a_few_random_loops(engine_of, loop_of):
     seen = compare(engine_of, loop_of, seed=5, count=6)
     assert seen["rest"] >= 1
+
+
+@pytest.mark.parametrize(("amplitude", "frequency", "lag"), [(3.0, 2.0, 0.0), (2.0, 50.0, 0.01)])
+def test_an_instant_without_motion_under_a_dither_is_no_rest(joint_a, amplitude, frequency, lag):
+    law = Compensation("dither", amplitude=amplitude, frequency=frequency)
+    entry = JointLoop("A", 30.0, Reference("regulate", initial_error=0.3), compensation=law, actuator_lag=lag)
+    shaken = Loop(0.0, 100.0, (entry,), record_step=0.01)
+    found, seen = settle(joint_a, shaken)["A"], close_loop(joint_a, shaken).motion.q[-1, 0]
+    assert found.verdict == "rest"
+    assert found.steady_error == pytest.approx(-seen, abs=5e-4)
 
 
 @pytest.mark.slow

@@ -121,12 +121,11 @@ static void sb_continuous(sb_sim *s, double t, const double *y, double *u, doubl
 
 /* A dither and a sine to follow move the arm in time as well. */
 static void sb_bound_steps(sb_sim *s, const sb_axis *axis) {
-    const double turn = 6.283185307179586;
     for (int j = 0; j < SB_N; j++) {
         const sb_axis *a = axis + j;
-        const double dither = a->kind == SB_DITHER ? fabs(a->omega) : 0.0;
+        const double dither = sb_dithered(a) ? fabs(a->omega) : 0.0;
         const double rate = fmax(dither, a->reference_kind == SB_SINE ? fabs(a->reference[2]) : 0.0);
-        if (a->controlled && rate > 0.0) s->longest = fmin(s->longest, SB_PART * turn / rate);
+        if (a->controlled && rate > 0.0) s->longest = fmin(s->longest, SB_PART * SB_TURN / rate);
     }
 }
 

@@ -8,6 +8,7 @@
 #define HUGE_COUNT 1000000000000000LL
 
 enum { SB_QUIET = 20, SB_ENOUGH, SB_END }; /* further ways to stop, beside the engine's */
+#define SB_FORGOTTEN 40.0 /* time constants after which a drive's lag follows a dither alone */
 enum { SB_ANY = -1 };                      /* joint whose turns count: any; below it none */
 
 /* One turn: the joint, when, its deviation q - r, counted in the direction of the reference, so that a turn is a largest
@@ -23,6 +24,7 @@ typedef struct {
     int above[SB_N], watch;
     double low[SB_N], high[SB_N], stuck[SB_N];
     double quiet, quiet_slide;
+    double calm, moved; /* how long nothing must move, over all that a dither does; when something last did */
     sb_turn *turns;
     int still; /* nothing moves any more */
     long long count, size, most, seen;
@@ -41,10 +43,12 @@ static double sb_relative(const sb_rounds *w, const double *y, int j) {
 /* Sets out from the marks (above, low, high, time stuck, top speed) of each joint; above 2 has none yet. */
 static void sb_rounds_start(sb_rounds *w, sb_sim *s, const sb_loop *loop, const double *marks) {
     double r, ddr;
-    w->s = s, w->loop = loop;
+    w->s = s, w->loop = loop, w->moved = s->t;
     for (int j = 0; j < SB_N; j++, marks += 5) {
-        if (!loop->axis[j].controlled) continue;
-        sb_reference(loop->axis + j, s->t, &r, w->rate + j, &ddr);
+        const sb_axis *a = loop->axis + j;
+        if (!a->controlled) continue;
+        sb_reference(a, s->t, &r, w->rate + j, &ddr);
+        if (sb_dithered(a)) w->calm = fmax(w->calm, SB_TURN / fabs(a->omega) + SB_FORGOTTEN * a->lag);
         w->sign[j] = w->rate[j] < 0.0 ? -1.0 : 1.0;
         if (marks[0] == 2.0) {
             w->above[j] = sb_relative(w, s->y, j) > 0.0;
@@ -129,7 +133,7 @@ static void sb_refine(sb_rounds *w, const sb_sim *before) {
 }
 
 /* Whether nothing moves relative to the references any more: to the last digits where the joints stick, and so little
- * where one slides that the rest of the way is linear. */
+ * where one slides that the rest of the way is linear. Under a dither that may be so for an instant alone. */
 static int sb_is_quiet(sb_rounds *w) {
     sb_sim *s = w->s;
     double worst = 0.0, quiet = w->quiet;
@@ -145,7 +149,8 @@ static int sb_is_quiet(sb_rounds *w) {
         const sb_axis *a = w->loop->axis + j;
         const double *f = s->f + SB_NS + SB_OWN * j;
         if (a->ki > 0.0) worst = fmax(worst, fabs(f[SB_INTEGRAL]));
-        for (int i = SB_FILTER; i < (a->kind == SB_ADAPTIVE ? SB_OWN : SB_THETA); i++) worst = fmax(worst, fabs(f[i]));
+        for (int i = SB_FILTER; i < (a->kind == SB_ADAPTIVE ? SB_OWN : SB_THETA); i++)
+            if (i != SB_LAG || !sb_dithered(a)) worst = fmax(worst, fabs(f[i]));
     }
     return worst < quiet;
 }
@@ -160,7 +165,9 @@ static int sb_advance_rounds(sb_rounds *w, double end) {
         if (s->status == SB_OK) sb_refine(w, &before);
         if (end - s->t < 1e-14 * (1.0 + fabs(end))) s->t = end;
         sb_look(w);
-        w->still = s->status == SB_OK && s->control == sb_continuous && sb_is_quiet(w);
+        const int rests = s->status == SB_OK && s->control == sb_continuous && sb_is_quiet(w);
+        if (!rests) w->moved = s->t;
+        w->still = rests && s->t - w->moved >= w->calm;
         if (s->steps - steps > 3000000) s->status = SB_TOO_MANY_STEPS;
     }
     return s->status;
@@ -281,6 +288,7 @@ SB_EXPORT int sb_run_rounds(const sb_wish *wish, const double *p, const sb_axis 
         why = sb_rounds_sampled(&w, &loop, memory, computed, (long)wish->first, record, (long)wish->calm, out + 1);
     } else {
         s.control = sb_continuous, s.ny = SB_NS + SB_NZ;
+        sb_bound_steps(&s, axis);
         if (unsettled) sb_settle(&s);
         sb_rounds_start(&w, &s, &loop, marks);
         sb_look(&w);
