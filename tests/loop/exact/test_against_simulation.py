@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from stribeck.arm import Friction
+from stribeck.arm import EffectEntry, Friction
+from stribeck.loop.exact.rounds import RoundsEngine
 from stribeck.loop.exact.settle import settle
 from stribeck.loop.exact.shooting import shoot
 from stribeck.simulate import Compensation, JointLoop, Loop, Reference, close_loop
@@ -141,6 +142,16 @@ def test_an_instant_without_motion_under_a_dither_is_no_rest(joint_a, amplitude,
     found, seen = settle(joint_a, shaken)["A"], close_loop(joint_a, shaken).motion.q[-1, 0]
     assert found.verdict == "rest"
     assert found.steady_error == pytest.approx(-seen, abs=5e-4)
+
+
+def test_a_sampled_joint_that_sticks_is_not_at_rest_while_its_friction_fades(joint_a, loop_of):
+    """Twice the friction holds an error of 0.3 rad, which what is left of it in the end does not."""
+    fades = {"A": {"change": 1.0, "time": 20.0, "kept": 0.5}}
+    arm = replace(joint_a.arm, effects=(EffectEntry("history", ("A",), fades, "in_time"),))
+    regulated = replace(loop_of(error=0.3, sample_time=0.0125), duration=150.0)
+    found, seen = shoot(arm, regulated)["A"], close_loop(RoundsEngine(arm), regulated).motion.q[-1, 0]
+    assert found.verdict == "rest"
+    assert found.steady_error == pytest.approx(-seen, rel=1e-6)
 
 
 @pytest.mark.slow

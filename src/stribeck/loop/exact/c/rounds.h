@@ -132,6 +132,14 @@ static void sb_refine(sb_rounds *w, const sb_sim *before) {
     sb_accept(s, s->t + first, y, f, margin);
 }
 
+/* The largest rate of change of the arm's states from the given one on. */
+static double sb_change(sb_sim *s, int first) {
+    double worst = 0.0;
+    if (!s->fresh) sb_rhs(s, s->t, s->y, s->f, s->margin), s->fresh = 1;
+    for (int i = first; i < SB_NS; i++) worst = fmax(worst, fabs(s->f[i]));
+    return worst;
+}
+
 /* Whether nothing moves relative to the references any more: to the last digits where the joints stick, and so little
  * where one slides that the rest of the way is linear. Under a dither that may be so for an instant alone. */
 static int sb_is_quiet(sb_rounds *w) {
@@ -143,8 +151,7 @@ static int sb_is_quiet(sb_rounds *w) {
         if (s->mode[j] != 0.0 && !sb_bristle[j]) quiet = w->quiet_slide;
     }
     if (!(worst < quiet)) return 0;
-    if (!s->fresh) sb_rhs(s, s->t, s->y, s->f, s->margin), s->fresh = 1;
-    for (int i = SB_N; i < SB_NS; i++) worst = fmax(worst, fabs(s->f[i]));
+    worst = fmax(worst, sb_change(s, SB_N));
     for (int j = 0; j < SB_N && s->ny == SB_NS + SB_NZ; j++) {
         const sb_axis *a = w->loop->axis + j;
         const double *f = s->f + SB_NS + SB_OWN * j;
@@ -218,7 +225,7 @@ static int sb_rounds_sampled(sb_rounds *w, sb_loop *loop, sb_memory *memory, dou
             change = fmax(change, fabs(s->y[SB_N + j] - w->rate[j]));
             change = fmax(change, fabs(computed[k * SB_N + j] - computed[(k - 1) * SB_N + j]));
         }
-        still = k > first && change < quiet ? still + 1 : 0;
+        still = k > first && change < quiet && sb_change(s, 2 * SB_N) < quiet ? still + 1 : 0;
         *reached = k;
         if (still > calm) { /* who goes on from here takes this sample again */
             memcpy(memory, before, sizeof before);
