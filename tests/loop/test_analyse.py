@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stribeck.arm import Arm, Friction, Joint
+from stribeck.arm import Arm, EffectEntry, Friction, Joint
 from stribeck.errors import InputError
 from stribeck.loop import surroundings
 from stribeck.loop.analyse import analyse
@@ -64,6 +64,26 @@ def test_a_coulomb_cycle_by_every_method() -> None:
     assert found.methods["describing_function"].amplitude_error == pytest.approx(-0.013, abs=2e-3)
     assert found.k_critical == pytest.approx(1.0, abs=1e-3)
     assert found.margins.damping == pytest.approx(zeta)
+
+
+@pytest.mark.parametrize(
+    ("effect", "values", "linear"),
+    [
+        ("torque_dead_zone", {"width": 0.3}, False),
+        ("torque_saturation", {"limit": 20.0}, False),
+        ("joint_flexibility", {"stiffness": 2e3, "damping": 1.0}, True),
+    ],
+)
+def test_an_effect_that_is_taken_for_linear_costs_it_as_well(
+    effect: str, values: dict[str, float], linear: bool
+) -> None:
+    bent = replace(arm(), effects=(EffectEntry(effect, ("A",), {"A": values}),))
+    found = analyse(bent, loop(kv=5.0), grid=Grid(wanted=False)).joints[0]
+    for name in ("describing_function", "harmonic_balance"):
+        assert found.methods[name].trusted == linear
+        assert (f"takes the effect {effect} for linear" in found.methods[name].why) != linear
+    assert found.margins.stable
+    assert any(effect in note for note in found.notes) == (effect == "torque_dead_zone")
 
 
 def test_damping_costs_the_describing_function_its_trust() -> None:

@@ -101,6 +101,9 @@ def _joint(
     told(f"{name}: margins and the largest gain")
     linear, largest = margins(assembly, name), kp_max(assembly, name)
     notes = _notes(loop, entry, inertia, linear.stable, largest.why)
+    zones = sorted({place.effect.name for place in engine.path.placed if place.effect.zone})
+    if zones:
+        notes.append(f"margins and largest gains are those beyond what this loses: {', '.join(zones)}")
     told(f"{name}: describing function and harmonic balance")
     approximation = _approximation(arm, loop, name, best, notes)
     methods = {

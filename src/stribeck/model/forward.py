@@ -27,6 +27,8 @@ class Forward:
     Parameters
     ----------
     path : SignalPath
+    touching : bool
+        Whether the faces of a play are taken as if they met.
 
     Attributes
     ----------
@@ -34,9 +36,9 @@ class Forward:
         Length of y.
     """
 
-    def __init__(self, path: SignalPath) -> None:
+    def __init__(self, path: SignalPath, *, touching: bool = False) -> None:
         self.path, self.n = path, path.n
-        self._dynamics = d = Dynamics(path)
+        self._dynamics = d = Dynamics(path, touching=touching)
         self.time, self.command = d.time, d.command
         self.y = ca.vertcat(d.q, d.dq, path.x)
         self.size = self.y.numel()
