@@ -154,6 +154,35 @@ def test_a_sampled_joint_that_sticks_is_not_at_rest_while_its_friction_fades(joi
     assert found.steady_error == pytest.approx(-seen, rel=1e-6)
 
 
+def test_errors_are_those_of_the_measured_position(joint_a, loop_of):
+    sensors = {
+        "encoder_offset": {"offset": 0.1},
+        "encoder_eccentricity": {"sine": 0.02, "cosine": 0.0, "harmonic": 9.0},
+    }
+    effects = tuple(EffectEntry(name, ("A",), {"A": values}) for name, values in sensors.items())
+    engine = RoundsEngine(replace(joint_a.arm, effects=effects))
+    for sample_time in (0.0, 0.0125):
+        regulated = replace(loop_of(kp=60.0, error=0.3, sample_time=sample_time), duration=20.0)
+        seen = close_loop(engine, regulated).motion.q[-1, 0]
+        assert shoot(engine, regulated)["A"].steady_error == pytest.approx(-seen, rel=1e-6)
+    hunts = replace(loop_of(0.9, "zero", ki=30.0), duration=100.0, record_step=0.01)
+    found, motion = shoot(engine, hunts)["A"], close_loop(engine, hunts).motion
+    late = motion.q[motion.t > motion.t[-1] - 1.2 * found.period, 0]
+    assert found.amplitude == pytest.approx(0.5 * np.ptp(late), rel=2e-3)
+
+
+def test_a_sampled_joint_that_slides_to_rest_settles_whatever_its_encoder_s_zero(joint_a, loop_of):
+    slight = Friction(1e-6, 0.0, 1.5, 0.05)
+    smooth = replace(joint_a.arm.joints[0], friction=slight, backward=slight)
+    offset = EffectEntry("encoder_offset", ("A",), {"A": {"offset": 0.1}})
+    regulated = loop_of(zeta=0.45, ki=10.0, sample_time=0.0125)
+    for effects in ((), (offset,)):
+        arm = replace(joint_a.arm, joints=(smooth,), effects=effects)
+        found = shoot(arm, regulated)["A"]
+        assert found.verdict == "rest"
+        assert abs(found.steady_error) < 1e-5
+
+
 @pytest.mark.slow
 def test_two_hundred_random_loops(engine_of, loop_of):
     """No label is wrong, at most 2 % are left open, and no case is left out."""

@@ -30,10 +30,12 @@ typedef struct {
     long long count, size, most, seen;
 } sb_rounds;
 
+/* Of the measured position. */
 static double sb_deviation(const sb_rounds *w, int j) {
-    double r, dr, ddr;
+    double q[SB_N], dq[SB_N], r, dr, ddr;
+    sb_measure(w->s, w->s->t, w->s->y, q, dq);
     sb_reference(w->loop->axis + j, w->s->t, &r, &dr, &ddr);
-    return w->s->y[j] - r;
+    return q[j] - r;
 }
 
 static double sb_relative(const sb_rounds *w, const double *y, int j) {
