@@ -61,7 +61,8 @@ class Cycle:
         Eigenvalues of the return map's derivative, largest first; real ones are given as floats. Where a sampled loop
         repeats after several rounds, the size of one round's share; where it is not known to, mean rates of growth.
     stable : bool or None
-        Whether all of them lie inside the unit circle.
+        Whether all of them lie inside the unit circle; None without any. Where they do not, samples may still hold a
+        lasting motion together: a joint that sticks lets go at one of them.
     steady_error : float or None
         Reference less measured position at rest, rad; None where it does not come to rest.
     status : str

@@ -108,7 +108,7 @@ def _answer(rounds: Rounds, ending: Ending, j: int) -> Cycle:
         verdict=_verdict(rounds, j, period, stuck), amplitude=amplitude, period=period,
         peak_velocity=float(mine["speed"].max() if ending.kind == "periodic" else weighted(mine["speed"])),
         stick_fraction=stuck / period, multipliers=roots,
-        stable=True if ending.kind == "roughly" else bool(max(abs(root) for root in roots) < 1.0) if roots else None,
+        stable=bool(max(abs(root) for root in roots) < 1.0) if roots else None,
         status=ending.status,
     )  # fmt: skip
 
