@@ -7,15 +7,18 @@ import math
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
 
 from stribeck.arm import Arm, EffectEntry, Friction, Joint
-from stribeck.errors import InputError
+from stribeck.errors import InputError, StribeckError
+from stribeck.loop import analyse as module
 from stribeck.loop import surroundings
 from stribeck.loop.analyse import analyse
 from stribeck.loop.answers import Analysis, JointAnswer
+from stribeck.loop.exact.critical import k_critical
 from stribeck.loop.exact.rounds import RoundsEngine
 from stribeck.loop.files import limit_cycle_json, write_limit_cycle
 from stribeck.loop.surroundings import SLOW, SLOW_WINDING, Grid, grid_of, map_of
@@ -84,6 +87,28 @@ def test_an_effect_that_is_taken_for_linear_costs_it_as_well(
         assert (f"takes the effect {effect} for linear" in found.methods[name].why) != linear
     assert found.margins.stable
     assert any(effect in note for note in found.notes) == (effect == "torque_dead_zone")
+
+
+def _fails(*_: object) -> None:
+    raise StribeckError("the motor is on fire")
+
+
+@pytest.mark.parametrize(
+    ("kind", "search", "why"),
+    [
+        ("none", k_critical, "not sought: nothing compensates on the measured velocity"),
+        ("feedforward", k_critical, "not sought: nothing compensates on the measured velocity"),
+        ("feedback", _fails, "not found: the search failed"),
+        ("feedback", lambda *_: None, "none: no ratio makes it cycle"),
+        ("feedback", lambda *_: 1.0, ""),
+    ],
+)
+def test_why_there_is_no_critical_ratio(
+    monkeypatch: pytest.MonkeyPatch, kind: Literal["none", "feedforward", "feedback"], search: object, why: str
+) -> None:
+    monkeypatch.setattr(module, "k_critical", search)
+    _, found = answer(COULOMB, loop(kv=10.0, compensation=Compensation(kind, 0.9)))
+    assert (found.k_critical is None, found.k_why) == (why != "", why)
 
 
 def test_damping_costs_the_describing_function_its_trust() -> None:

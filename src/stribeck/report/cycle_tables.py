@@ -157,5 +157,5 @@ def _multiplier(answer: JointAnswer) -> str:
 
 def _critical(answer: JointAnswer) -> str:
     if answer.k_critical is None:
-        return "none: no ratio makes it cycle"
+        return answer.k_why
     return "0: it cycles without compensation" if answer.k_critical == 0.0 else number(answer.k_critical, 4)
