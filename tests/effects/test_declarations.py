@@ -9,6 +9,7 @@ from importlib.metadata import EntryPoint, EntryPoints
 from pathlib import Path
 from typing import get_args
 
+import casadi as ca
 import numpy as np
 import pytest
 
@@ -28,7 +29,9 @@ from stribeck.model.effect import (
     StandEffect,
     TransmissionEffect,
 )
+from stribeck.model.forward import Forward
 from stribeck.model.layout import Placed, layout, values_of
+from stribeck.model.path import SignalPath
 from stribeck.model.scale import Scale
 
 from .bench import every_effect, nominal_arm, starts
@@ -75,6 +78,18 @@ def test_parameters(effect: Effect) -> None:
         assert parameter.lower > 0.0 or not parameter.log
     assert effect.delays in (None, "command", "position")
     assert effect.delays is None or "time" in names
+
+
+@every_effect
+def test_what_depends_on_time_itself_says_how_fast(effect: Effect) -> None:
+    """Steps of a simulation are bounded by it: what time does to a joint that sticks shows in no error."""
+    if effect.direct or effect.delays:
+        return
+    arm = nominal_arm()
+    forward = Forward(SignalPath(arm, [Placed(effect, effect.sites(arm.n)[0], dict(effect.starts(SMALL)[0]))]))
+    depends = ca.depends_on(ca.vertcat(forward.rates, forward.margins), forward.time)
+    assert depends == (effect.waves > 0)
+    assert [multiple for _, multiple in forward.waves] == [effect.waves] * depends
 
 
 @pytest.mark.parametrize("scale", [SMALL, LARGE, ODD], ids=["small", "large", "odd"])

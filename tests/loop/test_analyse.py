@@ -7,15 +7,18 @@ import math
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
 
-from stribeck.arm import Arm, Friction, Joint
-from stribeck.errors import InputError
+from stribeck.arm import Arm, EffectEntry, Friction, Joint
+from stribeck.errors import InputError, StribeckError
+from stribeck.loop import analyse as module
 from stribeck.loop import surroundings
 from stribeck.loop.analyse import analyse
 from stribeck.loop.answers import Analysis, JointAnswer
+from stribeck.loop.exact.critical import k_critical
 from stribeck.loop.exact.rounds import RoundsEngine
 from stribeck.loop.files import limit_cycle_json, write_limit_cycle
 from stribeck.loop.surroundings import SLOW, SLOW_WINDING, Grid, grid_of, map_of
@@ -64,6 +67,48 @@ def test_a_coulomb_cycle_by_every_method() -> None:
     assert found.methods["describing_function"].amplitude_error == pytest.approx(-0.013, abs=2e-3)
     assert found.k_critical == pytest.approx(1.0, abs=1e-3)
     assert found.margins.damping == pytest.approx(zeta)
+
+
+@pytest.mark.parametrize(
+    ("effect", "values", "linear"),
+    [
+        ("torque_dead_zone", {"width": 0.3}, False),
+        ("torque_saturation", {"limit": 20.0}, False),
+        ("joint_flexibility", {"stiffness": 2e3, "damping": 1.0}, True),
+    ],
+)
+def test_an_effect_that_is_taken_for_linear_costs_it_as_well(
+    effect: str, values: dict[str, float], linear: bool
+) -> None:
+    bent = replace(arm(), effects=(EffectEntry(effect, ("A",), {"A": values}),))
+    found = analyse(bent, loop(kv=5.0), grid=Grid(wanted=False)).joints[0]
+    for name in ("describing_function", "harmonic_balance"):
+        assert found.methods[name].trusted == linear
+        assert (f"takes the effect {effect} for linear" in found.methods[name].why) != linear
+    assert found.margins.stable
+    assert any(effect in note for note in found.notes) == (effect == "torque_dead_zone")
+
+
+def _fails(*_: object) -> None:
+    raise StribeckError("the motor is on fire")
+
+
+@pytest.mark.parametrize(
+    ("kind", "search", "why"),
+    [
+        ("none", k_critical, "not sought: nothing compensates on the measured velocity"),
+        ("feedforward", k_critical, "not sought: nothing compensates on the measured velocity"),
+        ("feedback", _fails, "not found: the search failed"),
+        ("feedback", lambda *_: None, "none: no ratio makes it cycle"),
+        ("feedback", lambda *_: 1.0, ""),
+    ],
+)
+def test_why_there_is_no_critical_ratio(
+    monkeypatch: pytest.MonkeyPatch, kind: Literal["none", "feedforward", "feedback"], search: object, why: str
+) -> None:
+    monkeypatch.setattr(module, "k_critical", search)
+    _, found = answer(COULOMB, loop(kv=10.0, compensation=Compensation(kind, 0.9)))
+    assert (found.k_critical is None, found.k_why) == (why != "", why)
 
 
 def test_damping_costs_the_describing_function_its_trust() -> None:

@@ -18,7 +18,7 @@ from stribeck.loop.answers import Analysis
 from stribeck.loop.cycle import Cycle
 from stribeck.loop.exact.rounds import RoundsEngine
 from stribeck.loop.surroundings import Grid, map_of
-from stribeck.report.cycle_tables import method_table, verdict_table
+from stribeck.report.cycle_tables import gain_facts, method_facts, method_table, verdict_table
 from stribeck.report.cycle_words import answer_sentences, headline
 from stribeck.report.figures.cycle_branch import branch_figure
 from stribeck.report.figures.cycle_map import map_figure
@@ -148,6 +148,21 @@ def test_the_map_of_a_backward_ramp_is_over_backward_ramps(cycling: Analysis) ->
     assert figure is not None
     assert figure.axes[0].get_xlabel() == "speed of the ramp, rad/s"
     assert figure.axes[0].get_xlim()[0] > 0.0
+
+
+def test_the_critical_ratio_is_told_to_be_none_only_where_it_was_sought(cycling: Analysis) -> None:
+    told = "not sought: nothing compensates on the measured velocity"
+    for answer, expected in (
+        (replace(cycling.joints[0], k_critical=None, k_why=told), told),
+        (replace(cycling.joints[0], k_critical=0.0), "0: it cycles without compensation"),
+    ):
+        assert dict(gain_facts(answer, 0.0).pairs)["critical k"] == expected
+
+
+def test_the_simulation_of_a_sampled_loop_is_a_plain_record() -> None:
+    continuous, sampled = (dict(method_facts(step).pairs)["simulation"] for step in (0.0, 0.0125))
+    assert continuous.endswith("until the averages stand still")
+    assert sampled == "run from the loop's own start; read off the second half of the record"
 
 
 def test_a_loop_that_cycles_without_compensation_may_rest_with_it(cycling: Analysis) -> None:

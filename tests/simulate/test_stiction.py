@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stribeck.simulate import Engine, path_of
+from stribeck.simulate import Compensation, Engine, JointLoop, Loop, path_of, simulate
+from stribeck.simulate import Reference as Asked
 
-from .conftest import entry, two_links
+from .conftest import A, entry, one_joint, two_links
 from .reference import Reference
 
 
@@ -90,3 +91,22 @@ def test_friction_that_goes_with_the_motor_s_torque_breaks_away_later(sign: floa
     for share, expected in ((1.0 - 1e-6, 0.0), (1.0 + 1e-6, sign)):
         command = np.array([sign * 6.25 / 0.7 * share, 0.0])
         assert mode_at_start(engine, np.array([0.3, 0.2, 0.0, 0.0]), command)[0] == expected
+
+
+@pytest.mark.parametrize("sample_time", [0.0, 0.0125, 0.05])
+def test_a_stuck_joint_is_shaken_loose_between_two_commands(sample_time: float) -> None:
+    """A wave of 12 N m on a break-away of 6.25 N m lets go and is caught twice a period; samples fall on its zeros."""
+    arm = replace(one_joint(A), effects=(entry("input_disturbance", "A", sine=12.0, cosine=0.0, frequency=80.0),))
+    held = JointLoop("A", 1e-3, Asked("regulate"), kv=0.0)
+    found = simulate(arm, Loop(sample_time, 0.5, (held,), record_step=0.05)).motion
+    assert found.event_count == 80
+    assert found.stuck_time[-1].item() < 0.003 * 0.5
+
+
+def test_a_stuck_joint_is_shaken_loose_by_its_own_command() -> None:
+    law = Compensation("dither", amplitude=6.3, frequency=80.0)
+    held = JointLoop("A", 1e-3, Asked("regulate"), kv=0.0, compensation=law)
+    moved = JointLoop("A", 30.0, Asked("sine", amplitude=0.21, frequency=80.0), kv=0.0)
+    for joint in (held, moved):
+        found = simulate(one_joint(A), Loop(0.0, 0.5, (joint,), record_step=0.05)).motion
+        assert found.event_count in (159, 160)

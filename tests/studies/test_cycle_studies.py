@@ -43,6 +43,9 @@ def test_hunting(run):
     assert result["known"]["amplitude"] == pytest.approx(0.091, rel=5e-3)
     assert result["known"]["stick_fraction"] > 0.5
     assert result["without_integral"]["verdict"] == "rest"
+    for verdicts in result["without_stiction"].values():  # of the ratio 0 first; others are off at rest
+        assert verdicts[0] == "rest"
+        assert set(verdicts[1:]) == {"hunting"}
     for rows in result["branches"].values():
         assert {row["verdict"] for row in rows} == {"hunting"}
         sizes = [row["amplitude"] for row in rows]

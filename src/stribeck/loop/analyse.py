@@ -54,11 +54,11 @@ def analyse(arm: Arm, loop: Loop, *, grid: Grid | None = None, progress: Told = 
     Raises
     ------
     InputError
-        When a reference drives the loop for ever: a limit cycle is what a loop does of itself.
+        When a reference or an effect drives the loop for ever: a limit cycle is what a loop does of itself.
     """
-    check_autonomous(loop)
-    grid = Grid() if grid is None else grid
     engine = RoundsEngine(arm)
+    check_autonomous(engine, loop)
+    grid = Grid() if grid is None else grid
     progress("shooting for cycles")
     exact = shoot(engine, loop)
     if loop.sample_time == 0.0 or any(cycle.verdict == "undetermined" for cycle in exact.values()):
@@ -101,6 +101,9 @@ def _joint(
     told(f"{name}: margins and the largest gain")
     linear, largest = margins(assembly, name), kp_max(assembly, name)
     notes = _notes(loop, entry, inertia, linear.stable, largest.why)
+    zones = sorted({place.effect.name for place in engine.path.placed if place.effect.zone})
+    if zones:
+        notes.append(f"margins and largest gains are those beyond what this loses: {', '.join(zones)}")
     told(f"{name}: describing function and harmonic balance")
     approximation = _approximation(arm, loop, name, best, notes)
     methods = {
@@ -111,7 +114,9 @@ def _joint(
     }
     single = alone(arm, loop, name)
     told(f"{name}: critical ratio")
+    known = len(notes)
     critical = _tried(lambda: k_critical(engine, single, name), "critical ratio", notes)
+    why = _why_none(entry, critical, failed=len(notes) > known)
     moves = entry.reference.kind == "ramp" and entry.reference.velocity != 0.0
     fold = _tried(lambda: fold_velocity(engine, single, name), "stick-slip fold", notes) if moves else None
     told(f"{name}: branch of cycles")
@@ -124,7 +129,7 @@ def _joint(
         name, arm.joints[arm.names.index(name)].kind, entry, derivative_gain(entry, entry.kp, tuned),
         0.0 if entry.compensation.kind == "none" else entry.compensation.ratio, inertia, best, methods, critical, fold,
         largest, linear, approximation.nyquist, branch, chart, tuple(notes),
-        locus_of(assembly, name, largest.stability),
+        locus_of(assembly, name, largest.stability), why,
     )  # fmt: skip
 
 
@@ -135,6 +140,15 @@ def _tried(work: Callable[[], T], what: str, notes: list[str]) -> T | None:
     except StribeckError as error:
         notes.append(f"no {what}: {error}")
         return None
+
+
+def _why_none(entry: JointLoop, critical: float | None, *, failed: bool) -> str:
+    """Return why a joint has no critical ratio; "" where it has one."""
+    if critical is not None:
+        return ""
+    if entry.compensation.kind != "feedback":
+        return "not sought: nothing compensates on the measured velocity"
+    return "not found: the search failed" if failed else "none: no ratio makes it cycle"
 
 
 def _approximation(arm: Arm, loop: Loop, joint: str, exact: Cycle, notes: list[str]) -> Approximation:

@@ -140,6 +140,8 @@ class JointAnswer:
     k_critical : float or None
         Smallest k at which the loop does not come to rest, 0 where it does not without compensation either; at larger
         ones it may again. None where no k makes it cycle, or where the compensation is not on the measured velocity.
+    k_why : str
+        Which of them it is, or that the search failed, where it is None.
     fold_velocity : float or None
         Along a ramp: the speed in its direction over which the joint, released from standstill, no longer sticks
         again, rad/s.
@@ -171,6 +173,7 @@ class JointAnswer:
     map: Map | None = None
     notes: tuple[str, ...] = ()
     locus: Locus | None = None
+    k_why: str = ""
 
     @property
     def kp(self) -> float:

@@ -24,6 +24,7 @@ from stribeck.loop.describing import (
     symmetric,
 )
 from stribeck.loop.describing.roots import compensation
+from stribeck.loop.linear.bends import bends
 from stribeck.model.effect import FrictionEffect
 from stribeck.simulate.engine import vanishes
 from stribeck.simulate.loop import JointLoop, Loop
@@ -171,6 +172,7 @@ def _doubts(case: _Case, exact: Cycle) -> list[str]:
     placed = [p for p in placed_effects(case.arm) if p.joint == j and not vanishes(p)]
     laws = sorted({p.effect.name for p in placed if isinstance(p.effect, FrictionEffect)})
     doubts = [f"leaves out the effect {name}" for name in laws]
+    doubts += [f"takes the effect {name} for linear" for name in sorted({p.effect.name for p in placed if bends(p)})]
     if exact.stick_fraction:
         doubts.append(f"the joint sticks for {100.0 * exact.stick_fraction:.3g} % of the cycle")
     if case.entry.ki > 0.0:

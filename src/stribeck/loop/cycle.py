@@ -25,7 +25,7 @@ class CycleTrace:
     time : array (M,)
         s from the period's begin.
     position : array (M,)
-        rad; where the reference moves, less the reference.
+        Measured, less the reference, rad.
     velocity : array (M,)
         rad/s.
     stuck : array (M,) of bool
@@ -49,8 +49,8 @@ class Cycle:
         along a moving reference), ``hunting`` (the same about a fixed one), ``sliding_cycle`` (one that never sticks),
         ``chatter`` (a cycle of a few samples); ``unbounded``; ``undetermined`` (``status`` says why).
     amplitude : float or None
-        Half the peak-to-peak position (of the error, where the reference moves), rad; None where there is no cycle.
-        Where the motion repeats only after several rounds, as under a sampled controller, the mean over them.
+        Half the peak-to-peak measured position (of the error, where the reference moves), rad; None where there is no
+        cycle. Where the motion repeats only after several rounds, as under a sampled controller, the mean over them.
     period : float or None
         s.
     peak_velocity : float or None
@@ -61,9 +61,10 @@ class Cycle:
         Eigenvalues of the return map's derivative, largest first; real ones are given as floats. Where a sampled loop
         repeats after several rounds, the size of one round's share; where it is not known to, mean rates of growth.
     stable : bool or None
-        Whether all of them lie inside the unit circle.
+        Whether all of them lie inside the unit circle; None without any. Where they do not, samples may still hold a
+        lasting motion together: a joint that sticks lets go at one of them.
     steady_error : float or None
-        Reference less position at rest, rad; None where it does not come to rest.
+        Reference less measured position at rest, rad; None where it does not come to rest.
     status : str
         ``ok``, or what kept the method from more.
     trace : CycleTrace or None

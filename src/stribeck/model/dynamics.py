@@ -39,6 +39,8 @@ class Dynamics:
     Parameters
     ----------
     path : SignalPath
+    touching : bool
+        Whether the faces of a play are taken as if they met.
 
     Attributes
     ----------
@@ -52,8 +54,8 @@ class Dynamics:
         Commanded torques, N m.
     """
 
-    def __init__(self, path: SignalPath) -> None:
-        self.path, self.n = path, path.n
+    def __init__(self, path: SignalPath, *, touching: bool = False) -> None:
+        self.path, self.n, self._touching = path, path.n, touching
         self.time = ca.SX.sym("t")
         self.q, self.dq = ca.SX.sym("q", path.n), ca.SX.sym("dq", path.n)
         self.modes, self.command = ca.SX.sym("mode", path.n), ca.SX.sym("u", path.n)
@@ -99,6 +101,9 @@ class Dynamics:
         k, effect = self.path.transmission(joint)  # type: ignore[misc]
         s = self.signals[joint]
         deflection, rate = s.position - s.link_position, s.velocity - s.link_velocity
+        if self._touching and effect.zone:
+            stiffness, damping = effect.touching(deflection, rate, self.path.parameters(k))
+            return stiffness * deflection + damping * rate
         return effect.transmitted(deflection, rate, self.path.parameters(k))
 
     def levels(self, joint: int, speed: Expression, load: Expression) -> tuple[Expression, Expression]:

@@ -52,6 +52,11 @@ class Effect(ABC):
     elusive: ClassVar[bool] = False
     """True where a law about rest, slow motion or small torque also fits what noise and filters do there: it must be
     surer to be named."""
+    zone: ClassVar[bool] = False
+    """True where small torques, or motions, get lost: a linear model is of what passes beyond, torques as they came and
+    ``touching`` faces."""
+    waves: ClassVar[int] = 0
+    """How many times its parameter ``frequency`` (Hz) the fastest wave in time of the law is; 0 where it has none."""
     rescales: ClassVar[bool] = False
     """True where wrong values of mass or torque mimic it: a candidate wherever re-tuning strains those values."""
     filters: ClassVar[bool] = False

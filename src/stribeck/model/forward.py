@@ -27,6 +27,8 @@ class Forward:
     Parameters
     ----------
     path : SignalPath
+    touching : bool
+        Whether the faces of a play are taken as if they met.
 
     Attributes
     ----------
@@ -34,9 +36,9 @@ class Forward:
         Length of y.
     """
 
-    def __init__(self, path: SignalPath) -> None:
+    def __init__(self, path: SignalPath, *, touching: bool = False) -> None:
         self.path, self.n = path, path.n
-        self._dynamics = d = Dynamics(path)
+        self._dynamics = d = Dynamics(path, touching=touching)
         self.time, self.command = d.time, d.command
         self.y = ca.vertcat(d.q, d.dq, path.x)
         self.size = self.y.numel()
@@ -62,6 +64,21 @@ class Forward:
             if isinstance(entry.owner, int) and entry.name == "time" and placed[entry.owner].effect.delays
             for joint in placed[entry.owner].joints(self.n)
         )
+
+    @property
+    def waves(self) -> tuple[tuple[int, int], ...]:
+        """(place in p, multiple) of each frequency, Hz, with which time itself moves the arm."""
+        placed = self.path.placed
+        return tuple(
+            (i, placed[entry.owner].effect.waves)
+            for i, entry in enumerate(self.path.entries)
+            if isinstance(entry.owner, int) and entry.name == "frequency" and placed[entry.owner].effect.waves
+        )
+
+    @property
+    def driven(self) -> bool:
+        """Whether time itself moves the arm."""
+        return bool(ca.depends_on(ca.vertcat(self.rates, self.margins), self.time))
 
     @cached_property
     def rates(self) -> Any:

@@ -84,8 +84,10 @@ def gain_facts(answer: JointAnswer, sample_time: float) -> Facts:
     return Facts(f"Joint {words.clean(answer.joint)}: gains and margins without friction", tuple(pairs))
 
 
-def method_facts() -> Facts:
+def method_facts(sample_time: float) -> Facts:
     """Return what each method does."""
+    settles = "run from the loop's own start, a small and a large one, until the averages stand still"
+    plain = "run from the loop's own start; read off the second half of the record"
     return Facts(
         "The methods",
         (
@@ -95,7 +97,7 @@ def method_facts() -> Facts:
              "no sticking phase"),
             ("shooting", "Newton's method on the return map of the event-driven simulation, sticking phases included; "
              "of a sampled loop on the map over the samples after which it repeats"),
-            ("simulation", "run from the loop's own start, a small and a large one, until the averages stand still"),
+            ("simulation", plain if sample_time > 0.0 else settles),
             ("margins", "exact derivatives of the model with its effects; hold, delay, lag and velocity filter by "
              "exact discretisation"),
         ),
@@ -157,5 +159,5 @@ def _multiplier(answer: JointAnswer) -> str:
 
 def _critical(answer: JointAnswer) -> str:
     if answer.k_critical is None:
-        return "none: no ratio makes it cycle"
+        return answer.k_why
     return "0: it cycles without compensation" if answer.k_critical == 0.0 else number(answer.k_critical, 4)

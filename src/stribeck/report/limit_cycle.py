@@ -105,7 +105,7 @@ def _sections(analysis: Analysis, pictures: list[list[Picture]]) -> list[Section
     sections.append(verdict_table(analysis))
     for answer, mine in zip(analysis.joints, pictures, strict=True):
         sections += [method_table(answer), gain_facts(answer, analysis.sample_time), *mine]
-    return [*sections, method_facts(), _files(pictures)]
+    return [*sections, method_facts(analysis.sample_time), _files(pictures)]
 
 
 def _answer(analysis: Analysis) -> Answer:

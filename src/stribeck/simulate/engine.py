@@ -84,6 +84,11 @@ class Engine:
         """Return the inertia (n,) that each joint moves in a pose (n,), the others held, kg m^2."""
         return np.asarray(self.forward.inertia(q, self.p).full().ravel(), dtype=float)
 
+    def measured(self, state: Floats) -> Floats:
+        """Return the positions (n,) that the sensors give in a state (s,), rad."""
+        seen = self.forward.outputs(0.0, state, np.zeros(self.n), np.zeros(self.n), self.p)[0]
+        return np.asarray(seen.full().ravel(), dtype=float)
+
     def start(self, p: Floats, q: Floats, dq: Floats | None = None, command: Floats | None = None) -> Floats:
         """Return the state (s,) of an arm at a recorded position and velocity (n,), effects settled.
 

@@ -42,6 +42,7 @@ def model_source(
         sizes = {"ARG": function.sz_arg(), "RES": function.sz_res(), "IW": function.sz_iw(), "W": function.sz_w()}
         lines += [f"#define {name}_{key} {size}" for key, size in sizes.items()]
     delays = "".join(f"{{{joint}, {place}}}, " for joint, place in forward.delays)
+    waves = "".join(f"{{{place}, {multiple}}}, " for place, multiple in forward.waves)
     lines += [
         f"#define SB_N {forward.n}",
         f"#define SB_NS {forward.size}",
@@ -50,6 +51,7 @@ def model_source(
         f"#define SB_SENSING {int(any(isinstance(place.effect, SensingEffect) for place in forward.path.placed))}",
         f"#define SB_BRISTLES {{{', '.join(str(int(flag)) for flag in forward.bristles)}}}",
         f"#define SB_DELAYS {{{delays}{{-1, -1}}}}",
+        f"#define SB_WAVES {{{waves}{{-1, 0}}}}",
     ]
     return "\n".join(lines) + "\n"
 

@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from stribeck.arm import Friction
+from stribeck.arm import EffectEntry, Friction
+from stribeck.loop.exact.rounds import RoundsEngine
 from stribeck.loop.exact.settle import settle
 from stribeck.loop.exact.shooting import shoot
-from stribeck.simulate import Loop, close_loop
+from stribeck.simulate import Compensation, JointLoop, Loop, Reference, close_loop
 
 FAMILIES = ("plain", "delay", "lag", "pid", "filter")
 RULES = ("zero", "hold", "error_sign", "set_valued")
@@ -131,6 +132,55 @@ def compare(engine_of, loop_of, seed: int, count: int) -> Counter[str]:
 def test_a_few_random_loops(engine_of, loop_of):
     seen = compare(engine_of, loop_of, seed=5, count=6)
     assert seen["rest"] >= 1
+
+
+@pytest.mark.parametrize(("amplitude", "frequency", "lag"), [(3.0, 2.0, 0.0), (2.0, 50.0, 0.01)])
+def test_an_instant_without_motion_under_a_dither_is_no_rest(joint_a, amplitude, frequency, lag):
+    law = Compensation("dither", amplitude=amplitude, frequency=frequency)
+    entry = JointLoop("A", 30.0, Reference("regulate", initial_error=0.3), compensation=law, actuator_lag=lag)
+    shaken = Loop(0.0, 100.0, (entry,), record_step=0.01)
+    found, seen = settle(joint_a, shaken)["A"], close_loop(joint_a, shaken).motion.q[-1, 0]
+    assert found.verdict == "rest"
+    assert found.steady_error == pytest.approx(-seen, abs=5e-4)
+
+
+def test_a_sampled_joint_that_sticks_is_not_at_rest_while_its_friction_fades(joint_a, loop_of):
+    """Twice the friction holds an error of 0.3 rad, which what is left of it in the end does not."""
+    fades = {"A": {"change": 1.0, "time": 20.0, "kept": 0.5}}
+    arm = replace(joint_a.arm, effects=(EffectEntry("history", ("A",), fades, "in_time"),))
+    regulated = replace(loop_of(error=0.3, sample_time=0.0125), duration=150.0)
+    found, seen = shoot(arm, regulated)["A"], close_loop(RoundsEngine(arm), regulated).motion.q[-1, 0]
+    assert found.verdict == "rest"
+    assert found.steady_error == pytest.approx(-seen, rel=1e-6)
+
+
+def test_errors_are_those_of_the_measured_position(joint_a, loop_of):
+    sensors = {
+        "encoder_offset": {"offset": 0.1},
+        "encoder_eccentricity": {"sine": 0.02, "cosine": 0.0, "harmonic": 9.0},
+    }
+    effects = tuple(EffectEntry(name, ("A",), {"A": values}) for name, values in sensors.items())
+    engine = RoundsEngine(replace(joint_a.arm, effects=effects))
+    for sample_time in (0.0, 0.0125):
+        regulated = replace(loop_of(kp=60.0, error=0.3, sample_time=sample_time), duration=20.0)
+        seen = close_loop(engine, regulated).motion.q[-1, 0]
+        assert shoot(engine, regulated)["A"].steady_error == pytest.approx(-seen, rel=1e-6)
+    hunts = replace(loop_of(0.9, "zero", ki=30.0), duration=100.0, record_step=0.01)
+    found, motion = shoot(engine, hunts)["A"], close_loop(engine, hunts).motion
+    late = motion.q[motion.t > motion.t[-1] - 1.2 * found.period, 0]
+    assert found.amplitude == pytest.approx(0.5 * np.ptp(late), rel=2e-3)
+
+
+def test_a_sampled_joint_that_slides_to_rest_settles_whatever_its_encoder_s_zero(joint_a, loop_of):
+    slight = Friction(1e-6, 0.0, 1.5, 0.05)
+    smooth = replace(joint_a.arm.joints[0], friction=slight, backward=slight)
+    offset = EffectEntry("encoder_offset", ("A",), {"A": {"offset": 0.1}})
+    regulated = loop_of(zeta=0.45, ki=10.0, sample_time=0.0125)
+    for effects in ((), (offset,)):
+        arm = replace(joint_a.arm, joints=(smooth,), effects=effects)
+        found = shoot(arm, regulated)["A"]
+        assert found.verdict == "rest"
+        assert abs(found.steady_error) < 1e-5
 
 
 @pytest.mark.slow

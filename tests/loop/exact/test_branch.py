@@ -1,11 +1,14 @@
 """Cycles followed along k, Kp and the delay; folds; sampled loops; bad input."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from stribeck.arm import EffectEntry
 from stribeck.errors import InputError
+from stribeck.loop.analyse import analyse
 from stribeck.loop.exact.branch import continue_in
 from stribeck.loop.exact.settle import settle
 from stribeck.loop.exact.shooting import shoot
@@ -73,6 +76,15 @@ def test_a_driven_loop_has_no_cycle_of_its_own(joint_a):
     for method in (shoot, settle):
         with pytest.raises(InputError, match="what a loop does of itself"):
             method(joint_a, Loop(0.0, 10.0, (entry,)))
+
+
+@pytest.mark.parametrize("sample_time", [0.0, 0.0125])
+def test_an_arm_that_is_shaken_has_no_cycle_of_its_own(joint_a, loop_of, sample_time):
+    wave = {"A": {"sine": 12.0, "cosine": 0.0, "frequency": 2.0}}
+    shaken = replace(joint_a.arm, effects=(EffectEntry("input_disturbance", ("A",), wave),))
+    for method in (shoot, settle, analyse):
+        with pytest.raises(InputError, match="an effect drives it in time: found input_disturbance/one_wave"):
+            method(shaken, loop_of(sample_time=sample_time))
 
 
 def test_steps_end_in_regulation(joint_a, loop_of):

@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 
 from stribeck.arm import EffectEntry
+from stribeck.loop.exact.ending import answers
 from stribeck.loop.exact.repeat import DIES, repeated
 from stribeck.loop.exact.rounds import NONE, Rounds
 from stribeck.loop.exact.settle import settle, settle_from
 from stribeck.loop.exact.shooting import shoot
 from stribeck.loop.exact.starts import starts
+from stribeck.loop.exact.strobe import INTEGRAL
 
 from .conftest import A, one_joint
 
@@ -73,10 +75,35 @@ def test_averages_and_the_fixed_point_agree(joint_a, loop_of):
     assert not mean.multipliers
 
 
+@pytest.mark.parametrize(
+    ("settings", "lead"), [({"zeta": 0.4564}, 0.80), ({"ratio": 0.9, "at_zero": "zero"}, 1.64)], ids=["dies", "grows"]
+)
+def test_hunting_has_the_multiplier_with_which_its_integral_forgets(joint_a, loop_of, settings, lead):
+    """A joint that sticks lets go at a sample: between two of them a disturbance goes by it, as long as it is tiny."""
+    rounds = Rounds(joint_a, loop_of(ki=60.0, sample_time=STEP, **settings))
+    found = repeated(rounds, settle_from(rounds, starts(rounds)["own"]))
+    answer = answers(rounds, found)["A"]
+    assert max(abs(root) for root in found.multipliers) == pytest.approx(lead, rel=0.01)
+    assert (answer.verdict, answer.stable) == ("hunting", lead < 1.0)
+    values = found.place.values.copy()
+    values[rounds.layout.memory][INTEGRAL] += 1e-9
+    places, ways = [replace(found.place, values=values), found.place], []
+    for _ in range(6):
+        places = [rounds.run(p, NONE, duration=answer.period + 0.5 * STEP, quiet=False).place for p in places]
+        ways.append(abs(np.subtract(*(place.values[rounds.layout.memory][INTEGRAL] for place in places))))
+    assert (ways[5] / ways[0]) ** 0.2 == pytest.approx(lead, rel=0.03)
+
+
+def test_hunting_whose_differences_hang_on_their_step_has_no_multipliers(joint_a, loop_of):
+    """Some of its rounds let go right at a sample."""
+    found = shoot(joint_a, loop_of(zeta=0.4564, ki=30.0, sample_time=STEP))["A"]
+    assert (found.verdict, found.multipliers, found.stable) == ("hunting", (), None)
+
+
 @pytest.mark.slow
-def test_hunting_repeats_too(joint_a, loop_of):
+def test_hunting_under_a_compensation(joint_a, loop_of):
     found = shoot(joint_a, loop_of(0.9, "zero", ki=30.0, sample_time=STEP))["A"]
-    assert (found.verdict, found.stable) == ("hunting", True)
+    assert found.verdict == "hunting"
     assert found.amplitude == pytest.approx(0.091, rel=0.01)
     assert found.multipliers
 

@@ -145,6 +145,27 @@ def test_actuator_effects_count_at_the_command_not_at_the_motor() -> None:
     assert at_motor.nstates == 2
 
 
+@pytest.mark.parametrize(
+    ("lossy", "same"),
+    [
+        (entry("torque_dead_zone", "A", width=0.3), ()),
+        (replace(entry("torque_dead_zone", "A", width=0.3), law="threshold"), ()),
+        (
+            entry("backlash", "A", gap=0.01, stiffness=5e3, damping=5.0),
+            (entry("joint_flexibility", "A", stiffness=5e3, damping=5.0),),
+        ),
+    ],
+)
+def test_what_loses_little_torques_or_motions_is_linear_beyond_them(
+    lossy: EffectEntry, same: tuple[EffectEntry, ...]
+) -> None:
+    """However small, it would seem that no gain holds the joint."""
+    pd = loop(controlled(kp=30.0, kv=5.0))
+    found, expected = (kp_max(assemble(arm, pd, free(arm, pd)), "A") for arm in (one_joint(lossy), one_joint(*same)))
+    assert found.stability is not None
+    assert (found.stability, found.ms2) == pytest.approx((expected.stability, expected.ms2), rel=1e-9)
+
+
 def test_a_fractional_delay_is_exact() -> None:
     plant = ct.ss(ct.tf([3.0], [1.0, 2.0]))
     found = sampled(plant, 0.1, np.array([0.13]))

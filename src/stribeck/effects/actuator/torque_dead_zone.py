@@ -26,6 +26,7 @@ class TorqueDeadZone(ActuatorEffect):
     source = "Tao & Kokotovic (1996)"
     elusive = True
     clips = True
+    zone = True
     parameters = (Parameter("width", "N m", "torque lost, half the width of the zone", 0.0, 0.0),)
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:

@@ -31,6 +31,7 @@ class TorqueDeadZoneThreshold(ActuatorEffect):
     source = "Mohan, Undeland & Robbins (2003), blanking time and minimum pulses of switched amplifiers"
     elusive = True
     clips = True
+    zone = True
     parameters = (Parameter("width", "N m", "command below which no torque comes", 0.0, 0.0),)
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:

@@ -27,6 +27,7 @@ class InputDisturbance(ExternalEffect):
     equation = r"\tau = a \sin 2\pi f t + b \cos 2\pi f t"
     symptom = "a line in the residual's spectrum that depends on time alone, not on pose, motion or torque"
     shows = "frequency"
+    waves = 1
     source = "Bodson & Douglas (1997)"
     patternless = True
     parameters = (

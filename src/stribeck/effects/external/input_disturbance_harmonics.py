@@ -30,6 +30,7 @@ class InputDisturbanceHarmonics(ExternalEffect):
         "a line in the residual's spectrum, and lines at two and three times its frequency, that depend on time alone"
     )
     shows = "frequency"
+    waves = len(ORDER)
     source = "Bodson & Douglas (1997); Fourier series"
     patternless = True
     parameters = (

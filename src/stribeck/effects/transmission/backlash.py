@@ -37,6 +37,7 @@ class Backlash(TransmissionEffect):
     shows = "load reversal"
     source = "Nordin & Gutman (2002)"
     nonlinear = True
+    zone = True
     rough = ROUGH
     parameters = (
         Parameter("gap", "rad", "full width of the play", 0.0, 1e-7, 0.5, log=True),

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from stribeck.loop.cycle import Cycle, CycleTrace, Verdict
 from stribeck.loop.exact.place import Place
-from stribeck.loop.exact.rest import deviations, winding
+from stribeck.loop.exact.rest import seen_deviations, winding
 from stribeck.loop.exact.rounds import NONE, Rounds
 from stribeck.loop.exact.turns import CREEP, TINY, dies_out, fold_of, weighted, whole_rounds
 
@@ -83,7 +83,7 @@ def answers(rounds: Rounds, ending: Ending) -> dict[str, Cycle]:
 
 
 def _answer(rounds: Rounds, ending: Ending, j: int) -> Cycle:
-    steady = -float(deviations(rounds, ending.place)[j])
+    steady = -float(seen_deviations(rounds, ending.place)[j])
     if ending.kind == "rest":
         creeps = ending.place.values[rounds.layout.modes][j] != 0.0 and not rounds.engine.forward.bristles[j]
         ratio = rounds.axes[j].ratio if rounds.entry(rounds.arm.names[j]).compensation.kind == "feedback" else 0.0
@@ -108,7 +108,7 @@ def _answer(rounds: Rounds, ending: Ending, j: int) -> Cycle:
         verdict=_verdict(rounds, j, period, stuck), amplitude=amplitude, period=period,
         peak_velocity=float(mine["speed"].max() if ending.kind == "periodic" else weighted(mine["speed"])),
         stick_fraction=stuck / period, multipliers=roots,
-        stable=True if ending.kind == "roughly" else bool(max(abs(root) for root in roots) < 1.0) if roots else None,
+        stable=bool(max(abs(root) for root in roots) < 1.0) if roots else None,
         status=ending.status,
     )  # fmt: skip
 

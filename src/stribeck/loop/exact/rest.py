@@ -49,8 +49,17 @@ def active_states(rounds: Rounds) -> list[int]:
 
 
 def deviations(rounds: Rounds, place: Place) -> Floats:
-    """Return position less reference (n,), rad; the position of a clamped joint."""
-    q = place.values[rounds.layout.state][: rounds.n].copy()
+    """Return true position less reference (n,), rad; the position of a clamped joint."""
+    return _less_reference(rounds, place, place.values[rounds.layout.state][: rounds.n].copy())
+
+
+def seen_deviations(rounds: Rounds, place: Place) -> Floats:
+    """Return measured position less reference (n,), rad; the position of a clamped joint."""
+    state = place.values[rounds.layout.state][: rounds.layout.size]
+    return _less_reference(rounds, place, rounds.engine.measured(state))
+
+
+def _less_reference(rounds: Rounds, place: Place, q: Floats) -> Floats:
     for entry in rounds.loop.joints:
         j = rounds.index(entry.joint)
         q[j] -= entry.start + rounds.rate(j) * place.time
@@ -132,9 +141,10 @@ def _holds(rounds: Rounds, place: Place, sliding: list[int]) -> bool:
         return True
     values, layout = place.values.copy(), rounds.layout
     state, memory = values[layout.state], values[layout.memory].reshape(rounds.n, -1)
+    seen = rounds.engine.measured(state[: layout.size])
     for j in sliding:
         state[rounds.n + j] = rounds.rate(j)
-        memory[j, 0] = state[j] - rounds.rate(j) * rounds.loop.sample_time
+        memory[j, 0] = seen[j] - rounds.rate(j) * rounds.loop.sample_time
         if rounds.rate(j) == 0.0:
             values[layout.modes][j] = 0.0
     record = rounds.run(replace(place, values=values), NONE, rows=rounds.history + _FEW, quiet=False).record

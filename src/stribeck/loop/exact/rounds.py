@@ -60,6 +60,11 @@ class RoundsEngine(Engine):
         self.arm = arm
 
     @cached_property
+    def driven(self) -> bool:
+        """Whether time itself moves the arm."""
+        return self.forward.driven
+
+    @cached_property
     def rounds_library(self) -> ctypes.CDLL:
         """The compiled library."""
         text = (files("stribeck.loop.exact") / "c" / "rounds.h").read_text(encoding="utf-8")
@@ -81,12 +86,12 @@ class Rounds:
     Raises
     ------
     InputError
-        When a reference drives the loop for ever.
+        When a reference or an effect drives the loop for ever.
     """
 
     def __init__(self, arm: Arm | RoundsEngine, loop: Loop, *, rtol: float = 1e-10, atol: float = 1e-13) -> None:
-        check_autonomous(loop)
         self.engine = arm if isinstance(arm, RoundsEngine) else RoundsEngine(arm)
+        check_autonomous(self.engine, loop)
         self.arm, self.loop = self.engine.arm, replace(loop, joints=tuple(_autonomous(entry) for entry in loop.joints))
         self.n, self.p, self.rtol, self.atol = self.engine.n, self.engine.p, rtol, atol
         self.layout = Layout(self.engine.n, self.engine.size)
@@ -212,12 +217,16 @@ def _history(arm: Arm, loop: Loop) -> int:
     return max(entry.delay_samples for entry in loop.joints) + late + 1
 
 
-def check_autonomous(loop: Loop) -> None:
-    """Raise `InputError` where a reference drives the loop for ever."""
+def check_autonomous(engine: RoundsEngine, loop: Loop) -> None:
+    """Raise `InputError` where a reference, or an effect of the arm, drives the loop for ever."""
     for entry in loop.joints:
         if entry.reference.kind not in ("ramp", "regulate", "steps"):
             what = f"joint {entry.joint}: a limit cycle is what a loop does of itself, and this reference drives it"
             raise InputError(what, repr(entry.reference.kind), "use the reference kind regulate or ramp")
+    if engine.driven:
+        laws = {place.effect.label for place in engine.path.placed if place.effect.waves}
+        what = f"arm {engine.arm.name!r}: a limit cycle is what a loop does of itself, and an effect drives it in time"
+        raise InputError(what, ", ".join(sorted(laws)), "leave the effect out of the arm file")
 
 
 def _autonomous(entry: JointLoop) -> JointLoop:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.loop.exact.place import Place, Stretch
-from stribeck.loop.exact.rest import active_states, deviations, follow
+from stribeck.loop.exact.rest import active_states, deviations, follow, seen_deviations
 from stribeck.loop.exact.rounds import Rounds
 
 Floats = NDArray[np.float64]
@@ -83,7 +83,7 @@ class ReturnMap:
             values[layout.modes][j] = values[layout.held][j] = 1.0
         values[1] = 1.0
         marks = values[layout.marks].reshape(n, -1)
-        here = deviations(self.rounds, replace(self.template, values=values))
+        here = seen_deviations(self.rounds, replace(self.template, values=values))
         marks[j] = [0.0, here[j], here[j], 0.0, 0.0]
         return replace(self.template, values=values)
 

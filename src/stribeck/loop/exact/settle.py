@@ -37,7 +37,7 @@ def settle(arm: Arm | RoundsEngine, loop: Loop) -> dict[str, Cycle]:
     Raises
     ------
     InputError
-        When a reference drives the loop for ever.
+        When a reference or an effect drives the loop for ever.
     """
     rounds = Rounds(arm, loop)
     found = {name: answers(rounds, settle_from(rounds, place)) for name, place in starts(rounds).items()}

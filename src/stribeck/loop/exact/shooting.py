@@ -41,7 +41,7 @@ def shoot(arm: Arm | RoundsEngine, loop: Loop) -> dict[str, Cycle]:
     Raises
     ------
     InputError
-        When a reference drives the loop for ever, so that it has no cycle of its own.
+        When a reference or an effect drives the loop for ever, so that it has no cycle of its own.
     """
     rounds = Rounds(arm, loop)
     if rounds.noisy or any(entry.compensation.kind == "dither" for entry in loop.joints):

@@ -12,6 +12,8 @@ from stribeck.loop.exact.rounds import NONE, Rounds
 
 Floats = NDArray[np.float64]
 _STEP = 1e-5  # of a difference, over the size of each coordinate
+_OF_SAMPLE = 1e-3  # the same of an integral, over what one sample adds: a joint that sticks lets go at a sample
+_HALVINGS, _AGREE = 12, 1e-3  # of a step, until the differences of two agree
 LAST, FILTERED, INTEGRAL, THETA = 0, 1, 2, 4  # in the memory of a joint
 
 
@@ -42,6 +44,9 @@ class Strobe:
         commands = [size * rounds.entry(rounds.arm.names[j]).kp for _, _, j in self._past]
         self.scale = np.array([row[2] for row in rows] + commands)
         layout, modes = rounds.layout, template.values[rounds.layout.modes]
+        integrals = [layout.memory.start + layout.memory_width * j + INTEGRAL for j in range(rounds.n)]
+        self._steps = _STEP * self.scale
+        self._steps[: len(rows)][np.isin(self._in_values, integrals)] = _OF_SAMPLE * size * rounds.loop.sample_time
         still = [layout.state.start + rounds.n + j for j in range(rounds.n) if modes[j] == 0.0]
         self.frozen = np.isin(np.arange(len(self.scale)), np.flatnonzero(np.isin(self._in_values, still)))
 
@@ -66,16 +71,32 @@ class Strobe:
         return (self.coordinates(done.place), done) if done.why == "end" else None
 
     def slopes(self, z: Floats, image: Floats) -> Floats | None:
-        """Return the derivative (m, m) of the map at ``z`` by differences; a joint that sticks has no velocity."""
+        """Return the derivative (m, m) of the map at ``z`` by differences; a joint that sticks has no velocity.
+
+        None where they hang on their step, however small: a change of a sign falls on a sample right there.
+        """
         matrix = np.zeros((len(z), len(z)))
         for i in np.flatnonzero(~self.frozen):
+            column = self._column(z, image, int(i))
+            if column is None:
+                return None
+            matrix[:, i] = column
+        return matrix
+
+    def _column(self, z: Floats, image: Floats, i: int) -> Floats | None:
+        step, before = self._steps[i], None
+        for _ in range(_HALVINGS):
             moved = z.copy()
-            moved[i] += _STEP * self.scale[i]
+            moved[i] += step
             found = self.apply(moved)
             if found is None:
                 return None
-            matrix[:, i] = (found[0] - image) / (_STEP * self.scale[i])
-        return matrix
+            column: Floats = (found[0] - image) / step
+            scaled = column * self.scale[i] / self.scale
+            if before is not None and np.abs(scaled - before).max() <= _AGREE * max(1.0, np.abs(scaled).max()):
+                return column
+            step, before = 0.5 * step, scaled
+        return None
 
     def _reference(self, time: float) -> Floats:
         entries = {self.rounds.index(entry.joint): entry for entry in self.rounds.loop.joints}

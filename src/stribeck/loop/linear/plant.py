@@ -50,6 +50,9 @@ class LinearPlant:
 def linearise(arm: Arm, point: OperatingPoint, *, at_motor: bool = False) -> LinearPlant:
     """Return an arm with the effects of its file, linear about an operating point, by exact derivatives.
 
+    A dead zone passes torques as they came, and the faces of a play meet: where little is asked for, neither hands on
+    any, and no gain would seem to hold the joint.
+
     Parameters
     ----------
     arm : Arm
@@ -83,13 +86,14 @@ def linearise(arm: Arm, point: OperatingPoint, *, at_motor: bool = False) -> Lin
 
 
 def _model(arm: Arm, point: OperatingPoint, at_motor: bool) -> tuple[Forward, Floats]:
-    """Return the forward equations without the effects that the point leaves out, and their parameter values."""
+    """Return the forward equations without the effects that a linear model leaves out, and their parameter values."""
     placed = []
     for place in placed_effects(arm):
         frictionless = isinstance(place.effect, FrictionEffect) and point.contact[place.joint] in ("free", "clamped")
-        if not (vanishes(place) or frictionless or (at_motor and isinstance(place.effect, ActuatorEffect))):
+        passed = isinstance(place.effect, ActuatorEffect) and (at_motor or place.effect.zone)
+        if not (vanishes(place) or frictionless or passed):
             placed.append(place)
-    forward = Forward(SignalPath(replace(arm, effects=()), placed))
+    forward = Forward(SignalPath(replace(arm, effects=()), placed), touching=True)
     entries = forward.path.entries
     p = values_of(entries)
     for i, entry in enumerate(entries):

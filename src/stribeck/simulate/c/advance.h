@@ -4,17 +4,26 @@
 
 #include "contact.h"
 
+/* The longest step: what time itself does to a joint that sticks shows in no error. */
+static double sb_longest(const sb_sim *s) {
+    double most = s->longest;
+    for (int i = 0; sb_waves[i][0] >= 0; i++) {
+        const double frequency = fabs(s->p[sb_waves[i][0]]) * sb_waves[i][1];
+        if (frequency > 0.0) most = fmin(most, SB_PART / frequency);
+    }
+    return most;
+}
+
 /* Look inside a step whose end is fine for an excursion: gives a shorter step that ends in one, or 0. */
 static double sb_inside(sb_sim *s, double h, const double *after, const double *fafter, const char *begun,
                         double *y, double *f, double *margin, double *g) {
     double at = 0.0;
-    int stuck = 0, moving = 0;
+    int stuck = 0;
     for (int j = 0; j < SB_N; j++) {
         const double m = s->mode[j];
         if (s->clamped[j]) continue;
-        if (sb_bristle[j]) { moving = 1; continue; }
+        if (sb_bristle[j]) continue;
         if (m == 0.0) { stuck = 1; continue; }
-        moving = 1;
         const double v0 = m * s->y[SB_N + j], v1 = m * after[SB_N + j];
         const double d0 = h * m * s->f[SB_N + j], d1 = h * m * fafter[SB_N + j];
         if (begun[j] || d0 >= 0.0 || d1 <= 0.0) continue;
@@ -23,7 +32,7 @@ static double sb_inside(sb_sim *s, double h, const double *after, const double *
         const double root = sqrt(fmax(b * b - 3 * a * d0, 0.0)), x = d0 / -(b + root);
         if (x > 0.0 && x < 1.0 && v0 + x * (d0 + x * (b + x * a)) < 0.0) at = at > 0.0 ? fmin(at, x) : x;
     }
-    if (at == 0.0 && stuck && (moving || s->ny > 2 * SB_N)) {
+    if (at == 0.0 && stuck) {
         for (int i = 0; i < s->ny; i++) y[i] = 0.5 * (s->y[i] + after[i]) + h / 8 * (s->f[i] - fafter[i]);
         sb_rhs(s, s->t + 0.5 * h, y, f, margin);
         sb_watch(s, y, margin, g);
@@ -82,7 +91,7 @@ static int sb_step(sb_sim *s, double limit) {
     sb_choose_method(s);
     sb_watch(s, s->y, s->margin, g0);
     for (int j = 0; j < SB_N; j++) begun[j] = g0[j] <= 0.0 && s->mode[j] != 0.0;
-    for (double h = fmin(s->h, limit);;) {
+    for (double h = fmin(fmin(s->h, sb_longest(s)), limit);;) {
         const double error = sb_try(s, h, y, f, margin);
         if (!(error <= 1.0)) {
             s->rejected++;

@@ -6,6 +6,8 @@
 
 enum { SB_NONE, SB_FEEDFORWARD, SB_FEEDBACK, SB_ADAPTIVE, SB_ROBUST, SB_DITHER };
 enum { SB_ZERO, SB_HOLD, SB_ERROR_SIGN, SB_SET_VALUED };
+#define SB_TURN 6.283185307179586 /* rad */
+
 enum { SB_LINE, SB_SINE, SB_STEPS, SB_CURVE };
 
 /* One joint's part of the loop; mirrored in axis.py. Angles in rad, torques in N m. */
@@ -65,6 +67,9 @@ static void sb_reference(const sb_axis *a, double t, double *r, double *dr, doub
         *ddr = (2 * b + 6 * x * e) / (h * h);
     }
 }
+
+/* Whether the law moves the joint in time. */
+static int sb_dithered(const sb_axis *a) { return a->kind == SB_DITHER && a->omega != 0.0 && a->amplitude != 0.0; }
 
 static double sb_sign(double x) { return (x > 0.0) - (x < 0.0); }
 

@@ -119,6 +119,16 @@ static void sb_continuous(sb_sim *s, double t, const double *y, double *u, doubl
     }
 }
 
+/* A dither and a sine to follow move the arm in time as well. */
+static void sb_bound_steps(sb_sim *s, const sb_axis *axis) {
+    for (int j = 0; j < SB_N; j++) {
+        const sb_axis *a = axis + j;
+        const double dither = sb_dithered(a) ? fabs(a->omega) : 0.0;
+        const double rate = fmax(dither, a->reference_kind == SB_SINE ? fabs(a->reference[2]) : 0.0);
+        if (a->controlled && rate > 0.0) s->longest = fmin(s->longest, SB_PART * SB_TURN / rate);
+    }
+}
+
 /* The next instant after t at which a reference has a corner. */
 static double sb_next_knot(const sb_loop *loop, double t) {
     double next = HUGE_VAL;
@@ -134,6 +144,7 @@ static double sb_next_knot(const sb_loop *loop, double t) {
 static long sb_run_continuous(sb_sim *s, const sb_loop *loop, const sb_record *record) {
     double dz[SB_NZ];
     s->control = sb_continuous, s->ny = SB_NS + SB_NZ;
+    sb_bound_steps(s, loop->axis);
     for (int j = 0; j < SB_N; j++)
         for (int i = 0; i < 3; i++)
             s->y[SB_NS + SB_OWN * j + SB_THETA + i] = loop->axis[j].ratio * loop->axis[j].friction[0][i];

@@ -21,6 +21,9 @@
 
 enum { SB_OK, SB_UNBOUNDED, SB_TOO_MANY_EVENTS, SB_STEP_TOO_SMALL, SB_TOO_MANY_STEPS, SB_NOT_FINITE };
 
+static const int sb_waves[][2] = SB_WAVES; /* (place in p of a frequency in Hz, its highest multiple), closed by -1 */
+#define SB_PART 0.05                       /* of the shortest period with which time moves the arm: the longest step */
+
 typedef struct {
     double t, mode_before, mode_after;
     int joint;
@@ -35,6 +38,7 @@ typedef void (*sb_control)(sb_sim *s, double t, const double *y, double *u, doub
 struct sb_sim {
     const double *p;
     double t, h, rtol, atol, bound;
+    double longest; /* step */
     double y[SB_NY], mode[SB_N], u[SB_N];
     double f[SB_NY], margin[2 * SB_N]; /* at the present state, where fresh */
     int ny, fresh, stiff, near_edge, suspicion, calm, status;
@@ -61,6 +65,7 @@ static void sb_init(sb_sim *s, const double *p, double tolerance) {
     s->rtol = 0.1 * tolerance, s->atol = 0.01 * tolerance;
     s->h = 1e-3;
     s->bound = 1e6;
+    s->longest = HUGE_VAL;
     s->ny = SB_NS;
     s->step_limit = 50000; /* of one stretch between two commands */
     s->event_limit = 5000;

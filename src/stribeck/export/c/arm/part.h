@@ -30,7 +30,7 @@ static void fm_adopt(fm_instance *f, const fm_core *c) {
 /* Whether values that came as bytes can be gone on from: what they index lies inside, what they say can be. */
 static int fm_sound(const fm_core *c) {
     int sound = c->sim.status >= SB_OK && c->sim.status <= SB_NOT_FINITE;
-    sound &= c->sim.rtol > 0.0 && c->sim.atol > 0.0 && c->sim.h > 0.0 && sb_finite(&c->sim.t, 1);
+    sound &= c->sim.rtol > 0.0 && c->sim.atol > 0.0 && c->sim.h > 0.0 && c->sim.longest > 0.0 && sb_finite(&c->sim.t, 1);
     sound &= sb_finite(c->p, SB_NP) && sb_finite(c->tau, SB_N) && sb_finite(c->slope, SB_N);
     for (int j = 0; j < SB_N; j++) {
         const double m = c->sim.mode[j];

@@ -8,6 +8,7 @@
 #define HUGE_COUNT 1000000000000000LL
 
 enum { SB_QUIET = 20, SB_ENOUGH, SB_END }; /* further ways to stop, beside the engine's */
+#define SB_FORGOTTEN 40.0 /* time constants after which a drive's lag follows a dither alone */
 enum { SB_ANY = -1 };                      /* joint whose turns count: any; below it none */
 
 /* One turn: the joint, when, its deviation q - r, counted in the direction of the reference, so that a turn is a largest
@@ -23,15 +24,18 @@ typedef struct {
     int above[SB_N], watch;
     double low[SB_N], high[SB_N], stuck[SB_N];
     double quiet, quiet_slide;
+    double calm, moved; /* how long nothing must move, over all that a dither does; when something last did */
     sb_turn *turns;
     int still; /* nothing moves any more */
     long long count, size, most, seen;
 } sb_rounds;
 
+/* Of the measured position. */
 static double sb_deviation(const sb_rounds *w, int j) {
-    double r, dr, ddr;
+    double q[SB_N], dq[SB_N], r, dr, ddr;
+    sb_measure(w->s, w->s->t, w->s->y, q, dq);
     sb_reference(w->loop->axis + j, w->s->t, &r, &dr, &ddr);
-    return w->s->y[j] - r;
+    return q[j] - r;
 }
 
 static double sb_relative(const sb_rounds *w, const double *y, int j) {
@@ -41,10 +45,12 @@ static double sb_relative(const sb_rounds *w, const double *y, int j) {
 /* Sets out from the marks (above, low, high, time stuck, top speed) of each joint; above 2 has none yet. */
 static void sb_rounds_start(sb_rounds *w, sb_sim *s, const sb_loop *loop, const double *marks) {
     double r, ddr;
-    w->s = s, w->loop = loop;
+    w->s = s, w->loop = loop, w->moved = s->t;
     for (int j = 0; j < SB_N; j++, marks += 5) {
-        if (!loop->axis[j].controlled) continue;
-        sb_reference(loop->axis + j, s->t, &r, w->rate + j, &ddr);
+        const sb_axis *a = loop->axis + j;
+        if (!a->controlled) continue;
+        sb_reference(a, s->t, &r, w->rate + j, &ddr);
+        if (sb_dithered(a)) w->calm = fmax(w->calm, SB_TURN / fabs(a->omega) + SB_FORGOTTEN * a->lag);
         w->sign[j] = w->rate[j] < 0.0 ? -1.0 : 1.0;
         if (marks[0] == 2.0) {
             w->above[j] = sb_relative(w, s->y, j) > 0.0;
@@ -128,8 +134,16 @@ static void sb_refine(sb_rounds *w, const sb_sim *before) {
     sb_accept(s, s->t + first, y, f, margin);
 }
 
+/* The largest rate of change of the arm's states from the given one on. */
+static double sb_change(sb_sim *s, int first) {
+    double worst = 0.0;
+    if (!s->fresh) sb_rhs(s, s->t, s->y, s->f, s->margin), s->fresh = 1;
+    for (int i = first; i < SB_NS; i++) worst = fmax(worst, fabs(s->f[i]));
+    return worst;
+}
+
 /* Whether nothing moves relative to the references any more: to the last digits where the joints stick, and so little
- * where one slides that the rest of the way is linear. */
+ * where one slides that the rest of the way is linear. Under a dither that may be so for an instant alone. */
 static int sb_is_quiet(sb_rounds *w) {
     sb_sim *s = w->s;
     double worst = 0.0, quiet = w->quiet;
@@ -139,13 +153,13 @@ static int sb_is_quiet(sb_rounds *w) {
         if (s->mode[j] != 0.0 && !sb_bristle[j]) quiet = w->quiet_slide;
     }
     if (!(worst < quiet)) return 0;
-    if (!s->fresh) sb_rhs(s, s->t, s->y, s->f, s->margin), s->fresh = 1;
-    for (int i = SB_N; i < SB_NS; i++) worst = fmax(worst, fabs(s->f[i]));
+    worst = fmax(worst, sb_change(s, SB_N));
     for (int j = 0; j < SB_N && s->ny == SB_NS + SB_NZ; j++) {
         const sb_axis *a = w->loop->axis + j;
         const double *f = s->f + SB_NS + SB_OWN * j;
         if (a->ki > 0.0) worst = fmax(worst, fabs(f[SB_INTEGRAL]));
-        for (int i = SB_FILTER; i < (a->kind == SB_ADAPTIVE ? SB_OWN : SB_THETA); i++) worst = fmax(worst, fabs(f[i]));
+        for (int i = SB_FILTER; i < (a->kind == SB_ADAPTIVE ? SB_OWN : SB_THETA); i++)
+            if (i != SB_LAG || !sb_dithered(a)) worst = fmax(worst, fabs(f[i]));
     }
     return worst < quiet;
 }
@@ -160,7 +174,9 @@ static int sb_advance_rounds(sb_rounds *w, double end) {
         if (s->status == SB_OK) sb_refine(w, &before);
         if (end - s->t < 1e-14 * (1.0 + fabs(end))) s->t = end;
         sb_look(w);
-        w->still = s->status == SB_OK && s->control == sb_continuous && sb_is_quiet(w);
+        const int rests = s->status == SB_OK && s->control == sb_continuous && sb_is_quiet(w);
+        if (!rests) w->moved = s->t;
+        w->still = rests && s->t - w->moved >= w->calm;
         if (s->steps - steps > 3000000) s->status = SB_TOO_MANY_STEPS;
     }
     return s->status;
@@ -211,7 +227,7 @@ static int sb_rounds_sampled(sb_rounds *w, sb_loop *loop, sb_memory *memory, dou
             change = fmax(change, fabs(s->y[SB_N + j] - w->rate[j]));
             change = fmax(change, fabs(computed[k * SB_N + j] - computed[(k - 1) * SB_N + j]));
         }
-        still = k > first && change < quiet ? still + 1 : 0;
+        still = k > first && change < quiet && sb_change(s, 2 * SB_N) < quiet ? still + 1 : 0;
         *reached = k;
         if (still > calm) { /* who goes on from here takes this sample again */
             memcpy(memory, before, sizeof before);
@@ -281,6 +297,7 @@ SB_EXPORT int sb_run_rounds(const sb_wish *wish, const double *p, const sb_axis 
         why = sb_rounds_sampled(&w, &loop, memory, computed, (long)wish->first, record, (long)wish->calm, out + 1);
     } else {
         s.control = sb_continuous, s.ny = SB_NS + SB_NZ;
+        sb_bound_steps(&s, axis);
         if (unsettled) sb_settle(&s);
         sb_rounds_start(&w, &s, &loop, marks);
         sb_look(&w);
