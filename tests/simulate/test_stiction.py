@@ -77,7 +77,7 @@ def test_break_away_with_effects() -> None:
     still = np.array([0.0, Reference(two_links(gravity=(9.81, 0.0))).bias(q)[1]])
     modulation = 1 + 0.2 * np.sin(3.0 * q[0])
     for sign in (1.0, -1.0):
-        level = (6.25 + 0.3 * abs(load)) * modulation + sign * 0.4
+        level = (6.25 + sign * 0.4) * modulation + 0.3 * abs(load)
         for share, expected in ((1 - 1e-9, 0.0), (1 + 1e-6, sign)):
             command = still + np.array([load + sign * level * share, 0.0])
             assert mode_at_start(engine, q, command)[0] == expected
