@@ -7,9 +7,9 @@
 static const char *fm_why(int status) {
     switch (status) {
     case SB_UNBOUNDED: return "the motion is unbounded";
-    case SB_TOO_MANY_EVENTS: return "too many events at one place";
+    case SB_TOO_MANY_EVENTS: return "too many events in a short time";
     case SB_STEP_TOO_SMALL: return "the step size became too small";
-    case SB_TOO_MANY_STEPS: return "too many steps between two communication points";
+    case SB_TOO_MANY_STEPS: return "too many steps in a short time";
     default: return "the motion is not finite";
     }
 }
