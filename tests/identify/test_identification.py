@@ -8,7 +8,7 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
-from stribeck.arm import Friction, load_arm, save_arm
+from stribeck.arm import Arm, Friction, Joint, load_arm, save_arm
 from stribeck.cli import main
 from stribeck.errors import InputError
 from stribeck.identify.files import identification_json
@@ -17,7 +17,7 @@ from stribeck.identify.identification import identify
 from stribeck.identify.tustin_fit import NAMES, tustin
 from stribeck.run import Run, save_run
 
-from .bench import BACKWARD, FORWARD, campaign, joint
+from .bench import BACKWARD, FORWARD, campaign, joint, sliding
 from .conftest import PENDULUM, pendulum, recorded, stronger
 
 WRONG = Friction(2.0, 0.5, 0.5, 0.1)  # what the arm file says: anyone's guess
@@ -72,6 +72,17 @@ def test_json_holds_it_all(found: Identification) -> None:
     assert one["section3"]["condition_2"] > 0.0
     assert len(one["readings"]["velocity"]) == one["curve"]["readings"]
     assert content["units"]["C2"] == "N m s/rad"
+
+
+def test_an_axis_is_spoken_of_in_metres() -> None:
+    """Driven like the joint of the bench, whose inertia it has for a mass."""
+    own = joint().joints[0]
+    axis = Joint("A", "prismatic", 0.0, 0.51, (0.0, 0.0), 0.0, 0.49, own.friction, own.friction)
+    found = identify(Arm("axis", (0.0, 0.0), (axis,)), [sliding(speed) for speed in (0.15, 0.3, 0.6)])
+    by_hand = found.joints[0].directions["forward"].section3
+    assert by_hand is not None
+    assert any(" m/s" in text for text in by_hand.remarks)
+    assert not any("rad" in text for text in by_hand.remarks)
 
 
 def test_recordings_that_never_slide_steadily() -> None:

@@ -102,7 +102,8 @@ def _joint(arm: Arm, j: int, moved: tuple[bool, bool], points: Sequence[Point], 
     for way, flag in zip((1, -1), moved, strict=True):
         if flag:
             own = tuple(point for point in points if point.joint == j and point.direction == way)
-            directions[WAYS[way]] = _direction(own, *_of_runs(arm.names[j], way, all(moved), whole), whole.fit.ok)
+            of_runs = _of_runs(arm.names[j], way, all(moved), whole)
+            directions[WAYS[way]] = _direction(own, arm.joints[j].kind, *of_runs, whole.fit.ok)
     sources = {one.source for one in directions.values()}
     if "none" in sources:
         other = "nominal" if sources == {"none"} else "other direction"
@@ -117,9 +118,11 @@ def _joint(arm: Arm, j: int, moved: tuple[bool, bool], points: Sequence[Point], 
     return JointFriction(arm.names[j], directions, common, chance)
 
 
-def _direction(points: tuple[Point, ...], runs: Floats, identified: NDArray[np.bool_], ok: bool) -> Direction:
+def _direction(
+    points: tuple[Point, ...], kind: str, runs: Floats, identified: NDArray[np.bool_], ok: bool
+) -> Direction:
     speed, torque = _readings(points)
-    by_hand = section3(speed, torque) if (speed > 0.0).any() else None
+    by_hand = section3(speed, torque, kind) if (speed > 0.0).any() else None
     curve = fit_curve(speed, torque)
     by_curve = curve.ok and bool(curve.identified.all())
     source = "curve" if by_curve else "runs" if ok and bool(identified[[0, 2]].all()) else "none"
