@@ -83,6 +83,17 @@ def test_a_law_that_multiplies_friction_takes_the_whole_recordings() -> None:
         assert any("goes with Tustin's friction" in text for text in found.warnings) == (taken == "runs")
 
 
+def test_recordings_of_unlike_noise() -> None:
+    """Where the noisier ones rest, no friction is read into them."""
+    rng = np.random.default_rng(3)
+    noisy = [breaking(1, rate=0.8, seed=k) for k in range(2)]
+    noisy = [replace(run, q=run.q + 2e-5 * rng.standard_normal(run.q.shape)) for run in noisy]
+    found = identify(joint(WRONG, WRONG), [*(sliding(speed) for speed in (0.02, 0.04, 0.1, 0.3, 0.6)), *noisy])
+    own = found.joints[0].directions["forward"].runs[0]
+    assert found.whole.fit.at_limit == ()
+    assert own[0] == pytest.approx(FORWARD.C0, rel=0.02)
+
+
 def test_an_axis_is_spoken_of_in_metres() -> None:
     """Driven like the joint of the bench, whose inertia it has for a mass."""
     own = joint().joints[0]

@@ -19,7 +19,7 @@ from stribeck.identify.curve import Point, read_points
 from stribeck.identify.cutoff import cutoff_frequency
 from stribeck.identify.doubts import left_open
 from stribeck.identify.findings import WAYS, Direction, Identification, JointFriction
-from stribeck.identify.noise import encoder_noise
+from stribeck.identify.noise import encoder_noise, noise_of_run
 from stribeck.identify.residual import Residual
 from stribeck.identify.run_fit import RunFit, fit_runs
 from stribeck.identify.section3 import section3
@@ -62,12 +62,12 @@ def identify(arm: Arm, runs: Sequence[Run], progress: Callable[[str], None] = la
     cutoff = cutoff_frequency(arm, even, inertia, noise)
     notes.append(f"analysed up to {cutoff:.3g} Hz")
     progress("fitting whole recordings")
-    thin = [condition(arm, run, cutoff, noise, thin=True) for run in shortened(even, notes)]
+    thin = [condition(arm, run, cutoff, noise_of_run(arm, run, noise), thin=True) for run in shortened(even, notes)]
     moved = _moved(thin, arm.n)
     whole = fit_runs(arm, thin, moved, cutoff)
     progress("reading the friction curve")
     body = path_of(whole.arm if whole.fit.ok else arm)
-    p, full = values_of(body.entries), [condition(arm, run, cutoff, noise) for run in even]
+    p, full = values_of(body.entries), [condition(arm, run, cutoff, noise_of_run(arm, run, noise)) for run in even]
     points = read_points(body, p, full)
     apart = Beyond(Residual(body, full, ())).apart(p, full)
     joints = tuple(_joint(arm, j, moved[j], points, whole, apart=apart[j]) for j in range(arm.n))
