@@ -10,7 +10,7 @@ import pytest
 from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
-from stribeck.arm import Arm, Friction, Joint, load_arm
+from stribeck.arm import Arm, EffectEntry, Friction, Joint, load_arm, save_arm
 from stribeck.cli import main
 from stribeck.errors import InputError
 from stribeck.export import PLATFORMS, export_fmu
@@ -175,14 +175,26 @@ def test_wrong_arguments(tmp_path: Path) -> None:
 
 
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    from stribeck.arm import save_arm
-
     save_arm(two_links(), tmp_path / "arm.toml")
     out = tmp_path / "arm.fmu"
     assert main(["export-fmu", str(tmp_path / "arm.toml"), "--out", str(out), "--platforms", "x86_64-linux"]) == 0
     assert read_model_description(out).fmiVersion == "2.0"
     assert main(["export-fmu", str(tmp_path / "arm.toml"), "--out", str(out), "--fmi", "5"]) == 2
     assert "use 2 or 3" in capsys.readouterr().err
+
+
+def test_what_records_alone_show_is_told_to_be_left_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Beside an effect that is none of the FMU's nothing is other than without: no parameter, no law in the page."""
+    arm = two_links(EffectEntry("velocity_filter", ("B",), {"B": {"time": 0.03}}))
+    save_arm(arm, tmp_path / "arm.toml")
+    out = tmp_path / "arm.fmu"
+    assert main(["export-fmu", str(tmp_path / "arm.toml"), "--out", str(out), "--platforms", "x86_64-linux"]) == 0
+    told = [line for line in capsys.readouterr().err.splitlines() if line.startswith("warning")]
+    assert told[0].startswith("warning: B: velocity_filter is of records alone and left out here; it belongs to")
+    assert len(told) == 1
+    assert list(Fmu(out).vr) == [v.name for v in describe(two_links(), 2)[1].variables]
+    with zipfile.ZipFile(out) as archive:
+        assert "velocity_filter" not in archive.read("documentation/index.html").decode()
 
 
 @pytest.mark.slow

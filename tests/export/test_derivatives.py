@@ -1,11 +1,16 @@
 """Directional and adjoint derivatives against central differences, in all nine modes and in initialization."""
 
 import itertools
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from stribeck.arm import Arm
+
 from .driver import OK, Fmu, Instance
+from .test_inputs import DELAYED
 
 OUT = ["q[1]", "q[2]", "dq[1]", "dq[2]", "tau_friction[1]", "tau_friction[2]"]
 RATES = [f"der(joint[{j}].{key})" for key in ("q", "dq") for j in (1, 2)]
@@ -89,6 +94,24 @@ def test_in_initialization(nominal: Fmu, parameter: str) -> None:
         np.testing.assert_allclose(
             it.adjoint(unknown, [parameter], left.tolist())[0], left @ found, rtol=1e-10, atol=1e-10
         )
+    it.free()
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_a_delayed_input_is_none_of_the_present(made: Callable[[Arm, int], Path], fmi: int) -> None:
+    """But it is while all begins, where it has always been there, and where the delay is tuned away."""
+    it = Fmu(made(DELAYED, fmi)).instance()
+    it.put({"tau[1]": 9.0, "tau[2]": 5.0, "effect.delay[2].time": 0.0})
+    it.enter()
+    begins = np.array([it.directional(RATES, [name], [1.0]) for name in INPUTS])
+    assert it.call("ExitInitializationMode") == OK
+    assert it.step(0.0, 1e-6) == OK
+    found = np.array([it.directional(RATES, [name], [1.0]) for name in INPUTS])
+    assert np.abs(begins).max(axis=1).min() > 1.0
+    np.testing.assert_allclose(found, [0.0 * begins[0], begins[1]], rtol=1e-4, atol=1e-9)
+    if fmi == 3:
+        back = [it.adjoint(RATES, INPUTS, row) for row in np.eye(len(RATES)).tolist()]
+        np.testing.assert_allclose(back, found.T, rtol=1e-12)
     it.free()
 
 

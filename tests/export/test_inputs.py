@@ -56,6 +56,21 @@ def test_break_away_on_a_ramp_comes_at_its_instant(made: Callable[[Arm, int], Pa
     it.free()
 
 
+def test_a_ramp_is_of_one_step(made: Callable[[Arm, int], Path]) -> None:
+    """Set once, with and without a delay: the steps after it hold the value that was set, to the same motion."""
+    motions = []
+    for arm, start in ((two_links(), 0.0), (DELAYED, 0.037)):
+        it = Fmu(made(arm, 2)).instance().begin({"tau[1]": 7.0}, tolerance=1e-11)
+        assert it.step(0.0, 0.1 - start) == OK
+        assert ramp(it, {"tau[1]": 200.0}) == OK
+        for k in range(5):
+            assert it.step(0.1 - start + 0.02 * k, 0.02) == OK
+        assert it.step(0.2 - start, 0.1 + start) == OK
+        motions.append(it.get("q[1]", "dq[1]"))
+        it.free()
+    np.testing.assert_allclose(motions[1], motions[0], rtol=0.0, atol=1e-9)
+
+
 def test_only_inputs_have_derivatives(made: Callable[[Arm, int], Path]) -> None:
     it = Fmu(made(two_links(), 2)).instance().begin()
     assert ramp(it, {"q[1]": 1.0}) == ERROR

@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stribeck.arm import Friction
+from stribeck.arm import EffectEntry, Friction
+from stribeck.identify.beyond import Beyond
 from stribeck.identify.conditioning import condition
 from stribeck.identify.curve import Point, read_points
+from stribeck.identify.residual import Residual
 from stribeck.model.layout import values_of
 from stribeck.run import Run
 from stribeck.simulate import path_of
@@ -16,8 +18,8 @@ from .bench import BACKWARD, FORWARD, breaking, joint, sliding
 from .conftest import recorded
 
 
-def read(run: Run, gravity: float = 0.0) -> tuple[Point, ...]:
-    arm = joint(gravity=gravity)
+def read(run: Run, gravity: float = 0.0, *effects: EffectEntry) -> tuple[Point, ...]:
+    arm = replace(joint(gravity=gravity), effects=effects)
     path = path_of(arm)
     return read_points(path, values_of(path.entries), [condition(arm, run, 20.0)])
 
@@ -46,6 +48,37 @@ def test_break_away_is_read_back_to_where_it_began(way: int, friction: Friction,
     assert len(points) == 1
     assert points[0].direction == way
     assert points[0].torque == pytest.approx(friction.C0 + friction.C1, rel=5e-3)
+
+
+def stated(effect: str, **values: float) -> EffectEntry:
+    return EffectEntry(effect, ("A",), {"A": values}, "one_wave" if effect.startswith("position") else None)
+
+
+@pytest.mark.parametrize("way", [1, -1])
+def test_what_laws_of_the_arm_file_add_is_taken_off(way: int) -> None:
+    """Of the same recordings as much less is read as the law says, where a joint slides and where it breaks away."""
+    laws = stated("asymmetric_friction", coulomb=0.8, viscous=0.1), stated("quadratic_damping", coefficient=1.5)
+    for run, speed in ((sliding(0.3 * way), 0.3), (breaking(way), 0.0)):
+        (plain,) = (point for point in read(run) if (point.speed > 0.0) == (speed > 0.0))
+        (bare,) = (point for point in read(run, 0.0, *laws) if (point.speed > 0.0) == (speed > 0.0))
+        added = 0.8 * way + 0.1 * speed * way + 1.5 * speed**2
+        assert plain.torque - bare.torque == pytest.approx(added, rel=0.01, abs=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("effect", "apart"),
+    [
+        (stated("asymmetric_friction", coulomb=0.8, viscous=0.1), True),
+        (stated("load_dependent_friction", ratio=0.2), True),
+        (stated("presliding", stiffness=2000.0, damping=5.0), True),
+        (stated("position_dependent_friction", sine=0.2, cosine=0.0, harmonic=2.0), False),
+        (stated("frictional_lag", time=0.05), False),
+    ],
+)
+def test_a_law_that_goes_with_friction_cannot_be(effect: EffectEntry, apart: bool) -> None:
+    arm = replace(joint(), effects=(effect,))
+    path, runs = path_of(arm), [condition(arm, sliding(0.3), 20.0)]
+    assert Beyond(Residual(path, runs, ())).apart(values_of(path.entries), runs) == (apart,)
 
 
 def test_a_fast_rise_is_no_reading() -> None:

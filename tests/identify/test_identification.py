@@ -8,7 +8,7 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
-from stribeck.arm import Friction, load_arm, save_arm
+from stribeck.arm import Arm, EffectEntry, Friction, Joint, load_arm, save_arm
 from stribeck.cli import main
 from stribeck.errors import InputError
 from stribeck.identify.files import identification_json
@@ -17,7 +17,7 @@ from stribeck.identify.identification import identify
 from stribeck.identify.tustin_fit import NAMES, tustin
 from stribeck.run import Run, save_run
 
-from .bench import BACKWARD, FORWARD, campaign, joint
+from .bench import BACKWARD, FORWARD, breaking, campaign, joint, sliding
 from .conftest import PENDULUM, pendulum, recorded, stronger
 
 WRONG = Friction(2.0, 0.5, 0.5, 0.1)  # what the arm file says: anyone's guess
@@ -83,6 +83,37 @@ def test_json_holds_it_all(found: Identification) -> None:
     assert one["section3"]["condition_2"] > 0.0
     assert len(one["readings"]["velocity"]) == one["curve"]["readings"]
     assert content["units"]["C2"] == "N m s/rad"
+
+
+def test_a_law_that_multiplies_friction_takes_the_whole_recordings() -> None:
+    wave = EffectEntry("position_dependent_friction", ("A",), {"A": {"sine": 0.02, "harmonic": 2.0}}, "one_wave")
+    runs = [sliding(speed) for speed in (0.01, 0.04, 0.15, 0.6, 1.0)] + [breaking(1, seed=k) for k in range(2)]
+    for effects, taken in (((), "curve"), ((wave,), "runs")):
+        found = identify(replace(joint(WRONG, WRONG), effects=effects), runs)
+        assert found.joints[0].directions["forward"].source == taken
+        assert any("goes with Tustin's friction" in text for text in found.warnings) == (taken == "runs")
+
+
+def test_recordings_of_unlike_noise() -> None:
+    """Where the noisier ones rest, no friction is read into them."""
+    rng = np.random.default_rng(3)
+    noisy = [breaking(1, rate=0.8, seed=k) for k in range(2)]
+    noisy = [replace(run, q=run.q + 2e-5 * rng.standard_normal(run.q.shape)) for run in noisy]
+    found = identify(joint(WRONG, WRONG), [*(sliding(speed) for speed in (0.02, 0.04, 0.1, 0.3, 0.6)), *noisy])
+    own = found.joints[0].directions["forward"].runs[0]
+    assert found.whole.fit.at_limit == ()
+    assert own[0] == pytest.approx(FORWARD.C0, rel=0.02)
+
+
+def test_an_axis_is_spoken_of_in_metres() -> None:
+    """Driven like the joint of the bench, whose inertia it has for a mass."""
+    own = joint().joints[0]
+    axis = Joint("A", "prismatic", 0.0, 0.51, (0.0, 0.0), 0.0, 0.49, own.friction, own.friction)
+    found = identify(Arm("axis", (0.0, 0.0), (axis,)), [sliding(speed) for speed in (0.15, 0.3, 0.6)])
+    by_hand = found.joints[0].directions["forward"].section3
+    assert by_hand is not None
+    assert any(" m/s" in text for text in by_hand.remarks)
+    assert not any("rad" in text for text in by_hand.remarks)
 
 
 def test_recordings_that_never_slide_steadily() -> None:

@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
-from stribeck.identify.noise import position_noise
+from stribeck.identify.noise import noise_of_run, position_noise
 from stribeck.quantum import smallest_step
+from stribeck.run import Run
+
+from .conftest import pendulum
 
 
 def record(rate: float, noise: float, step: float, seed: int = 0, duration: float = 10.0) -> np.ndarray:
@@ -74,6 +77,15 @@ def test_a_rest_does_not_hide_the_noise_of_motion() -> None:
 def test_runs_of_unlike_rates_have_one_encoder() -> None:
     fine, coarse = record(1000.0, 2e-5, 0.0), record(100.0, 2e-5, 0.0)
     assert position_noise([fine, coarse], [1e-3, 1e-2]) == pytest.approx(2e-5, rel=0.1)
+
+
+def test_a_run_whose_rests_show_more_noise_has_its_own() -> None:
+    """What shows in motion alone may be motion."""
+    rng, rate = np.random.default_rng(2), 250.0
+    moving, rest = record(rate, 2e-5, 0.0), 2e-5 * rng.standard_normal(4000)
+    for q, own in ((moving, 2e-5), (rest, 2e-5), (2.0 * rest, 4e-5), (record(rate, 6e-5, 0.0), 2e-5)):
+        run = Run("run", np.arange(len(q)) / rate, q[:, None], np.zeros((len(q), 1)))
+        assert noise_of_run(pendulum(), run, np.array([2e-5])) == pytest.approx(own, rel=0.1)
 
 
 def test_smallest_step() -> None:

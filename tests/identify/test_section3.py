@@ -78,6 +78,23 @@ def test_pitfalls_are_said(speed: list[float], torque: list[float], says: str) -
     assert any(says in remark for remark in found.remarks), found.remarks
 
 
+@pytest.mark.parametrize(
+    ("speed", "torque", "says"),
+    [
+        ([0.0, 0.1, 0.5, 1.0], [6.2, 5.2, 6.5, 6.0], "C2 = -1 N s/m by"),
+        ([0.0, 0.1, 0.5, 1.0], [0.4, 0.2, 0.5, 1.5], "C0 = -0.5 N by"),
+        ([0.0, 0.1, 0.5, 1.0], [4.0, 5.1, 5.5, 6.0], "C1 = -1 N by"),
+        ([0.0, 0.1, 0.5, 1.0], [6.2, 5.2, 5.7, 6.5], "slowest velocity, 0.1 m/s; no"),
+        ([0.0, 0.05, 0.15, 0.5, 1.0], [6.2, 5.6, 4.7, 5.7, 6.5], "alpha = -0.275 m/s by"),
+        ([0.0, 0.1, 0.3, 0.5, 1.0], [6.2, 6.0, 5.5, 5.4, 6.5], "the saddle's, 0.5 m/s"),
+    ],
+)
+def test_on_an_axis_they_are_in_metres(speed: list[float], torque: list[float], says: str) -> None:
+    found = section3(np.array(speed), np.array(torque), "prismatic")
+    assert any(says in remark for remark in found.remarks), found.remarks
+    assert not any("rad" in remark or "N m" in remark for remark in found.remarks)
+
+
 def test_nothing_is_made_up_for_steps_that_fail() -> None:
     found = section3(np.array([0.5]), np.array([5.0]))
     assert not found.ok

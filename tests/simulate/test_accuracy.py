@@ -58,3 +58,15 @@ def test_tolerance(hanging_arm: Engine) -> None:
         errors.append(np.abs(found.q - exact.q).max())
         assert errors[-1] < tolerance
     assert errors == sorted(errors, reverse=True)
+
+
+def test_a_long_stretch_ends_where_short_ones_do(hanging_arm: Engine) -> None:
+    """Under one command for minutes: the link goes round and round, with more steps than one short stretch may have."""
+    ends = []
+    for count in (1, 500):
+        times = np.linspace(0.0, 500.0, count + 1)
+        found = hanging_arm.run(hanging_arm.p, np.zeros(4), times, np.tile([60.0, 0.0], (len(times), 1)))
+        assert found.status == "ok"
+        ends.append(found.dq[-1])
+    assert found.steps > 60_000
+    np.testing.assert_allclose(ends[0], ends[1], rtol=0.0, atol=1e-3)

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from stribeck.cli.shared import load_model, progress
+from stribeck.cli.shared import load_model, progress, warn
 
 app = typer.Typer()
 
@@ -38,7 +38,9 @@ def export(
     arm = load_model(model)
 
     from stribeck.export import export_fmu
+    from stribeck.simulate.engine import left_out
 
+    warn(left_out(arm, "it belongs to what reads q and dq from the FMU"))
     with progress("exporting") as told:
         only_steps = export_fmu(arm, out, fmi=fmi, platforms=platforms or None, progress=told)
     if only_steps:

@@ -36,7 +36,7 @@ def structure_of(table: Table) -> Structure:
     Notes
     -----
     Between events the modes are constant. In the initial state they depend on whatever decides them: all rates and
-    all break-away margins.
+    all break-away margins. A delayed command is among what the present depends on, since its delay may be tuned to 0.
     """
     forward, base, n = table.forward, table.base, table.forward.n
     known = [0, *range(base["state"], base["rate"]), *range(base["tau"], base["q"])]

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
+from stribeck.identify.beyond import Beyond
 from stribeck.identify.conditioning import Conditioned
 from stribeck.identify.residual import Residual
 from stribeck.model.forward import Forward
@@ -22,6 +23,7 @@ from stribeck.model.path import SignalPath
 
 Floats = NDArray[np.float64]
 
+COLUMNS = {1: 0, -1: 1}  # of friction forward, and backward
 PART = 0.125  # s; velocity is compared between parts of this length, by straight lines through the positions
 LEAST_PARTS = 4  # so that steady sliding lasts half a second at least
 STEADY = 0.05  # relative departure of a part's velocity from the stretch's
@@ -62,7 +64,7 @@ def read_points(path: SignalPath, p: Floats, runs: Sequence[Conditioned]) -> tup
     Parameters
     ----------
     path : SignalPath
-        Its rigid body, and the effects of the arm file, are taken off the command.
+        Its rigid body, and what the effects of the arm file do, their part in friction too, are taken off the command.
     p : array (p,)
         Parameter values of the path.
     runs : sequence of Conditioned
@@ -76,6 +78,7 @@ def read_points(path: SignalPath, p: Floats, runs: Sequence[Conditioned]) -> tup
     points: list[Point] = []
     inertia = _inertia(path, p, runs)
     residual = Residual(path, runs, ())
+    beyond = Beyond(residual)
     for run in runs:
         stages = residual.stages(run, p)
         scale = _command_scale(path, p, run)
@@ -83,9 +86,10 @@ def read_points(path: SignalPath, p: Floats, runs: Sequence[Conditioned]) -> tup
         # right in the mean, but not before a break-away: there the command counts as it was held, and the joint is
         # still, whatever acceleration the smoothing carries back in time
         held = friction + scale * (run.run.tau - run.command) + inertia * run.acceleration
+        added = beyond(run, p)
         for j in range(path.n):
-            found = _sliding(run, j, friction[:, j])
-            found += _break_aways(run, j, held[:, j], float(inertia[j]))
+            found = _sliding(run, j, friction[:, j, None] - added[:, j])
+            found += _break_aways(run, j, held[:, j, None] - added[:, j], float(inertia[j]))
             points += _trials(found)
     return tuple(points)
 
@@ -107,7 +111,7 @@ def _trials(found: list[Point]) -> list[Point]:
 
 
 def _sliding(run: Conditioned, joint: int, friction: Floats) -> list[Point]:
-    """Return the stretches of steady sliding of one joint."""
+    """Return the stretches of steady sliding of one joint; friction (N, 2) as it is forward, and backward."""
     h = run.sample_time
     width = max(5, round(PART / h))
     q = run.run.q[:, joint]
@@ -126,9 +130,8 @@ def _sliding(run: Conditioned, joint: int, friction: Floats) -> list[Point]:
             continue
         speed = float(np.mean(slope[first:last]))
         way = 1 if speed > 0.0 else -1
-        found.append(
-            Point(joint, way, abs(speed), way * float(np.mean(friction[rows])), rows.stop - rows.start, run.name)
-        )
+        torque = way * float(np.mean(friction[rows, COLUMNS[way]]))
+        found.append(Point(joint, way, abs(speed), torque, rows.stop - rows.start, run.name))
     return [point for point in found if point.torque > 0.0]
 
 
@@ -156,7 +159,7 @@ def _steady(slope: Floats, unsure: float) -> list[tuple[int, int]]:
 
 
 def _break_aways(run: Conditioned, joint: int, held: Floats, inertia: float) -> list[Point]:
-    """Return the break-away readings of one joint.
+    """Return the break-away readings of one joint; what is ``held`` (N, 2) as it is forward, and backward.
 
     Notes
     -----
@@ -182,7 +185,7 @@ def _break_aways(run: Conditioned, joint: int, held: Floats, inertia: float) -> 
             continue
         way = int(np.sign(moved[k, 0]))
         clock = h * np.arange(-still, 0)
-        rate, level = np.polynomial.polynomial.polyfit(clock, way * held[k : k + still], 1)[::-1]
+        rate, level = np.polynomial.polynomial.polyfit(clock, way * held[k : k + still, COLUMNS[way]], 1)[::-1]
         lag = (6.0 * inertia * edge / rate) ** (1 / 3) if rate > 0.0 else np.inf
         lag += h * _after_crossing(way * (windows[k, still - 1 : still + 1] - rest[k]), edge)
         torque = level - rate * (lag + 0.5 * h)  # a held torque is half a step behind its own straight line

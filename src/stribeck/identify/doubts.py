@@ -44,6 +44,8 @@ def _of_direction(one: Direction) -> Iterator[str]:
     elif not one.curve.identified.all():
         open_ended = [name for name, sure in zip(NAMES, one.curve.identified, strict=True) if not sure]
         yield f"the readings do not determine {', '.join(open_ended)}"
+    elif one.source != "curve":
+        yield "a law of the arm file goes with Tustin's friction; the curve through the readings is not taken"
     if one.source == "runs" and not one.runs_identified.all():
         unsure = [name for name, sure in zip(NAMES, one.runs_identified, strict=True) if not sure]
         yield f"the recordings do not determine {', '.join(unsure)}"

@@ -12,13 +12,15 @@ from stribeck.arm import Arm
 from stribeck.errors import InputError
 from stribeck.grid import uniform
 from stribeck.identify.asymmetry import common_curve, compare_curves
+from stribeck.identify.beyond import Beyond
 from stribeck.identify.commanded import doubtful_torques
 from stribeck.identify.conditioning import Conditioned, condition
 from stribeck.identify.curve import Point, read_points
 from stribeck.identify.cutoff import cutoff_frequency
 from stribeck.identify.doubts import left_open
 from stribeck.identify.findings import WAYS, Direction, Identification, JointFriction
-from stribeck.identify.noise import encoder_noise
+from stribeck.identify.noise import encoder_noise, noise_of_run
+from stribeck.identify.residual import Residual
 from stribeck.identify.run_fit import RunFit, fit_runs
 from stribeck.identify.section3 import section3
 from stribeck.identify.stretches import between_gaps, shortened
@@ -61,13 +63,15 @@ def identify(arm: Arm, runs: Sequence[Run], progress: Callable[[str], None] = la
     cutoff = cutoff_frequency(arm, even, inertia, noise)
     notes.append(f"analysed up to {cutoff:.3g} Hz")
     progress("fitting whole recordings")
-    thin = [condition(arm, run, cutoff, noise, thin=True) for run in shortened(even, notes)]
+    thin = [condition(arm, run, cutoff, noise_of_run(arm, run, noise), thin=True) for run in shortened(even, notes)]
     moved = _moved(thin, arm.n)
     whole = fit_runs(arm, thin, moved, cutoff)
     progress("reading the friction curve")
     body = path_of(whole.arm if whole.fit.ok else arm)
-    points = read_points(body, values_of(body.entries), [condition(arm, run, cutoff, noise) for run in even])
-    joints = tuple(_joint(arm, j, moved[j], points, whole) for j in range(arm.n))
+    p, full = values_of(body.entries), [condition(arm, run, cutoff, noise_of_run(arm, run, noise)) for run in even]
+    points = read_points(body, p, full)
+    apart = Beyond(Residual(body, full, ())).apart(p, full)
+    joints = tuple(_joint(arm, j, moved[j], points, whole, apart=apart[j]) for j in range(arm.n))
     warnings = list(dict.fromkeys(f"{run.name}: {text}" for run in even for text in run.warnings))
     warnings += doubtful_torques(arm, even, noise) + left_open(joints, whole)
     names = tuple(run.name for run in runs)
@@ -98,12 +102,19 @@ def _moved(runs: Sequence[Conditioned], n: int) -> list[tuple[bool, bool]]:
     return [tuple(any(travel(run, j, way) > FAR for run in runs) for way in (1, -1)) for j in range(n)]  # type: ignore[misc]
 
 
-def _joint(arm: Arm, j: int, moved: tuple[bool, bool], points: Sequence[Point], whole: RunFit) -> JointFriction:
+def _joint(
+    arm: Arm, j: int, moved: tuple[bool, bool], points: Sequence[Point], whole: RunFit, *, apart: bool
+) -> JointFriction:
+    """Return what was found at a joint; its readings are taken where what its laws add is ``apart`` from Tustin's."""
     directions = {}
     for way, flag in zip((1, -1), moved, strict=True):
         if flag:
             own = tuple(point for point in points if point.joint == j and point.direction == way)
-            directions[WAYS[way]] = _direction(own, *_of_runs(arm.names[j], way, all(moved), whole), whole.fit.ok)
+            one = _direction(own, arm.joints[j].kind, *_of_runs(arm.names[j], way, all(moved), whole))
+            by_curve = apart and one.curve.ok and bool(one.curve.identified.all())
+            by_runs = whole.fit.ok and bool(one.runs_identified[[0, 2]].all())
+            source = "curve" if by_curve else "runs" if by_runs else "none"
+            directions[WAYS[way]] = replace(one, source=source)
     sources = {one.source for one in directions.values()}
     if "none" in sources:
         other = "nominal" if sources == {"none"} else "other direction"
@@ -118,13 +129,10 @@ def _joint(arm: Arm, j: int, moved: tuple[bool, bool], points: Sequence[Point], 
     return JointFriction(arm.names[j], directions, common, chance)
 
 
-def _direction(points: tuple[Point, ...], runs: Floats, identified: NDArray[np.bool_], ok: bool) -> Direction:
+def _direction(points: tuple[Point, ...], kind: str, runs: Floats, identified: NDArray[np.bool_]) -> Direction:
     speed, torque = _readings(points)
-    by_hand = section3(speed, torque) if (speed > 0.0).any() else None
-    curve = fit_curve(speed, torque)
-    by_curve = curve.ok and bool(curve.identified.all())
-    source = "curve" if by_curve else "runs" if ok and bool(identified[[0, 2]].all()) else "none"
-    return Direction(points, by_hand, curve, runs, identified, source)
+    by_hand = section3(speed, torque, kind) if (speed > 0.0).any() else None
+    return Direction(points, by_hand, fit_curve(speed, torque), runs, identified, "none")
 
 
 def _readings(points: Sequence[Point]) -> tuple[Floats, Floats]:

@@ -17,6 +17,8 @@ QUIET = 0.2  # of the stretches that are the quietest: blows, stops and chatter 
 SHORT = 1.25  # by which white noise's quietest are short of its power, times the root of the frequencies in the band
 MOVES = 4.0  # encoder steps, within which a joint rests: its record then shows less noise than there is
 LEAST_STRETCHES = 4
+AT_REST = 10.0  # standard deviations of its noise, within which the record of a joint that rests stays
+CLEARLY = 1.4  # times the noise of all, from which a run has its own
 
 
 def encoder_noise(arm: Arm, runs: Sequence[Run]) -> np.ndarray:
@@ -31,6 +33,21 @@ def encoder_noise(arm: Arm, runs: Sequence[Run]) -> np.ndarray:
             for j, joint in enumerate(arm.joints)
         ]
     )
+
+
+def noise_of_run(arm: Arm, run: Run, shared: np.ndarray) -> np.ndarray:
+    """Return the noise (n,) of one run, rad: the ``shared`` one (n,), or its own where its rests clearly show more.
+
+    Where a joint rests there is no motion that would pass for noise.
+    """
+    noise = shared.copy()
+    for j in range(arm.n):
+        power, reach = _stretches(run.q[:, j], run.sample_time)
+        rests = reach < AT_REST * np.sqrt(power)
+        if np.sum(rests) >= LEAST_STRETCHES:
+            own = float(np.sqrt(np.quantile(power[rests], QUIET)))
+            noise[j] = own if own > CLEARLY * shared[j] else shared[j]
+    return noise
 
 
 def position_noise(

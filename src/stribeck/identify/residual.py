@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from copy import copy
 from functools import cached_property
+from typing import Any
 
+import casadi as ca
 import numpy as np
 
 from stribeck.identify.conditioning import Conditioned
@@ -121,13 +123,17 @@ class Residual:
 
     def stages(self, run: Conditioned, p: np.ndarray) -> dict[str, np.ndarray]:
         """Return the unfiltered residual and stage torques of one run, each (N, n), N m of command."""
-        n, delays = self.path.n, delays_of(self.path, p)
-        drive = self._drives.along(run, delays)
-        (states,) = self._states([run], [drive], p, delays)
-        residual, stages = self._machine(run).cut.balance(drive, states, p, delays)
-        names = ("actuator", "rotor", "load", "friction")
+        n, names = self.path.n, ("actuator", "rotor", "load", "friction")
+        residual, stages = self.along_run(self._machine(run).cut.balance, run, p)
         out = {name: stages.full()[i * n : (i + 1) * n].T for i, name in enumerate(names)}
         return {"residual": residual.full().T, **out}
+
+    def along_run(self, function: ca.Function, run: Conditioned, p: np.ndarray) -> Any:
+        """Return a function of (drive, states, p, T0), as those of :class:`stribeck.model.cut.Cut`, along one run."""
+        delays = delays_of(self.path, p)
+        drive = self._drives.along(run, delays)
+        (states,) = self._states([run], [drive], p, delays)
+        return function(drive, states, p, delays)
 
     def states(self, run: Conditioned, p: np.ndarray) -> np.ndarray:
         """Return the states (N, nx) of the cut along one run.

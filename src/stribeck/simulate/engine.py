@@ -24,14 +24,14 @@ Floats = NDArray[np.float64]
 
 
 def path_of(arm: Arm) -> SignalPath:
-    """Return an arm's signal path with the effects of its file, those at their null value left out.
+    """Return an arm's signal path with the effects of its file, without those at their null value or of records alone.
 
     Raises
     ------
     InputError
         When a motor without inertia is to turn between a drive and a spring.
     """
-    placed = [place for place in placed_effects(arm) if not vanishes(place)]
+    placed = [place for place in placed_effects(arm) if not (place.effect.direct or vanishes(place))]
     for place in placed:
         if isinstance(place.effect, TransmissionEffect) and arm.joints[place.joint].rotor_inertia == 0.0:
             what = f"arm {arm.name!r}: {place.effect.name} needs a rotor between motor and link"
@@ -39,12 +39,14 @@ def path_of(arm: Arm) -> SignalPath:
     return SignalPath(arm, placed)
 
 
-def left_out(arm: Arm) -> list[str]:
-    """Return a warning for each effect of an arm's file that the records alone show: no simulation has it."""
+def left_out(arm: Arm, instead: str = "the loop file says what its controllers are given") -> list[str]:
+    """Return a warning for each effect of an arm's file that the records alone show: no simulation has it.
+
+    ``instead`` says where what it does to a controller belongs.
+    """
     direct = (place for place in placed_effects(arm) if place.effect.direct and not vanishes(place))
     return [
-        f"{arm.names[place.joint]}: {place.effect.name} is of records alone and left out here; "
-        "the loop file says what its controllers are given"
+        f"{arm.names[place.joint]}: {place.effect.name} is of records alone and left out here; {instead}"
         for place in direct
     ]
 

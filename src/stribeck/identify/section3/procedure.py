@@ -8,11 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.arm import unit_at
 from stribeck.identify.section3.readings import Readings, average
 from stribeck.identify.section3.saddle import Saddle, alpha_at, alphas_by_velocity, amplification, lowest_reading
 from stribeck.identify.section3.viscous import Line, viscous_line
 
 Floats = NDArray[np.float64]
+Constants = tuple[float, float, float, float]
 
 LARGE = 3.0  # a velocity this many times that of the saddle is "relatively large": the decay is over by then
 
@@ -39,7 +41,7 @@ class Section3:
         Each step that failed or cannot be trusted, in words.
     """
 
-    constants: tuple[float, float, float, float]
+    constants: Constants
     line: Line | None
     saddle: Saddle | None
     break_away: float | None
@@ -55,57 +57,62 @@ class Section3:
         return found and min(self.constants) > 0.0 and 0.0 < self.condition < 1.0
 
 
-def section3(speed: Floats, torque: Floats) -> Section3:
+def section3(speed: Floats, torque: Floats, kind: str = "revolute") -> Section3:
     """Follow Section 3 for one direction of one joint.
 
     Parameters
     ----------
     speed, torque : array (P,)
         Of every trial, rad/s and N m, both positive; a speed of 0 is a break-away reading.
+    kind : str
+        Of the joint, whose units the remarks have.
     """
     readings = average(np.asarray(speed, dtype=float), np.asarray(torque, dtype=float))
     line, saddle = viscous_line(readings), lowest_reading(readings)
     C0, C2 = (line.C0, line.C2) if line else (math.nan, math.nan)
     C1 = math.nan if readings.break_away is None else readings.break_away - C0  # equation (9)
     alpha = alpha_at(saddle, C0, C2) if saddle else math.nan
-    condition = C2 * alpha / C1 if C1 else math.nan
+    constants = C0, C1, C2, alpha
     return Section3(
-        constants=(C0, C1, C2, alpha),
+        constants=constants,
         line=line,
         saddle=saddle,
         break_away=readings.break_away,
-        condition=condition,
+        condition=_condition(constants),
         alphas_by_velocity=alphas_by_velocity(saddle.velocity, C1, C2) if saddle else (),
         amplification=amplification(saddle, C2, alpha) if saddle else math.inf,
-        remarks=tuple(_remarks(readings, line, saddle, (C0, C1, C2, alpha), condition)),
+        remarks=tuple(_remarks(readings, line, saddle, constants, kind)),
     )
 
 
+def _condition(constants: Constants) -> float:
+    _, C1, C2, alpha = constants
+    return C2 * alpha / C1 if C1 else math.nan
+
+
 def _remarks(
-    readings: Readings,
-    line: Line | None,
-    saddle: Saddle | None,
-    constants: tuple[float, float, float, float],
-    condition: float,
+    readings: Readings, line: Line | None, saddle: Saddle | None, constants: Constants, kind: str
 ) -> list[str]:
     C0, C1, C2, alpha = constants
+    torque, speed, viscous = (unit_at(unit, kind) for unit in ("N m", "rad/s", "N m s/rad"))
+    condition = _condition(constants)
     said = []
     if line is None:
         said.append(f"3.1 needs readings at two velocities; there are {len(readings.speed)}")
     elif C2 <= 0.0:
-        said.append(f"3.1: C2 = {C2:.3g} N m s/rad by equation (8); the torque does not rise with velocity")
+        said.append(f"3.1: C2 = {C2:.3g} {viscous} by equation (8); the torque does not rise with velocity")
     elif C0 <= 0.0:
-        said.append(f"3.1: C0 = {C0:.3g} N m by equation (7)")
+        said.append(f"3.1: C0 = {C0:.3g} {torque} by equation (7)")
     if readings.break_away is None:
         said.append("3.2 needs a break-away reading; there is none")
     elif C1 <= 0.0:
-        said.append(f"3.2: C1 = {C1:.3g} N m by equation (9); break-away lies below the line of 3.1")
+        said.append(f"3.2: C1 = {C1:.3g} {torque} by equation (9); break-away lies below the line of 3.1")
     if saddle and not saddle.bent:
-        said.append(f"3.3: the least torque is at the slowest velocity, {saddle.velocity:.3g} rad/s; no bend is seen")
+        said.append(f"3.3: the least torque is at the slowest velocity, {saddle.velocity:.3g} {speed}; no bend is seen")
     if line and saddle and min(line.first, line.second) < LARGE * saddle.velocity:
-        said.append(f"3.1: the velocities are not large against the saddle's, {saddle.velocity:.3g} rad/s")
+        said.append(f"3.1: the velocities are not large against the saddle's, {saddle.velocity:.3g} {speed}")
     if math.isfinite(alpha) and alpha <= 0.0:
-        said.append(f"3.3: alpha = {alpha:.3g} rad/s by equation (12); the saddle lies below the line of 3.1")
+        said.append(f"3.3: alpha = {alpha:.3g} {speed} by equation (12); the saddle lies below the line of 3.1")
     elif saddle and math.isfinite(alpha) and C2 > 0.0:
         factor = amplification(saddle, C2, alpha)
         said.append(f"3.3: one per cent of torque at the saddle is {factor:.3g} per cent of alpha")

@@ -129,9 +129,11 @@ static int sb_step(sb_sim *s, double limit) {
 
 /* Integrate to the instant end under the present command, or to the first event where events are to wait. */
 static int sb_advance(sb_sim *s, double end) {
-    const long steps = s->steps, events = s->events;
+    double since = s->t;
+    long steps = s->steps, events = s->events;
     while (s->status == SB_OK && s->t < end && !s->waiting) {
         const double left = end - s->t;
+        if (s->t - since >= SB_WHILE) since = s->t, steps = s->steps, events = s->events;
         if (!sb_step(s, left)) break;
         if (end - s->t < 1e-14 * (1.0 + fabs(end))) s->t = end;
         if (s->steps - steps > s->step_limit) s->status = SB_TOO_MANY_STEPS;

@@ -18,6 +18,7 @@
 #define SB_NZ 0 /* most states that a controller adds */
 #endif
 #define SB_NY (SB_NS + SB_NZ)
+#define SB_WHILE 0.1 /* s, for which steps and events are counted together */
 
 enum { SB_OK, SB_UNBOUNDED, SB_TOO_MANY_EVENTS, SB_STEP_TOO_SMALL, SB_TOO_MANY_STEPS, SB_NOT_FINITE };
 
@@ -67,7 +68,7 @@ static void sb_init(sb_sim *s, const double *p, double tolerance) {
     s->bound = 1e6;
     s->longest = HUGE_VAL;
     s->ny = SB_NS;
-    s->step_limit = 50000; /* of one stretch between two commands */
+    s->step_limit = 50000; /* of one stretch between two commands, and of each SB_WHILE of a longer one */
     s->event_limit = 5000;
     s->last_event = -HUGE_VAL;
 }

@@ -12,7 +12,7 @@ enum { FM_W_RATE, FM_W_SEEN = SB_NS, FM_W_MARGIN = FM_W_SEEN + 3 * SB_N, FM_W = 
 enum { FM_S_DQ = SB_N, FM_S_U = 2 * SB_N, FM_S_P = 3 * SB_N, FM_S = FM_S_P + SB_NP };
 
 typedef struct {
-    double x[FM_X], start[FM_S], w[FM_W];
+    double x[FM_X], start[FM_S], w[FM_W], late; /* late: of a delayed input */
 } fm_seeds;
 
 #define FM_LARGER(a, b) ((a) > (b) ? (a) : (b))
@@ -44,7 +44,8 @@ static void fm_call_start(fm_instance *f, int adjoint, const double *in, double 
 static double *fm_known(fm_instance *f, fm_seeds *s, unsigned vr) {
     const int i = (int)vr, begins = f->core.stands == FM_INIT;
     if (vr == FM_TIME) return &s->x[FM_X_T];
-    if (vr < FM_Q) return begins ? &s->start[FM_S_U + i - FM_TAU] : &s->x[FM_X_U + i - FM_TAU];
+    if (vr < FM_Q && begins) return &s->start[FM_S_U + i - FM_TAU];
+    if (vr < FM_Q) return fm_delay(&f->core, i - FM_TAU) > 0.0 ? &s->late : &s->x[FM_X_U + i - FM_TAU];
     if (vr >= FM_STATE && vr < FM_RATE && !begins) return &s->x[FM_X_Y + i - FM_STATE];
     if (vr >= FM_P && vr < FM_Q_START) return begins ? &s->start[FM_S_P + i - FM_P] : &s->x[FM_X_P + i - FM_P];
     if (vr >= FM_Q_START && vr < FM_CONSTANT && begins) return &s->start[i - FM_Q_START];

@@ -7,9 +7,9 @@
 static const char *fm_why(int status) {
     switch (status) {
     case SB_UNBOUNDED: return "the motion is unbounded";
-    case SB_TOO_MANY_EVENTS: return "too many events at one place";
+    case SB_TOO_MANY_EVENTS: return "too many events in a short time";
     case SB_STEP_TOO_SMALL: return "the step size became too small";
-    case SB_TOO_MANY_STEPS: return "too many steps between two communication points";
+    case SB_TOO_MANY_STEPS: return "too many steps in a short time";
     default: return "the motion is not finite";
     }
 }
@@ -46,9 +46,7 @@ static int fm_step(fm_instance *f, double t, double h, int early) {
         sb_advance(s, fmin(end, next));
         if (s->status == SB_OK && next <= s->t && fm_command_now(c, &next)) s->fresh = 0, sb_settle(s);
     }
-    if (s->control && s->status == SB_OK && s->t >= end) { /* the ramp has ended: its last value holds */
-        for (int j = 0; j < SB_N; j++) c->slope[j] = 0.0;
-    }
+    memset(c->slope, 0, sizeof c->slope); /* of this step alone: the next one holds what is set */
     if (s->events != before) fm_log(f, FM_OK, FM_LOG_EVENTS, "%ld events up to t = %.15g s", s->events - before, s->t);
     if (s->status == SB_OK) return FM_OK;
     fm_log(f, FM_DISCARD, FM_LOG_DISCARD, "stopped at t = %.15g s: %s", s->t, fm_why(s->status));
