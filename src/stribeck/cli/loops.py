@@ -93,14 +93,16 @@ def limit_cycle(
     from stribeck.loop.analyse import analyse
     from stribeck.loop.files import write_limit_cycle
     from stribeck.loop.surroundings import grid_of
+    from stribeck.loop.undriven import undriven
     from stribeck.report.limit_cycle import summary, write_report
     from stribeck.simulate import load_loop
     from stribeck.simulate.engine import left_out
 
     settings, cells = load_loop(loop, controlled), grid_of(grid)
-    warn(left_out(controlled))
+    alone, driven = undriven(controlled)
+    warn([*left_out(controlled), *driven])
     with whole_folder(out) as folder, progress("analysing") as told:
-        found = analyse(controlled, settings, grid=cells, progress=told)
+        found = analyse(alone, settings, grid=cells, progress=told)
         told("drawing the report")
         write_limit_cycle(found, folder)
         write_report(found, folder)

@@ -12,6 +12,7 @@ from stribeck.loop.analyse import analyse
 from stribeck.loop.exact.branch import continue_in
 from stribeck.loop.exact.settle import settle
 from stribeck.loop.exact.shooting import shoot
+from stribeck.loop.undriven import undriven
 from stribeck.simulate import Compensation, JointLoop, Loop, Reference
 
 
@@ -85,6 +86,15 @@ def test_an_arm_that_is_shaken_has_no_cycle_of_its_own(joint_a, loop_of, sample_
     for method in (shoot, settle, analyse):
         with pytest.raises(InputError, match="an effect drives it in time: found input_disturbance/one_wave"):
             method(shaken, loop_of(sample_time=sample_time))
+
+
+def test_what_drives_an_arm_in_time_is_left_out_with_a_warning(joint_a):
+    bristles = EffectEntry("presliding", ("A",), {"A": {"stiffness": 1e4, "damping": 10.0}})
+    wave = EffectEntry("input_disturbance", ("A",), {"A": {"sine": 12.0, "cosine": 0.0, "frequency": 2.0}})
+    alone, warnings = undriven(replace(joint_a.arm, effects=(wave, bristles)))
+    assert alone == replace(joint_a.arm, effects=(bristles,))
+    assert warnings == ["A: input_disturbance drives the arm in time and is left out here; simulate shows what it does"]
+    assert undriven(joint_a.arm) == (joint_a.arm, [])
 
 
 def test_steps_end_in_regulation(joint_a, loop_of):
