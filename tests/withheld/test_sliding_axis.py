@@ -1,4 +1,6 @@
-"""An axis that slides: what can be hidden in it."""
+"""An axis that slides: what can be hidden in it, and what is a mass or a length there."""
+
+import math
 
 import numpy as np
 import pytest
@@ -8,6 +10,8 @@ from stribeck.withheld import Injection
 from stribeck.withheld.injections import assemble
 from stribeck.withheld.own import possible
 from stribeck.withheld.plant import Diverged, Drive, simulate
+
+KINDS = {"revolute": 0.01 + 1.0 * 0.25**2, "prismatic": 1.0}  # what moves: an inertia, or the mass
 
 
 def axis(bench, **changes):
@@ -40,3 +44,24 @@ def test_the_plant_itself_takes_no_second_body_on_an_axis_that_slides(bench):
     drive = Drive(1e-3, np.zeros((20, 1, 2)), still, still, 0.0 * ones, ones, np.zeros((1, 2)), np.zeros(1))
     with pytest.raises(Diverged, match="the mass matrix is not positive"):
         simulate(plant, drive)
+
+
+@pytest.mark.parametrize(("kind", "link"), KINDS.items())
+def test_a_shaft_rings_down_at_three_per_cent_of_critical(bench, kind, link):
+    """Peaks a period apart shrink by exp(-2 pi ratio / sqrt(1 - ratio^2)); ends are mixed by their inertias."""
+    hidden, rotor = (Injection("joint_flexibility", "A", {"stiffness": 300.0}),), 0.02
+    arm = bench.one_link(kind=kind)
+    _, trace = bench.open_loop(arm, lambda t: np.where(t < 2e-3, 5.0, 0.0)[:, None], 0.5, hidden, rate=4000.0)
+    twist = (trace.motor - trace.link)[:, 0]
+    peak = np.flatnonzero((twist[1:-1] > twist[:-2]) & (twist[1:-1] >= twist[2:])) + 1
+    shrinks = np.mean(np.diff(np.log(twist[peak[:6]])))
+    assert -shrinks / (2.0 * math.pi) == pytest.approx(0.03, rel=0.02)
+    reduced = rotor * link / (rotor + link)
+    assert np.mean(np.diff(peak[:6])) / 4000.0 == pytest.approx(2.0 * math.pi * math.sqrt(reduced / 300.0), rel=0.01)
+
+
+@pytest.mark.parametrize(("kind", "link"), KINDS.items())
+def test_flanks_of_a_play_are_damped_by_a_fifth_of_critical(bench, kind, link):
+    plant = assemble(bench.one_link(kind=kind), [Injection("backlash", "A", {"gap": 1e-3})]).plant
+    reduced = 0.02 * link / (0.02 + link)
+    assert plant.get(0, "damping") == pytest.approx(0.4 * math.sqrt(plant.get(0, "stiffness") * reduced))

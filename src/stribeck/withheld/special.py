@@ -73,7 +73,9 @@ def presliding(plant: Plant, k: int, p: Params) -> Plant:
 
 
 def _outboard_inertia(plant: Plant, k: int) -> float:
-    """Inertia of everything beyond joint k about its axis, the chain stretched, kg m^2."""
+    """Inertia of everything beyond joint k about its axis, the chain stretched, kg m^2; mass on an axis that slides."""
+    if plant.get_world("prismatic"):
+        return plant.get(k, "mass")
     reach, total = 0.0, 0.0
     for i in range(k, plant.n):
         x, y = reach + plant.get(i, "com_x"), plant.get(i, "com_y")
