@@ -83,8 +83,9 @@ def _table(power: Power) -> Table:
     )
     note = (
         "Clear effects are worth 10 to 25 % of the torque that moves the joint, medium ones 5 to 10 %, weak ones 1.5 "
-        "to 5 %; effects that live at rest or in few milliradians have sizes as they are met in practice. In brackets, "
-        "the strength: torque over noise floor. Flagged: not even revealed where clear."
+        "to 5 %; effects that live at rest or in few milliradians have sizes as they are met in practice, half the way "
+        "of an axis that slides standing for a radian. In brackets, the strength: torque over noise floor. Flagged: "
+        "not even revealed where clear."
     )
     return Table("Effect by effect", columns, tuple(rows), frozenset(range(1, 1 + len(levels))), note)
 
