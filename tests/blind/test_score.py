@@ -93,6 +93,22 @@ def test_two_effects():
 
 
 @pytest.mark.parametrize(
+    ("said", "found"),
+    [
+        ([cause("delay", equivalent=("actuator_lag",))], ["delay"]),
+        ([cause("actuator_lag", equivalent=("delay",))], ["actuator_lag"]),
+        ([cause("torque_offset", equivalent=("delay", "actuator_lag"))], ["delay"]),
+        ([cause("delay", equivalent=("actuator_lag",)), cause("actuator_lag")], ["delay", "actuator_lag"]),
+        ([cause("delay", equivalent=("actuator_lag",)), cause("torque_offset", equivalent=("delay",))], None),
+    ],
+)
+def test_a_name_stands_for_one_of_two_hidden_effects(said, found):
+    row = judged(truth(effect(time=0.01), effect("actuator_lag", "B", time=0.01)), answer(*said))
+    assert row["found"] == (found or ["delay", "actuator_lag"])
+    assert row["extra"] == []
+
+
+@pytest.mark.parametrize(
     ("true", "leave_out", "why"),
     [
         (truth(effect("friction_jumps"), known=False), (), "unknown"),
