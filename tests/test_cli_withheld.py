@@ -104,6 +104,10 @@ def test_an_interruption_says_that_nothing_is_lost(here, capsys, monkeypatch):
         ("diagnose nowhere --out answers", "nowhere: not a folder of sealed cases"),
         ("score nowhere --key key.json --out score", "settings.json: cannot be read"),
         ("power gone.toml run.csv --out power", "gone.toml: cannot be read"),
+        (
+            f"power {EXAMPLE / 'arm.toml'} {EXAMPLE / 'run_01.csv'} --out power --cluster foo",
+            "--cluster: no scheduler answers: found foo",
+        ),
         ("guess", "No such command 'guess'"),
     ],
 )

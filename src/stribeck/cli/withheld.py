@@ -186,7 +186,11 @@ def _experiment(arm: Path, runs: Sequence[Path]) -> tuple[Arm, list[Run]]:
 def _farm(jobs: int, cluster: str | None) -> Farm:
     from stribeck.blind.farm import Cluster, Processes
 
-    return Cluster(cluster) if cluster else Processes(jobs)
+    if not cluster:
+        return Processes(jobs)
+    farm = Cluster(cluster)
+    farm.check()  # before cases are recorded for it
+    return farm
 
 
 @contextmanager
