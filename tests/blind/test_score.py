@@ -313,6 +313,7 @@ def test_the_whole_score():
     assert result["intervals"]["coverage"]["value"] == 1.0
     assert result["shrinkage"]["within_5_points"]["value"] == 0.5
     assert result["shrinkage"]["median_true"] == pytest.approx(0.68)
+    assert result["shrinkage"]["bias"] == pytest.approx(0.22)  # more is claimed than is true
     assert single["all"]["channel"] == {**single["all"]["channel"], "k": 1, "n": 2}
     table = result["confusion"]
     assert table["hidden"] == ["delay", "friction_jumps", "payload", "left_out", "none"]
@@ -374,3 +375,8 @@ def test_a_wave_by_size_and_phase_is_one_by_sine_and_cosine():
     wave = got["sine"] * np.sin(4.0 * q) + got["cosine"] * np.cos(4.0 * q)
     assert wave == pytest.approx(0.7 * np.sin(4.0 * q + 0.9))
     assert true_values("history", {"change": 0.1}) == {}
+
+
+def test_parameters_are_converted_by_their_numbers():
+    assert true_values("asymmetric_friction", {"C0": 0.8, "C1": 0.0, "C2": 0.2}) == {"coulomb": 0.4, "viscous": 0.1}
+    assert true_values("actuator_lag", {"time": 0.006, "again": 0.004})["time_constant"] == pytest.approx(0.01)
