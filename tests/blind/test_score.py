@@ -268,6 +268,12 @@ def test_detection_limit_of_a_known_curve():
     assert got["outside"] is None
 
 
+def test_a_case_without_strength_says_nothing_of_a_limit():
+    strengths, found = [0.5, 1.0, 2.0, 4.0, 8.0], [False, False, True, True, True]
+    assert detection_limit([*strengths, 0.0, 0.0], [*found, True, False]) == detection_limit(strengths, found)
+    assert detection_limit([0.0] * 8, [True] * 8) is None
+
+
 @pytest.mark.parametrize(("found", "outside", "at"), [(True, "below", 0.5), (False, "above", 8.0)])
 def test_a_limit_beyond_what_was_tried_is_said(found, outside, at):
     got = detection_limit([0.5, 1.0, 2.0, 4.0, 8.0], [found] * 5)
