@@ -271,6 +271,34 @@ def test_a_stop_whose_exception_is_lost_writes_nothing(
     assert guarded(failing(None, tmp_path / "out"), ["fail"]) == 0  # it was that command's
 
 
+@pytest.mark.parametrize("lost", [False, True])
+def test_a_stop_while_the_program_is_imported_is_told_in_one_line(lost: bool) -> None:
+    """Also where a package makes an error of its own of it."""
+    code = """
+import os, runpy, signal, sys
+
+class Stop:
+    def find_spec(name, *where):
+        if name == "typer":
+            try:
+                os.kill(os.getpid(), signal.SIGINT)
+            except KeyboardInterrupt:
+                if LOST:
+                    raise ImportError("half a package")
+                raise
+
+sys.meta_path.insert(0, Stop)
+runpy.run_module("stribeck", run_name="__main__")
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code.replace("LOST", str(lost)), "--version"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (130, "stribeck: interrupted\n")
+
+
 def assert_one_line(capsys: pytest.CaptureFixture[str], says: str) -> None:
     captured = capsys.readouterr()
     assert captured.err.startswith("stribeck: ")

@@ -101,9 +101,17 @@ def test_an_interruption_says_that_nothing_is_lost(here, capsys, monkeypatch):
         ("record --cases 1 --out cases --key cases/key.json", "the key would lie among the cases"),
         ("record --cases 1 --effects dely --out cases --key key.json", "the plant has no such effect: found dely"),
         ("record --cases 1 --out cases --key key.json --arm arm.toml", "--arm and --runs belong together: found --arm"),
+        (
+            "record --cases 1 --joints 3 --out cases --key key.json --arm arm.toml --runs run.csv",
+            "--joints is for drawn arms: found --joints 3 with --arm; leave it out",
+        ),
         ("diagnose nowhere --out answers", "nowhere: not a folder of sealed cases"),
         ("score nowhere --key key.json --out score", "settings.json: cannot be read"),
         ("power gone.toml run.csv --out power", "gone.toml: cannot be read"),
+        (
+            f"power {EXAMPLE / 'arm.toml'} {EXAMPLE / 'run_01.csv'} --out power --cluster foo",
+            "--cluster: no scheduler answers: found foo",
+        ),
         ("guess", "No such command 'guess'"),
     ],
 )

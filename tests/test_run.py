@@ -110,6 +110,41 @@ def test_fault_is_said_with_its_row(tmp_path: Path, row: int, line: str, says: s
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_rows_written_twice_are_left_out(tmp_path: Path, suffix: str) -> None:
+    run = a_run()
+    noted = dataclasses.replace(run, extra=pa.table({"note": [f"row {i}" for i in range(40)]}))
+    path = tmp_path / f"a{suffix}"
+    save_run(noted, path)
+    lines = [0, 1, 2, 2, 2, *range(3, 40), 39]
+    if suffix == ".csv":
+        text = path.read_text().splitlines()
+        path.write_text("\n".join([text[0], *(text[1 + i] for i in lines)]) + "\n")
+    else:
+        pq.write_table(pq.read_table(path).take(pa.array(lines)), path)
+    found = load_run(path, 2)
+    assert np.array_equal(found.t, run.t)
+    assert np.array_equal(found.temperature, run.temperature)
+    assert found.extra.column("note").to_pylist() == noted.extra.column("note").to_pylist()
+    assert "rows that repeat the one before in every column, left out: 3" in found.warnings
+
+
+@pytest.mark.parametrize(
+    ("second", "says"),
+    [
+        ("0.06,0.6,3.001,a", "row 10 repeats the time of the row before"),
+        ("0.06,0.600,3.000,b", "row 10 repeats the time of the row before"),  # a column that is not used
+        ("0.05,0.600,3.000,a", "row 10 goes back in time"),
+    ],
+)
+def test_rows_that_contradict_are_refused_by_their_row(tmp_path: Path, second: str, says: str) -> None:
+    head, *rows = csv_rows()
+    lines = [f"{head},note", *(f"{row},a" for row in rows)]
+    lines = [*lines[:3], lines[2], *lines[3:8], second, *lines[8:]]
+    with pytest.raises(InputError, match=says):
+        load_lines(tmp_path, lines)
+
+
 def test_fault_far_down_a_long_file_keeps_its_row(tmp_path: Path) -> None:
     lines = ["t,q1,tau1", *(f"{i},0.123456789012345678,0.123456789012345678" for i in range(60_000))]
     lines[50_001] = "50000,oops,0"  # some blocks into the file

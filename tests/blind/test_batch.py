@@ -134,7 +134,10 @@ def test_what_failed_or_was_of_other_files_is_done_again(tmp_path, sealed, straw
 
 @pytest.mark.parametrize(
     ("file", "says"),
-    [("", r"case_x: not a sealed case: found no case\.json"), ("case.json", r"case_x.case\.json: not the note")],
+    [
+        ("", r"case_x: not a sealed case: found no case\.json"),
+        ("case.json", r"case_x.case\.json: schema must be .*; not the note of"),
+    ],
 )
 def test_a_folder_that_is_no_case_is_named(tmp_path, sealed, straw, file, says):
     (sealed[0] / "case_x").mkdir()

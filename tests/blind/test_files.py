@@ -1,6 +1,7 @@
 """Answers that were damaged are refused in one line, by file and key."""
 
 import copy
+import hashlib
 import json
 import math
 import re
@@ -10,12 +11,16 @@ from typing import Any
 
 import pytest
 
+from stribeck.blind.answer import left_out_of
 from stribeck.blind.batch import diagnose_cases
 from stribeck.blind.farm import Processes
 from stribeck.blind.files import read_answer, read_settings
 from stribeck.blind.key import open_sealed
 from stribeck.errors import InputError
 
+HIDDEN = {"effect": "delay", "joint": "A", "parameters": {"time": 0.01}, "strength": 3.0}
+TRUTH = {"files": "0", "level": "clear", "known": True, "effects": [HIDDEN], "disturbances": []}
+KEY = {"schema": "stribeck.withheld-key/1", "cases": {"case_1": TRUTH}}
 CAUSE = {"effect": "delay", "joints": ["A"], "probability": 0.9, "equivalent": ["delay"], "parameters": {}}
 REST = {"effect": "unknown", "probability": 0.1}
 ANSWER = {
@@ -28,9 +33,9 @@ ANSWER = {
 }  # fmt: skip
 
 
-def changed(*keys: Any, value: Any = None) -> dict[str, Any]:
-    """The answer with another value at a place, or without it."""
-    answer: Any = copy.deepcopy(ANSWER)
+def changed(*keys: Any, value: Any = None, of: dict[str, Any] = ANSWER) -> dict[str, Any]:
+    """The answer, or another file, with another value at a place, or without it."""
+    answer: Any = copy.deepcopy(of)
     inner = answer
     for key in keys[:-1]:
         inner = inner[key]
@@ -97,3 +102,46 @@ def test_a_damaged_folder_is_not_opened(
     (answers / "settings.json").write_text(json.dumps({key: settings[key] for key in settings if key != "library"}))
     with pytest.raises(InputError, match=r"settings\.json: library is missing"):
         open_sealed(answers, sealed[1])
+
+
+@pytest.mark.parametrize(
+    ("key", "says"),
+    [
+        (changed("cases", of=KEY), "cases is missing"),
+        (changed("cases", value=[], of=KEY), "cases must be a table: found []"),
+        (changed("cases", value={}, of=KEY), "cases must have at least 1 entries"),
+        (changed("cases", value={"../a/case_1": TRUTH}, of=KEY), "must be a name like ^case_[0-9]+$"),
+        (changed("cases", "case_1", "files", of=KEY), "cases.case_1.files is missing"),
+        (changed("cases", "case_1", "known", value="yes", of=KEY), "cases.case_1.known must be true or false"),
+        (changed("cases", "case_1", "effects", 0, "strength", value=-1.0, of=KEY), "strength must not be less than 0"),
+        (changed("cases", "case_1", "effects", 0, "effect", value="gremlin", of=KEY), "must be an effect of the plant"),
+        (
+            changed(
+                "cases", "case_1", "effects", 0, value={**HIDDEN, "effect": "actuator_lag", "parameters": {}}, of=KEY
+            ),
+            "must have the parameter time",
+        ),
+    ],
+)
+def test_a_damaged_key_is_refused(tmp_path: Path, key: dict[str, Any], says: str) -> None:
+    path = tmp_path / "key.json"
+    path.write_text(json.dumps(key))
+    settings = {"schema": "stribeck.withheld-results/1", "code": "1", "library": ["delay"]}
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    (tmp_path / "settings.json").write_text(json.dumps({**settings, "digest": digest}))
+    with pytest.raises(InputError, match=re.escape("key.json: ") + ".*" + re.escape(says)):
+        open_sealed(tmp_path, path)
+
+
+@pytest.mark.parametrize(
+    ("note", "says"),
+    [
+        ({"leave_out": "payload"}, 'leave_out must be an array: found "payload"'),
+        ({"leave_out": [1]}, "leave_out[0] must be text"),
+        ({}, "leave_out is missing"),
+    ],
+)
+def test_names_to_withhold_are_a_list(note: dict[str, Any], says: str) -> None:
+    written = json.dumps({"schema": "stribeck.withheld-case/1", **note}).encode()
+    with pytest.raises(InputError, match=re.escape("case.json: ") + ".*" + re.escape(says)):
+        left_out_of({"case.json": written})

@@ -1,5 +1,6 @@
 """Power analysis: what is found and what is missed in one's own arm, and that it goes on where it stopped."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -70,6 +71,10 @@ def test_what_is_named_is_revealed(tmp_path, experiment):
     assert delay["found"]["strength"] < delay["levels"]["clear"]["strength"]
     assert found["false_alarms"]["value"] == 1.0  # it names a delay where there is none as well
     assert score["cases"] == 5
+    cases = json.loads((tmp_path / "work" / "key.json").read_text(encoding="utf-8"))["cases"].values()
+    worth = {c["level"]: c["worth"][e["joint"]] for c in cases for e in c["effects"] if e["effect"] == "delay"}
+    assert {level: row["worth"] for level, row in delay["levels"].items()} == pytest.approx(worth, rel=1e-2)
+    assert delay["found"]["worth"] == worth["weak"]
 
 
 @pytest.mark.parametrize(

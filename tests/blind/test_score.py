@@ -93,6 +93,22 @@ def test_two_effects():
 
 
 @pytest.mark.parametrize(
+    ("said", "found"),
+    [
+        ([cause("delay", equivalent=("actuator_lag",))], ["delay"]),
+        ([cause("actuator_lag", equivalent=("delay",))], ["actuator_lag"]),
+        ([cause("torque_offset", equivalent=("delay", "actuator_lag"))], ["delay"]),
+        ([cause("delay", equivalent=("actuator_lag",)), cause("actuator_lag")], ["delay", "actuator_lag"]),
+        ([cause("delay", equivalent=("actuator_lag",)), cause("torque_offset", equivalent=("delay",))], None),
+    ],
+)
+def test_a_name_stands_for_one_of_two_hidden_effects(said, found):
+    row = judged(truth(effect(time=0.01), effect("actuator_lag", "B", time=0.01)), answer(*said))
+    assert row["found"] == (found or ["delay", "actuator_lag"])
+    assert row["extra"] == []
+
+
+@pytest.mark.parametrize(
     ("true", "leave_out", "why"),
     [
         (truth(effect("friction_jumps"), known=False), (), "unknown"),
@@ -252,6 +268,12 @@ def test_detection_limit_of_a_known_curve():
     assert got["outside"] is None
 
 
+def test_a_case_without_strength_says_nothing_of_a_limit():
+    strengths, found = [0.5, 1.0, 2.0, 4.0, 8.0], [False, False, True, True, True]
+    assert detection_limit([*strengths, 0.0, 0.0], [*found, True, False]) == detection_limit(strengths, found)
+    assert detection_limit([0.0] * 8, [True] * 8) is None
+
+
 @pytest.mark.parametrize(("found", "outside", "at"), [(True, "below", 0.5), (False, "above", 8.0)])
 def test_a_limit_beyond_what_was_tried_is_said(found, outside, at):
     got = detection_limit([0.5, 1.0, 2.0, 4.0, 8.0], [found] * 5)
@@ -297,6 +319,7 @@ def test_the_whole_score():
     assert result["intervals"]["coverage"]["value"] == 1.0
     assert result["shrinkage"]["within_5_points"]["value"] == 0.5
     assert result["shrinkage"]["median_true"] == pytest.approx(0.68)
+    assert result["shrinkage"]["bias"] == pytest.approx(0.22)  # more is claimed than is true
     assert single["all"]["channel"] == {**single["all"]["channel"], "k": 1, "n": 2}
     table = result["confusion"]
     assert table["hidden"] == ["delay", "friction_jumps", "payload", "left_out", "none"]
@@ -358,3 +381,8 @@ def test_a_wave_by_size_and_phase_is_one_by_sine_and_cosine():
     wave = got["sine"] * np.sin(4.0 * q) + got["cosine"] * np.cos(4.0 * q)
     assert wave == pytest.approx(0.7 * np.sin(4.0 * q + 0.9))
     assert true_values("history", {"change": 0.1}) == {}
+
+
+def test_parameters_are_converted_by_their_numbers():
+    assert true_values("asymmetric_friction", {"C0": 0.8, "C1": 0.0, "C2": 0.2}) == {"coulomb": 0.4, "viscous": 0.1}
+    assert true_values("actuator_lag", {"time": 0.006, "again": 0.004})["time_constant"] == pytest.approx(0.01)

@@ -156,7 +156,7 @@ def test_the_critical_ratio_is_told_to_be_none_only_where_it_was_sought(cycling:
         (replace(cycling.joints[0], k_critical=None, k_why=told), told),
         (replace(cycling.joints[0], k_critical=0.0), "0: it cycles without compensation"),
     ):
-        assert dict(gain_facts(answer, 0.0).pairs)["critical k"] == expected
+        assert dict(gain_facts(answer).pairs)["critical k"] == expected
 
 
 def test_the_simulation_of_a_sampled_loop_is_a_plain_record() -> None:

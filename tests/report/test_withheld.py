@@ -138,9 +138,15 @@ def test_a_share_has_its_interval_and_its_counts():
 
 @pytest.fixture
 def power(score):
-    level = {"named": rate(1, 1), "strength": 4.0}
-    case = {"strength": 4.0, "level": "clear", "joint": "A", "parameters": {"time": {"value": 0.01, "unit": "s"}}}
-    blank = {"named": rate(0, 0), "strength": None}
+    level = {"named": rate(1, 1), "strength": 4.0, "worth": 0.5}
+    case = {
+        "strength": 4.0,
+        "worth": 0.32,
+        "level": "clear",
+        "joint": "A",
+        "parameters": {"time": {"value": 0.01, "unit": "s"}},
+    }
+    blank = {"named": rate(0, 0), "strength": None, "worth": None}
     seen, unseen = {"clear": level, "weak": blank}, {"clear": blank, "weak": blank}
     return {
         "version": "0", "arm": "bench", "runs": ["run.csv"], "cases": 3, "false_alarms": rate(0, 1),
@@ -159,7 +165,9 @@ def test_the_power_page_names_what_is_revealed_and_what_is_not(score, power, tmp
     assert "1 of 2 revealed" in page
     assert "Blind to?" in page
     assert "base flexibility: could not be recorded." in page
+    assert "1 of 1 (4.0; 50\u00a0%)" in page
     assert "time 0.0100" in page
+    assert "joint A (4.0; 32\u00a0%)" in page
     assert (tmp_path / "power.png").exists()
 
 

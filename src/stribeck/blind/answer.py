@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
 from stribeck.arm import Arm, arm_to_toml, load_arm
+from stribeck.blind.files import Names, checked, parse_json
 from stribeck.blind.source import code_digest
 from stribeck.errors import InputError
 from stribeck.run import Run, load_run
@@ -18,6 +19,11 @@ from stribeck.withheld.seal import CASE_SCHEMA, digest_of_files
 Files: TypeAlias = dict[str, bytes]
 NOTE = "case.json"
 Diagnoser: TypeAlias = Callable[[Arm, Sequence[Run], Sequence[str]], Mapping[str, Any]]
+
+
+@dataclass(frozen=True)
+class _Note:
+    leave_out: Names
 
 
 def diagnosed(arm: Arm, runs: Sequence[Run], leave_out: Sequence[str]) -> dict[str, Any]:
@@ -80,14 +86,8 @@ def left_out_of(files: Files, case: Path = Path()) -> tuple[str, ...]:
     """Return the names that a `case`, known by its folder, asks to withhold from the library."""
     if NOTE not in files:
         raise InputError(f"{case}: not a sealed case", f"no {NOTE}", "remove it, or record the cases anew")
-    try:
-        note = json.loads(files[NOTE])
-        if note["schema"] != CASE_SCHEMA:
-            raise ValueError(note["schema"])
-        return tuple(str(name) for name in note["leave_out"])
-    except (KeyError, TypeError, ValueError) as error:
-        what = f"{case / NOTE}: not the note of a sealed case"
-        raise InputError(what, str(error), "record the cases anew") from None
+    note = parse_json(files[NOTE], case / NOTE, CASE_SCHEMA, "not the note of a sealed case; record the cases anew")
+    return tuple(checked(note, _Note, case / NOTE)["leave_out"])
 
 
 def _loaded(files: Files) -> tuple[Arm, list[Run]]:

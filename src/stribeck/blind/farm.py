@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from itertools import islice
 from queue import Empty, Queue
+from socket import create_connection
 from typing import Any, Protocol, TypeVar
 
 from joblib import Parallel, delayed
@@ -109,6 +110,23 @@ class Cluster:
     def __init__(self, address: str) -> None:
         self.address = address
 
+    def check(self) -> None:
+        """Raise `InputError` when dask.distributed is missing or nothing listens at the address.
+
+        A client that finds nobody leaves half of itself behind, which complains at the end of the program.
+        """
+        try:
+            import distributed.comm.addressing as addressing
+        except ImportError:
+            raise InputError(
+                "--cluster needs dask.distributed", "not installed", "pip install stribeck[cluster]"
+            ) from None
+        try:
+            with create_connection(addressing.get_address_host_port(self.address), timeout=WAIT):
+                pass
+        except (OSError, ValueError) as error:
+            raise self._silent(error) from None
+
     def run(self, work: Callable[[Any], V], load: Callable[[K], Any], keys: Sequence[K]) -> Iterator[tuple[K, V]]:
         """Give ``(key, work(load(key)))`` as they are done; the scheduler gives a dead worker's keys to others.
 
@@ -126,16 +144,16 @@ class Cluster:
             client.close()
 
     def _client(self) -> Any:
-        try:
-            from distributed import Client
-        except ImportError:
-            raise InputError(
-                "--cluster needs dask.distributed", "not installed", "pip install stribeck[cluster]"
-            ) from None
+        self.check()
+        from distributed import Client
+
         try:
             return Client(self.address, timeout=WAIT, set_as_default=False)
         except (OSError, ValueError) as error:
-            raise InputError("--cluster: no scheduler answers", self.address, f"start one ({error})") from None
+            raise self._silent(error) from None
+
+    def _silent(self, error: Exception) -> InputError:
+        return InputError("--cluster: no scheduler answers", self.address, f"start one ({error})")
 
 
 def _submitted(client: Any, work: Callable[[Any], V], load: Callable[[K], Any], keys: list[K]) -> Iterator[tuple[K, V]]:

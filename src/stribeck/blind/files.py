@@ -109,8 +109,7 @@ def read_settings(folder: Path) -> dict[str, Any]:
         What ``withheld diagnose`` wrote.
     """
     content = read_json(folder / SETTINGS, SCHEMA, "not a folder of answers")
-    structure(content, _adapter(_Settings), str(folder / SETTINGS))
-    return content
+    return checked(content, _Settings, folder / SETTINGS)
 
 
 def read_answer(path: Path) -> dict[str, Any]:
@@ -122,21 +121,33 @@ def read_answer(path: Path) -> dict[str, Any]:
         ``case_0001.json``, ..
     """
     content = read_json(path, ANSWER_SCHEMA, "not an answer")
-    structure(content, _adapter(_Failed if "error" in content else _Answered), str(path))
-    return content
+    return checked(content, _Failed if "error" in content else _Answered, path)
 
 
 def read_json(path: Path, schema: str, what: str) -> dict[str, Any]:
     """Return the content of a JSON file of a schema; raise `InputError`, with `what` it is then, for any other."""
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        text = path.read_bytes()
     except OSError as error:
         raise InputError(f"{path}: cannot be read", str(error.strerror), what) from None
+    return parse_json(text, path, schema, what)
+
+
+def parse_json(text: bytes, path: Path, schema: str, what: str) -> dict[str, Any]:
+    """Return the content of a file, as :func:`read_json` does, whose bytes are already here."""
+    try:
+        content = json.loads(text.decode("utf-8"))
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: is not JSON", str(error), what) from None
     if not isinstance(content, dict) or content.get("schema") != schema:
         found = content.get("schema", "no schema") if isinstance(content, dict) else type(content).__name__
         raise InputError(f"{path}: schema must be '{schema}'", str(found), what)
+    return content
+
+
+def checked(content: dict[str, Any], form: type, path: Path) -> dict[str, Any]:
+    """Return the content itself; raise `InputError` where it lacks what a `form` has, or has it in another type."""
+    structure(content, _adapter(form), str(path))
     return content
 
 

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import product
 from typing import Any, TypeAlias
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from stribeck.blind.comparable import same_law, true_values
 
@@ -44,11 +48,11 @@ def outcome(truth: Json, answer: Json, library: Sequence[str]) -> dict[str, Any]
     dict
         ``kind``: ``single`` or ``pair`` (all effects in the library), ``none``, or ``outside`` (an effect is not, with
         ``why``: ``unknown`` to any library, ``left_out`` or ``not_held``); ``first`` (the first named effect is the
-        hidden one), ``class`` (or lists it as equivalent), ``found`` (hidden effects in the class of any named one),
-        ``extra`` (names in whose class nothing hidden is), ``answer`` for the confusion matrix, ``statements``
-        (probability, whether so), ``joint`` and ``channel`` right or not (null: nothing to judge), ``intervals``.
-        ``strength`` with its ``bin`` is that of the weakest hidden effect, ``strength_left`` with its ``bin_left`` what
-        re-tuning within the tolerances leaves of it (null: not recorded in the key).
+        hidden one), ``class`` (or lists it as equivalent), ``found`` (hidden effects in the class of a named one, each
+        of a name of its own), ``extra`` (names in whose class nothing hidden is), ``answer`` for the confusion matrix,
+        ``statements`` (probability, whether so), ``joint`` and ``channel`` right or not (null: nothing to judge),
+        ``intervals``. ``strength`` with its ``bin`` is that of the weakest hidden effect, ``strength_left`` with its
+        ``bin_left`` what re-tuning within the tolerances leaves of it (null: not recorded in the key).
     """
     row: dict[str, Any] = {"kind": _kind(truth, answer, library), "why": _why(truth, answer, library)}
     row |= {"effects": [e["effect"] for e in truth["effects"]], "disturbed": bool(truth["disturbances"])}
@@ -99,7 +103,7 @@ def _judged(truth: Json, found: Json, answer: Json, library: Sequence[str]) -> d
     return {
         "named": [c["effect"] for c in named],
         "equivalent": {c["effect"]: list(class_of(c)) for c in named},
-        "found": [name for name, own in hits.items() if own],
+        "found": _found([e["effect"] for e in true], named),
         "extra": [c["effect"] for c in named if not accepted & set(class_of(c))],
         "first": bool(named) and named[0]["effect"] in names,
         "class": bool(named) and bool(names & set(class_of(named[0]))),
@@ -111,6 +115,15 @@ def _judged(truth: Json, found: Json, answer: Json, library: Sequence[str]) -> d
         "intervals": [row for e in true for c in hits[e["effect"]] for row in _intervals(c, e)],
         "closed": None if found["gap"]["closed"] is None else found["gap"]["closed"]["value"],
     }
+
+
+def _found(true: Sequence[str], named: Sequence[Json]) -> list[str]:
+    """Return as many hidden effects as there are names for, one to one; an effect's own name goes to it first."""
+    worth = np.zeros((len(true), len(named)))
+    for (i, name), (k, c) in product(enumerate(true), enumerate(named)):
+        if name in class_of(c):
+            worth[i, k] = 1.0 + (name == c["effect"]) / (1 + len(true))
+    return [true[i] for i, k in zip(*linear_sum_assignment(worth, maximize=True), strict=True) if worth[i, k]]
 
 
 def class_of(cause: Json) -> tuple[str, ...]:

@@ -91,8 +91,9 @@ def power(scored: Mapping[str, Any], opened: Opened, arm: Arm, runs: Sequence[st
     """Return the content of ``power.json`` from a score, its truths and what was to be recorded.
 
     ``effects`` holds for each effect ``revealed_from`` (the weakest level from which on at least half of the cases are
-    named; null: none), ``levels`` (named rate, mean strength), ``found`` and ``missed`` (the weakest case that was
-    named and the strongest that was not: strength, joint, parameters with units) and ``detection_limit`` (strength).
+    named; null: none), ``levels`` (named rate, mean strength and worth), ``found`` and ``missed`` (the weakest case
+    that was named and the strongest that was not: strength, worth, joint, parameters with units) and
+    ``detection_limit`` (strength); ``worth`` is the effect's share of the torque that moves the joint.
     ``not_recorded`` names the effects that no arm could be held with.
     """
     rows = [row for row in scored["rows"] if len(row["effects"]) == 1]
@@ -102,7 +103,7 @@ def power(scored: Mapping[str, Any], opened: Opened, arm: Arm, runs: Sequence[st
         found, missed = [r for r in own if r["found"]], [r for r in own if not r["found"]]
         effects[name] = {
             "revealed_from": _revealed_from(own, order.levels),
-            "levels": {level: _level([r for r in own if r["level"] == level]) for level in order.levels},
+            "levels": {level: _level([r for r in own if r["level"] == level], opened) for level in order.levels},
             "found": _example(found[0], opened, arm) if found else None,
             "missed": _example(missed[-1], opened, arm) if missed else None,
             "detection_limit": scored["effects"].get(name, {}).get("detection_limit"),
@@ -110,7 +111,10 @@ def power(scored: Mapping[str, Any], opened: Opened, arm: Arm, runs: Sequence[st
     return {
         "schema": SCHEMA,
         "version": scored["version"],
-        "units": {"strength": "effect torque over noise floor"},
+        "units": {
+            "strength": "effect torque over noise floor",
+            "worth": "effect torque over torque that moves the joint",
+        },
         "arm": arm.name,
         "runs": list(runs),
         "cases": len(scored["rows"]),
@@ -121,10 +125,19 @@ def power(scored: Mapping[str, Any], opened: Opened, arm: Arm, runs: Sequence[st
     }
 
 
-def _level(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    strengths = [float(row["strength"]) for row in rows]
-    mean = float(f"{sum(strengths) / len(strengths):.3g}") if strengths else None
-    return {"named": rate(bool(row["found"]) for row in rows), "strength": mean}
+def _level(rows: Sequence[Mapping[str, Any]], opened: Opened) -> dict[str, Any]:
+    found = rate(bool(row["found"]) for row in rows)
+    strengths, worths = [float(row["strength"]) for row in rows], [_worth(row, opened) for row in rows]
+    return {"named": found, "strength": _mean(strengths), "worth": _mean(worths)}
+
+
+def _worth(row: Mapping[str, Any], opened: Opened) -> float:
+    truth = opened.truths[row["case"]]
+    return float(truth["worth"][truth["effects"][0]["joint"]])
+
+
+def _mean(values: Sequence[float]) -> float | None:
+    return float(f"{sum(values) / len(values):.3g}") if values else None
 
 
 def _revealed_from(rows: Sequence[Mapping[str, Any]], levels: Sequence[str]) -> str | None:
@@ -145,7 +158,8 @@ def _example(row: Mapping[str, Any], opened: Opened, arm: Arm) -> dict[str, Any]
     units = {p.name: p.unit for p in known.parameters} if known else {}
     kind = arm.joints[0].kind
     parameters = {name: {"value": float(f"{v:.4g}"), "unit": unit_at(units[name], kind)} for name, v in values.items()}
-    return {"strength": row["strength"], "level": row["level"], "joint": effect["joint"], "parameters": parameters}
+    size = {"strength": row["strength"], "worth": _worth(row, opened)}
+    return {**size, "level": row["level"], "joint": effect["joint"], "parameters": parameters}
 
 
 def _fingerprint(arm: Arm, runs: Sequence[Run], order: Order, seed: int) -> dict[str, Any]:

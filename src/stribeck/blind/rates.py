@@ -76,7 +76,8 @@ def detection_limit(strengths: Sequence[float], found: Sequence[bool], seed: int
     Parameters
     ----------
     strengths : sequence of float
-        Effect torque over noise floor, of each case.
+        Effect torque over noise floor, of each case. One of strength 0 shows elsewhere, if at all, and says nothing of
+        a limit: it is left out.
     found : sequence of bool
         Whether it was named.
 
@@ -87,8 +88,9 @@ def detection_limit(strengths: Sequence[float], found: Sequence[bool], seed: int
         lies beyond the strengths that were tried, and the number is then the nearest one tried. None with fewer than
         four cases.
     """
-    x = np.log(np.maximum(np.asarray(strengths, dtype=float), 1e-3))
-    y = np.asarray(found, dtype=float)
+    strength = np.asarray(strengths, dtype=float)
+    x = np.log(np.maximum(strength[strength > 0.0], 1e-3))
+    y = np.asarray(found, dtype=float)[strength > 0.0]
     if len(x) < 4:
         return None
     rng = np.random.default_rng(seed)

@@ -57,7 +57,7 @@ def record(
     left_out: Annotated[int, typer.Option(min=0, help="Cases whose effect is withheld from the library.")] = 0,
     effects: Annotated[Names, typer.Option("--effects", metavar="NAME...", help="To draw from; default: all.")] = None,
     levels: Annotated[Names, typer.Option("--levels", metavar="NAME...", help="clear, medium, weak; all.")] = None,
-    joints: Annotated[int, typer.Option(min=0, max=4, help="Of every arm; 0: one or two, drawn.")] = 0,
+    joints: Annotated[int, typer.Option(min=0, max=4, help="Of every drawn arm; 0: one or two, drawn.")] = 0,
     arm: Annotated[
         Path | None, typer.Option("--arm", metavar="ARM", help="Record your own arm, not drawn ones.")
     ] = None,
@@ -71,6 +71,8 @@ def record(
     check_free(out)
     if bool(arm) != bool(runs):
         raise InputError("--arm and --runs belong together", "--arm" if arm else "--runs", "give both or none")
+    if arm and joints:
+        raise InputError("--joints is for drawn arms", f"--joints {joints} with --arm", "leave it out")
     own = _experiment(arm, runs) if arm and runs else None
 
     from stribeck.withheld.injections import KNOWN
@@ -186,7 +188,11 @@ def _experiment(arm: Path, runs: Sequence[Path]) -> tuple[Arm, list[Run]]:
 def _farm(jobs: int, cluster: str | None) -> Farm:
     from stribeck.blind.farm import Cluster, Processes
 
-    return Cluster(cluster) if cluster else Processes(jobs)
+    if not cluster:
+        return Processes(jobs)
+    farm = Cluster(cluster)
+    farm.check()  # before cases are recorded for it
+    return farm
 
 
 @contextmanager

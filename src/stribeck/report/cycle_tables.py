@@ -59,7 +59,7 @@ def method_table(answer: JointAnswer) -> Table:
     return Table(title, columns, tuple(rows), frozenset({2, 3, 4, 5}), note)
 
 
-def gain_facts(answer: JointAnswer, sample_time: float) -> Facts:
+def gain_facts(answer: JointAnswer) -> Facts:
     """Return gains, margins and limits of one joint."""
     gain, m, top = unit_text(gain_unit(answer)), answer.margins, answer.kp_max
     damping = unit_at("N m s/rad", answer.kind)

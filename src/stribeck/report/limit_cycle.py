@@ -104,7 +104,7 @@ def _sections(analysis: Analysis, pictures: list[list[Picture]]) -> list[Section
         sections.append(Bullets("Mind this", notes, "warning"))
     sections.append(verdict_table(analysis))
     for answer, mine in zip(analysis.joints, pictures, strict=True):
-        sections += [method_table(answer), gain_facts(answer, analysis.sample_time), *mine]
+        sections += [method_table(answer), gain_facts(answer), *mine]
     return [*sections, method_facts(analysis.sample_time), _files(pictures)]
 
 

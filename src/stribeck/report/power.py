@@ -82,9 +82,11 @@ def _table(power: Power) -> Table:
         "strongest that was missed",
     )
     note = (
-        "Clear effects are worth 10 to 25 % of the torque that moves the joint, medium ones 5 to 10 %, weak ones 1.5 "
-        "to 5 %; effects that live at rest or in few milliradians have sizes as they are met in practice. In brackets, "
-        "the strength: torque over noise floor. Flagged: not even revealed where clear."
+        "Sized to be worth 10 to 25 % of the torque that moves the joint where clear, 5 to 10 % where medium, 1.5 to "
+        "5 % where weak, within what can be built; what is clear is made stronger until re-tuning leaves three noise "
+        "floors of it. Effects that live at rest or in few milliradians have sizes as they are met in practice, half "
+        "the way of an axis that slides standing for a radian. In brackets: torque over noise floor below 15 Hz (the "
+        "strength), and what it was worth. Flagged: not even revealed where clear."
     )
     return Table("Effect by effect", columns, tuple(rows), frozenset(range(1, 1 + len(levels))), note)
 
@@ -96,7 +98,7 @@ def _rank(row: Power) -> int:
 def _count(level: Power) -> str:
     if not level["named"]["n"]:
         return "–"
-    return f"{level['named']['k']} of {level['named']['n']} ({number(level['strength'], 2)})"
+    return f"{level['named']['k']} of {level['named']['n']} ({_size(level)})"
 
 
 def _example(case: Power | None) -> str:
@@ -104,4 +106,8 @@ def _example(case: Power | None) -> str:
         return "–"
     values = [f"{words.clean(n)} {with_unit(p['value'], p['unit'])}" for n, p in case["parameters"].items()]
     place = f"joint {words.short(case['joint'])}"
-    return f"{', '.join([*values, place])} ({number(case['strength'], 2)})"
+    return f"{', '.join([*values, place])} ({_size(case)})"
+
+
+def _size(shown: Power) -> str:
+    return f"{number(shown['strength'], 2)}; {number(100.0 * shown['worth'], 2)}\u00a0%"

@@ -167,8 +167,9 @@ def _method(score: Score) -> Facts:
             ("Diagnosed by", _source(score)),
             ("Classes", _classes(score)),
             ("Strength", "torque that the hidden effect is worth along the motions, over what noise and filters "
-                         "leave unexplained without it; left of it: after the nominal values are re-tuned within "
-                         "their tolerances"),
+                         "leave unexplained without it, below 4, 8 or 15 Hz, where it is most: what shows above only "
+                         "has none, and may be named all the same; left of it: after the nominal values are re-tuned "
+                         "within their tolerances"),
             ("Library", f"{len(score['library'])} effects"),
             ("Time", f"{number(time['median'], 3)} s a case (median), {number(time['longest'], 3)} s at most; "
                      f"{number(time['processor_median'], 3)} s of one processor (median)"),

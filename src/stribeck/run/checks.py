@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stribeck.errors import InputError
 from stribeck.run.turns import turned_on
@@ -22,7 +23,7 @@ _LONGEST_STEP = 0.2  # s; no arm is controlled at under 5 Hz, but clocks in mill
 _SHORTEST_STEP = 2e-5  # s; none is recorded at 50 kHz, but clocks in minutes or hours come to such steps
 
 
-def check_time(t: Floats, path: Path, first_row: int) -> None:
+def check_time(t: Floats, path: Path, rows: NDArray[np.int_]) -> None:
     """Raise `InputError` unless there are enough samples and `t` increases strictly, by steps of a controlled arm.
 
     Parameters
@@ -31,8 +32,8 @@ def check_time(t: Floats, path: Path, first_row: int) -> None:
         s.
     path : path
         The file, for the message.
-    first_row : int
-        Number of the first sample's row in the file.
+    rows : (N,) array
+        Number of each sample's row in the file.
     """
     if len(t) < FEWEST_ROWS:
         what = f"{path}: has too few samples"
@@ -49,7 +50,7 @@ def check_time(t: Floats, path: Path, first_row: int) -> None:
     fault = "repeats the time of the row before" if now == before else "goes back in time"
     more = int(stopped.sum())
     do = "sort the rows by t and drop repeated ones" + (f" ({more} rows are like that)" if more > 1 else "")
-    raise InputError(f"{path}: column t, row {first_row + i} {fault}", f"{now!r} after {before!r}", do)
+    raise InputError(f"{path}: column t, row {rows[i]} {fault}", f"{now!r} after {before!r}", do)
 
 
 def _check_step(step: float, path: Path) -> None:

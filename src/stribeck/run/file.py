@@ -14,6 +14,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet
+from numpy.typing import NDArray
 
 from stribeck.errors import InputError
 from stribeck.outputs import whole_file
@@ -45,7 +46,7 @@ def load_run(path: Path | str, n_joints: int) -> Run:
     Returns
     -------
     Run
-        Its `warnings` name unused columns and doubtful units.
+        Its `warnings` name unused columns and doubtful units, and count rows that are there twice.
 
     Raises
     ------
@@ -55,7 +56,11 @@ def load_run(path: Path | str, n_joints: int) -> Run:
     path = Path(path)
     _check_suffix(path)
     numbers, extra = read_table(path, _chooser(path, n_joints))
-    check_time(numbers["t"], path, first_row=1 if path.suffix.lower() in _PARQUET else 2)
+    again = _again(numbers, extra)
+    if again.any():
+        numbers = {name: values[~again] for name, values in numbers.items()}
+        extra = None if extra is None else extra.filter(pa.array(~again))
+    check_time(numbers["t"], path, np.flatnonzero(~again) + (1 if path.suffix.lower() in _PARQUET else 2))
     t = numbers.pop("t")
     groups: dict[str, Any] = {
         key: _stack(numbers, [pattern.format(k + 1) for k in range(n_joints)])
@@ -64,7 +69,21 @@ def load_run(path: Path | str, n_joints: int) -> Run:
     }
     run = Run(name=path.name, t=t, extra=extra, **groups)
     unused = () if extra is None else (f"columns not used: {', '.join(extra.column_names)}",)
-    return dataclasses.replace(run, warnings=(*unused, *check_units(run, path)))
+    twice = (f"rows that repeat the one before in every column, left out: {again.sum()}",) if again.any() else ()
+    return dataclasses.replace(run, warnings=(*unused, *twice, *check_units(run, path)))
+
+
+def _again(numbers: Mapping[str, Floats], extra: pa.Table | None) -> NDArray[np.bool_]:
+    """Return which rows (N,) say the same as the one before, time included: a logger wrote them twice."""
+    rows = np.flatnonzero(np.diff(numbers["t"]) == 0.0) + 1
+    for values in numbers.values():
+        rows = rows[values[rows] == values[rows - 1]]
+    for column in () if extra is None else extra.columns:
+        now, before = (column.take(pa.array(some)).to_pylist() for some in (rows, rows - 1))
+        rows = rows[np.array([str(a) == str(b) for a, b in zip(now, before, strict=True)], dtype=bool)]
+    again = np.zeros(len(numbers["t"]), dtype=bool)
+    again[rows] = True
+    return again
 
 
 def save_run(run: Run, path: Path | str) -> None:

@@ -120,8 +120,10 @@ def _forward(arm: Arm, runs: Sequence[Run]) -> str:
 
 def possible(arm: Arm) -> tuple[str, ...]:
     """Return the known effects that can be hidden in an arm as it is."""
-    plain = all(joint.friction.C1 == 0.0 for joint in arm.joints)
-    return tuple(name for name in KNOWN if plain or name != "negative_damping")
+    falling = any(joint.friction.C1 != 0.0 for joint in arm.joints)
+    slides = any(joint.kind == "prismatic" for joint in arm.joints)
+    never = {"negative_damping": falling, "base_flexibility": slides}
+    return tuple(name for name in KNOWN if not never.get(name))
 
 
 def _tracked(run: Run) -> tuple[str, float, Array]:

@@ -20,7 +20,8 @@ Build: TypeAlias = Callable[[Stage], Params]
 class Scale:
     """How the strength of an effect is varied: from a drawn stage to parameters as a function of one number.
 
-    `range` bounds the number where it is measured; `levels` gives its range directly where it is not.
+    `range` bounds the number where it is measured; `levels` gives its range directly where it is not. Angles are those
+    of joints that turn; on an axis that slides, `Stage.radian` stands for a radian.
     """
 
     build: Build
@@ -30,7 +31,7 @@ class Scale:
 
 def _periodic(amplitude: Callable[[Stage], float], *harmonics: float, name: str = "amplitude") -> Build:
     def build(st: Stage) -> Params:
-        harmonic, phase, unit = st.one_of(*harmonics), st.phase(), amplitude(st)
+        harmonic, phase, unit = st.one_of(*harmonics) / st.radian, st.phase(), amplitude(st)
         return lambda s: {name: s * unit, "harmonic": harmonic, "phase": phase}
 
     return build
@@ -62,7 +63,7 @@ def _asymmetric(st: Stage) -> Params:
 
 
 def _negative(st: Stage) -> Params:
-    velocity, squared = st.between(0.05, 0.2), st.one_of(0.0, 1.0)
+    velocity, squared = st.between(0.05, 0.2) * st.radian, st.one_of(0.0, 1.0)
     return lambda s: {"amount": s * st.joint.friction.C0, "velocity": velocity, "squared": squared}
 
 
@@ -70,14 +71,14 @@ def _presliding(st: Stage) -> Params:
     inertia = st.inertia + st.joint.rotor_inertia
 
     def params(s: float) -> dict[str, float]:
-        stiffness = st.break_away / s
+        stiffness = st.break_away / (s * st.radian)
         return {"stiffness": stiffness, "damping": 0.4 * math.sqrt(stiffness * inertia)}
 
     return params
 
 
 def _dwell(st: Stage) -> Params:
-    time, distance = st.between(0.3, 2.0), st.between(0.005, 0.03)
+    time, distance = st.between(0.3, 2.0), st.between(0.005, 0.03) * st.radian
     renewed = st.one_of(distance, distance, 0.0)  # by a slide, or by the next rest alone
     return lambda s: {"rise": s * st.break_away, "time": time, "distance": renewed}
 
@@ -120,7 +121,7 @@ def _offset(st: Stage) -> Params:
 
 def _encoder_offset(st: Stage) -> Params:
     sign = st.one_of(-1.0, 1.0)
-    return lambda s: {"offset": sign * s}
+    return lambda s: {"offset": sign * s * st.radian}
 
 
 def _saturation(st: Stage) -> Params:
@@ -147,13 +148,13 @@ def _tilt(st: Stage) -> Params:
 
 
 def _cable(st: Stage) -> Params:
-    rest = float(st.rng.choice(st.angles)) + st.between(-0.3, 0.3)
-    cubic = st.one_of(0.0, 1.0) * st.between(1.0, 4.0)  # 1/rad^2
-    return lambda s: {"stiffness": s * st.torque, "rest": rest, "cubic": cubic * s * st.torque}
+    rest = float(st.rng.choice(st.angles)) + st.between(-0.3, 0.3) * st.radian
+    cubic = st.one_of(0.0, 1.0) * st.between(1.0, 4.0) / st.radian**2
+    return lambda s: {"stiffness": s * st.torque / st.radian, "rest": rest, "cubic": cubic * s * st.torque / st.radian}
 
 
 def _base(st: Stage) -> Params:
-    if not st.one_of(False, True) or not st.joint.length or st.joint.kind != "revolute":
+    if not st.one_of(False, True) or not st.joint.length:
         return lambda s: {"stiffness": st.stiffest(s, 4.0)}
     way, reach = st.phase(), st.joint.length
     return lambda s: {"stiffness": st.stiffest(s, 4.0) / reach**2, "direction": way}
@@ -168,8 +169,9 @@ def _contact(st: Stage) -> Params:
         return lambda s: {"stiffness": s * st.torque / length / (0.1 * length) ** exponent, **plane}
     side = st.one_of(-1.0, 1.0)
     place = float(np.quantile(st.angles, 0.85 if side > 0 else 0.15))
-    shared = {"position": place, "side": side, "damping": 0.4 if exponent > 1.0 else 0.0, "exponent": exponent}
-    return lambda s: {"stiffness": s * st.torque / 0.1**exponent, **shared}
+    damping = 0.4 / st.radian if exponent > 1.0 else 0.0
+    shared = {"position": place, "side": side, "damping": damping, "exponent": exponent}
+    return lambda s: {"stiffness": s * st.torque / (0.1 * st.radian) ** exponent, **shared}
 
 
 def _disturbance(st: Stage) -> Params:
@@ -186,7 +188,7 @@ def _supply(st: Stage) -> Params:
 
 
 def _sticky(st: Stage) -> Params:
-    centre, width = float(st.rng.choice(st.angles)), st.between(0.1, 0.25)
+    centre, width = float(st.rng.choice(st.angles)), st.between(0.1, 0.25) * st.radian
     return lambda s: {"torque": s * st.torque, "centre": centre, "width": width, "load": 0.25 * st.torque}
 
 
@@ -201,6 +203,7 @@ def _tendon(st: Stage) -> Params:
 
 
 _rms_torque: Callable[[Stage], float] = lambda st: st.torque  # noqa: E731
+_radian: Callable[[Stage], float] = lambda st: st.radian  # noqa: E731
 
 SCALES: dict[str, Scale] = {
     "asymmetric_friction": Scale(_asymmetric, (0.02, 1.2)),
@@ -229,12 +232,12 @@ SCALES: dict[str, Scale] = {
     "torque_ripple": Scale(_overtones(lambda st: 1.0, 4.0, 6.0, 8.0, 12.0, name="ratio"), (0.02, 0.6)),
     "joint_flexibility": Scale(lambda st: lambda s: {"stiffness": st.stiffest(s, 5.0)}, (1e-4, 0.3)),
     "backlash": Scale(
-        _simple("gap"), levels={"clear": (1.5e-2, 4e-2), "medium": (5e-3, 1.5e-2), "weak": (1e-3, 5e-3)}
+        _simple("gap", _radian), levels={"clear": (1.5e-2, 4e-2), "medium": (5e-3, 1.5e-2), "weak": (1e-3, 5e-3)}
     ),
-    "encoder_eccentricity": Scale(_overtones(lambda st: 1.0, 1.0, 2.0), (1e-3, 0.04)),
+    "encoder_eccentricity": Scale(_overtones(_radian, 1.0, 2.0), (1e-3, 0.04)),
     "encoder_offset": Scale(_encoder_offset, (3e-3, 0.4)),
     "encoder_quantisation": Scale(
-        _simple("resolution"), levels={"clear": (3e-3, 9e-3), "medium": (1e-3, 3e-3), "weak": (3e-4, 1e-3)}
+        _simple("resolution", _radian), levels={"clear": (3e-3, 9e-3), "medium": (1e-3, 3e-3), "weak": (3e-4, 1e-3)}
     ),
     "velocity_filter": Scale(
         _simple("time"), levels={"clear": (0.03, 0.08), "medium": (0.01, 0.03), "weak": (0.003, 0.01)}

@@ -3,8 +3,9 @@
 Most effects are sized by measurement: their strength is changed until the torque that they are worth along the
 motions (`measure.relative_gap`) is a drawn share of the torque that moves the joint. Some are worth little torque
 anywhere however strong they are (they live in a few milliradians, at rest, or in another channel); these have
-strengths as they are met in practice. Every strength stays within what can be built; where that is too little for
-the share asked for, the effect is weaker than its level says, and the case notes what it is worth.
+strengths as they are met in practice, on an axis that slides in parts of its way (`Stage.radian`). Every strength
+stays within what can be built; where that is too little for the share asked for, the effect is weaker than its level
+says, and the case notes what it is worth.
 
 What is clear must be so to somebody who does not know the arm: a share of the torque that re-tuning takes in (a payload
 within the tolerance of the last link's mass) shows nothing. Such an effect is made stronger until enough is left of it,

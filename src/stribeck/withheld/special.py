@@ -73,7 +73,9 @@ def presliding(plant: Plant, k: int, p: Params) -> Plant:
 
 
 def _outboard_inertia(plant: Plant, k: int) -> float:
-    """Inertia of everything beyond joint k about its axis, the chain stretched, kg m^2."""
+    """Inertia of everything beyond joint k about its axis, the chain stretched, kg m^2; mass on an axis that slides."""
+    if plant.get_world("prismatic"):
+        return plant.get(k, "mass")
     reach, total = 0.0, 0.0
     for i in range(k, plant.n):
         x, y = reach + plant.get(i, "com_x"), plant.get(i, "com_y")
@@ -147,8 +149,8 @@ def soft_base(plant: Plant, k: int, p: Params) -> Plant:
     """
     if math.isinf(p["stiffness"]):
         return plant
+    _in_plane(plant, "base_flexibility")
     if not math.isnan(p["direction"]):
-        _in_plane(plant, "base_flexibility")
         arm = sum(plant.get(k, "mass") for k in range(plant.n))
         mass = arm if math.isnan(p["mass"]) else p["mass"]
         damping = 0.06 * math.sqrt(p["stiffness"] * (mass + arm)) if math.isnan(p["damping"]) else p["damping"]
@@ -164,7 +166,7 @@ def soft_base(plant: Plant, k: int, p: Params) -> Plant:
 
 def _in_plane(plant: Plant, effect: str) -> None:
     if plant.get_world("prismatic"):
-        raise StribeckError(f"{effect} has no direction on an axis that slides", "direction", "leave it out")
+        raise StribeckError(f"{effect} needs an arm that turns", "an axis that slides", "leave it out")
 
 
 def wall(plant: Plant, k: int, p: Params) -> Plant:
@@ -183,6 +185,7 @@ def sloshing(plant: Plant, k: int, p: Params) -> Plant:
     """Let a part of the link's mass swing on a short pendulum with a weak spring; at rest nothing changes."""
     if p["mass"] == 0.0:
         return plant
+    _in_plane(plant, "sloshing_mass")
     mass, length = plant.get(k, "mass"), plant.get(k, "length")
     arm = 0.5 * length if math.isnan(p["arm"]) else p["arm"]
     swing = 0.2 * length if math.isnan(p["length"]) else p["length"]

@@ -37,6 +37,9 @@ class Stage:
         About its axis, the arm stretched, rotor apart, kg m^2.
     vertical : bool
         Whether the arm feels gravity.
+    radian : float
+        What stands for a radian in sizes as they are met at joints that turn: 1, on an axis that slides half the way
+        that it is moved, m.
     rng : numpy.random.Generator
         Source of phases, harmonics and places.
     """
@@ -51,6 +54,7 @@ class Stage:
     tips: NDArray[np.complex128] | None
     inertia: float
     vertical: bool
+    radian: float
     rng: np.random.Generator
 
     @property
@@ -72,7 +76,7 @@ class Stage:
 
     def stiffest(self, twist: float, slowest: float) -> float:
         """Stiffness that gives way by `twist`, rad, under the rms torque, resonating no slower than `slowest`, Hz."""
-        return max(self.torque / twist, self.inertia * (2.0 * math.pi * slowest) ** 2)
+        return max(self.torque / (twist * self.radian), self.inertia * (2.0 * math.pi * slowest) ** 2)
 
 
 def stage_of(arm: Arm, k: int, motions: Sequence[Motion], rng: np.random.Generator) -> Stage:
@@ -97,5 +101,6 @@ def stage_of(arm: Arm, k: int, motions: Sequence[Motion], rng: np.random.Generat
         tips=np.exp(1j * np.cumsum(q, axis=1)) @ [joint.length for joint in arm.joints] if arm.n > 1 else None,
         inertia=max(1e-9, inertia - joint.rotor_inertia),
         vertical=math.hypot(*arm.gravity) > 1.0,
+        radian=1.0 if joint.kind == "revolute" else max(1e-6, 0.5 * float(np.ptp(q[:, k]))),
         rng=rng,
     )

@@ -155,7 +155,7 @@ def test_places_share_the_whole_gap(prepared: Prepared) -> None:
         (4, {"actuator": 1.0}),  # what is left is less than the noise
     ):
         told = {}
-        for place in places(prepared, models[:count], noise, (), 0):
+        for place in places(prepared, models[:count], noise, 0):
             assert place.share.low <= place.share.value <= place.share.high
             told[place.channel] = told.get(place.channel, 0.0) + place.share.value
         assert told == pytest.approx(shares, abs=0.05)

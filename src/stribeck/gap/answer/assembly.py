@@ -104,7 +104,6 @@ class Assembly:
         told = self.heard
         stages, missing = stages_of(prepared, self.given, chain, [self._held(m) for m in chain], told.floor)
         recordings = recordings_of(told.prepared, self.base, final, told.floor)
-        regions_ = regions(prepared, self.base.held, final.held, told.rows, self.seed)
         return Diagnosis(
             arm=arm.name,
             joints=arm.names,
@@ -115,8 +114,8 @@ class Assembly:
             horizon=HORIZON,
             stages=stages,
             closed=closed,
-            where=places(prepared, chain, told.rows, regions_, self.seed),
-            regions=regions_,
+            where=places(prepared, chain, told.rows, self.seed),
+            regions=regions(prepared, self.base.held, final.held, told.rows, self.seed),
             recordings=recordings,
             causes=tuple(causes),
             candidates=candidates_of(self.steps, arm.names),

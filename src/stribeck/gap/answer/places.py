@@ -11,16 +11,14 @@ from stribeck.gap.fitted.model import Model
 from stribeck.gap.records.blocks import block_sums, resampled
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.records.regions import motion_masks
-from stribeck.gap.result import Estimate, Place, Region
+from stribeck.gap.result import Estimate, Place
 
 DRAWS = 300
 LEAST_SHARE = 0.02
 UNNAMED = "unknown"
 
 
-def places(
-    prepared: Prepared, models: Sequence[Model], noise: np.ndarray, regions: Sequence[Region], seed: int
-) -> tuple[Place, ...]:
+def places(prepared: Prepared, models: Sequence[Model], noise: np.ndarray, seed: int) -> tuple[Place, ...]:
     """Return the shares of the re-tuned model's gap, largest first.
 
     Each named effect takes the squared residual over the noise that its step removed, joint by joint, under its own

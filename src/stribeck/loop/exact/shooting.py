@@ -101,14 +101,14 @@ def _attempt(rounds: Rounds, watch: int, place: Place, history: np.ndarray, know
     size = 0.5 * float(mine["high"][-4:].max() - mine["low"][-4:].min())
     section = ReturnMap(rounds, watch, place, fold_of(mine["deviation"], 1e-3 * size))
     z = section.coordinates(place)
-    fixed = solve(section, z, _scale(section, z, size))
+    fixed = solve(section, z, _scale(z, size))
     if fixed is None or abs(fixed.multipliers[0]) > 1.0 - _NEUTRAL:  # as of a joint that sticks and winds up
         return None
     whole = fixed.turns[fixed.turns["joint"] == watch]
     return fixed if 0.5 * float(whole["high"].max() - whole["low"].min()) > TINY else None
 
 
-def _scale(section: ReturnMap, z: Floats, size: float) -> Floats:
+def _scale(z: Floats, size: float) -> Floats:
     return np.maximum(np.abs(z), 0.1 * max(size, TINY))
 
 
@@ -117,4 +117,4 @@ def _drawn_in(rounds: Rounds, watch: int, place: Place, fixed: Fixed) -> bool:
     here, there = section.coordinates(place), section.coordinates(fixed.place)
     mine = fixed.turns[fixed.turns["joint"] == watch]
     size = 0.5 * float(mine["high"].max() - mine["low"].min())
-    return bool(np.max(np.abs(here - there) / _scale(section, there, size)) < _NEAR)
+    return bool(np.max(np.abs(here - there) / _scale(there, size)) < _NEAR)

@@ -132,6 +132,7 @@ static void slide_along(const Plant *p, const double *x, const double *v, double
 static int rigid(const Plant *p, const double *x, const double *v, double *needed, double inverse[MAX_BODIES][MAX_BODIES]) {
     const Tree *tree = &p->tree;
     if (p->world->prismatic > 0.0) {
+        if (p->free != 1) return 0; /* nothing can hang on it, nor it on anything */
         needed[0] = -tree->mass[0] * p->world->gravity_x;
         inverse[0][0] = 1.0 / (tree->mass[0] + tree->rotor[0]);
         return 1;
