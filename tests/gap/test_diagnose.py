@@ -161,6 +161,14 @@ def test_no_effect_no_gap() -> None:
     assert not any(candidate.chosen for candidate in d.candidates)
 
 
+def test_no_joint_is_blamed_for_what_the_noise_leaves() -> None:
+    """A residual above its floor by a few per cent has shares, but they are of nothing."""
+    d = diagnose(NOMINAL, recorded(noise=3e-5), jobs=1, leave_out=FEW)
+    retuned, floor = (stage.torque["A"] for stage in d.stages[-2:])
+    assert retuned > floor
+    assert (d.verdict, d.where) == ("no_gap", ())
+
+
 def test_missing_candidate_is_not_replaced_by_another() -> None:
     d = without_its_cause()
     assert d.verdict in ("unexplained", "partly_explained")

@@ -14,15 +14,13 @@ NAMED_JOINTS = 3  # joints whose numbers a sentence still carries; more are in t
 
 def where(diagnosis: Diagnosis) -> str:
     """Return the joint and region that hold most of the gap."""
-    if diagnosis.verdict == "no_gap":
+    places = sorted(diagnosis.where, key=lambda place: -place.share.value)
+    if diagnosis.verdict == "no_gap" or not places:
         return (
             "Nowhere beyond the noise: once the nominal values are re-tuned within their tolerances, "
             "what is left on the held-out runs cannot be told from noise."
             f"{_before_measurement(diagnosis)}"
         )
-    places = sorted(diagnosis.where, key=lambda place: -place.share.value)
-    if not places:
-        return "The gap that re-tuning leaves is spread: no joint or region holds a clear share of it."
     first = f"{percent_interval(places[0].share)} of the gap that re-tuning leaves lies {_place(diagnosis, places[0])}"
     if len(places) == 1:
         return f"{first}.{_before_measurement(diagnosis)}"

@@ -90,6 +90,7 @@ class Assembly:
         causes = [self._with_details(cause, chain if cause.effect in in_torque else self.models) for cause in causes]
         final = chain[-1]
         verdict, causes = self._verdict(final, in_torque, causes, left_over)
+        silent = verdict == "no_gap"
         closed = self._closes(self.base, final) if in_torque and self._any_gap() else None
         verdict, causes = with_observed(verdict, causes, self.seen.causes, len(in_torque))
         named = (*(cause.effect for cause in self.seen.causes), *in_torque)
@@ -115,7 +116,7 @@ class Assembly:
             horizon=HORIZON,
             stages=stages,
             closed=closed,
-            where=places(prepared, chain, told.rows, regions_, self.seed),
+            where=() if silent else places(prepared, chain, told.rows, regions_, self.seed),
             regions=regions_,
             recordings=recordings,
             causes=tuple(causes),
