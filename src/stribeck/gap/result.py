@@ -38,12 +38,17 @@ class Stage:
 
 @dataclass(frozen=True)
 class Place:
-    """A share of the squared residual of the re-tuned model: one joint, one stage of the path, one region."""
+    """A share of the squared residual of the re-tuned model: one joint, one stage of the path, one region.
+
+    ``channels`` are all stages in which it may be, ``channel`` first: those of the effects that the data cannot tell
+    from the one that takes the share.
+    """
 
     joint: str
     channel: str
     region: str
     share: Estimate
+    channels: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

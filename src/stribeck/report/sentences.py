@@ -134,8 +134,9 @@ def _rms(diagnosis: Diagnosis) -> str:
 
 
 def _place(diagnosis: Diagnosis, place: Place) -> str:
-    """Return joint, stage and densest region; where nothing is named the stage is a likeness, not a claim."""
-    name = words.clean(place.channel).replace("_", " ")
+    """Return joint, possible stages and densest region; where nothing is named a stage is a likeness, not a claim."""
+    possible = place.channels or (place.channel,)
+    name = words.listing([words.clean(channel).replace("_", " ") for channel in possible], "or")
     if name in ("", "unknown", "none"):
         stage = ", of unknown origin" if diagnosis.named else ""
     else:

@@ -91,6 +91,7 @@ class Assembly:
         final = chain[-1]
         verdict, causes = self._verdict(final, in_torque, causes, left_over)
         silent = verdict == "no_gap"
+        alike = {cause.effect: cause.equivalent for cause in causes}
         closed = self._closes(self.base, final) if in_torque and self._any_gap() else None
         verdict, causes = with_observed(verdict, causes, self.seen.causes, len(in_torque))
         named = (*(cause.effect for cause in self.seen.causes), *in_torque)
@@ -116,7 +117,7 @@ class Assembly:
             horizon=HORIZON,
             stages=stages,
             closed=closed,
-            where=() if silent else places(prepared, chain, told.rows, regions_, self.seed),
+            where=() if silent else places(prepared, chain, told.rows, alike, self.seed),
             regions=regions_,
             recordings=recordings,
             causes=tuple(causes),
