@@ -133,7 +133,7 @@ def test_what_is_said_of_a_named_effect_is_what_is_written(monkeypatch: pytest.M
     assert told == pytest.approx(dict(entry.parameters["A"]))
     assert d.closed is not None
     assert named.closes is not None
-    assert named.closes.value == pytest.approx(d.closed.value)
+    assert named.closes == d.closed
 
 
 def test_stages_shrink_to_the_floor() -> None:

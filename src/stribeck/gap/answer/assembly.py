@@ -24,12 +24,14 @@ from stribeck.gap.answer.verdict import (
     NONE_OVER,
     causes_of,
     closable,
-    closes_estimate,
+    closed_again,
+    closure,
     named_of,
     no_gap_probability,
     shaken,
     suspected,
     with_idle,
+    with_interval,
     with_observed,
 )
 from stribeck.gap.answer.where import regions
@@ -92,7 +94,7 @@ class Assembly:
         verdict, causes = self._verdict(final, in_torque, causes, left_over)
         silent = verdict == "no_gap"
         alike = {cause.effect: cause.equivalent for cause in causes}
-        closed = self._closes(self.base, final) if in_torque and self._any_gap() else None
+        closed = self._closes(final) if in_torque and self._any_gap() else None
         verdict, causes = with_observed(verdict, causes, self.seen.causes, len(in_torque))
         named = (*(cause.effect for cause in self.seen.causes), *in_torque)
         every = (*prepared.fit, *prepared.held)
@@ -195,9 +197,7 @@ class Assembly:
         """Return the verdict, and the causes with what is left for ``none`` and ``unknown``."""
         ratio = float(np.max(np.sqrt(np.mean(self._held(final) ** 2, axis=0)) / self.heard.floor))
         if named:
-            verdict = (
-                "explained" if ratio < AT_FLOOR or self._closes(self.base, final).value > 0.9 else "partly_explained"
-            )
+            verdict = "explained" if ratio < AT_FLOOR or self._closes(final).value > 0.9 else "partly_explained"
             return verdict, [*causes, Cause("unknown", left_over)]
         silent = no_gap_probability(self.steps[0], self.prepared.noise, self.floor, self.prepared.scales)
         none = silent * max(left_over - doubt(self.steps), 0.0)
@@ -217,8 +217,15 @@ class Assembly:
         models = open_question(self.steps, unexplained=unexplained) if ambiguous or unexplained else ()
         return next_experiment(self.prepared, models, self.floor, as_it_is=unexplained) if models else None
 
-    def _closes(self, before: Model, after: Model) -> Estimate:
-        return closes_estimate(self._held(before), self._held(after), self.heard.floor, self.block, self.draws)
+    def _closes(self, model: Model) -> Estimate:
+        """Return the part of the closable gap that a model closes, joints scaled by their floor."""
+        value, *drawn = self._closed(model)
+        return with_interval(value, drawn)
+
+    def _closed(self, model: Model) -> np.ndarray:
+        """Return that part for the rows as they are, and for each draw of their blocks: an array (1 + draws,)."""
+        held = self._held(self.base), self._held(model), self.heard.floor
+        return np.array([closure(*held), *closed_again(*held, self.block, self.draws)])
 
     def _any_gap(self) -> bool:
         """Return whether re-tuning leaves more than noise on the held-out runs: of less, nothing is to be closed."""
@@ -238,12 +245,11 @@ class Assembly:
 
     def _closed_by(self, effect: str, chain: Sequence[Model]) -> Estimate:
         """Return the part of the whole closable gap that an effect's own steps close, joints scaled by their floor."""
-        pairs = [(before, after) for before, after in pairwise(chain) if after.placed[-1].effect.name == effect]
-        closed = [Estimate(0.0, 0.0, 0.0), *(self._closes(self.base, model) for model in chain[1:])]
-        at = {id(model): estimate for model, estimate in zip(chain, closed, strict=True)}
-        value = min(sum(at[id(after)].value - at[id(before)].value for before, after in pairs), 1.0)
-        spread = max((at[id(after)].high - at[id(after)].low) / 2 for _, after in pairs)
-        return Estimate(value, value - spread, min(value + spread, 1.0))  # nothing closes more than the whole
+        closed = [np.zeros(1 + len(self.draws)), *(self._closed(model) for model in chain[1:])]
+        steps = zip(chain[1:], pairwise(closed), strict=True)
+        own = [after - before for model, (before, after) in steps if model.placed[-1].effect.name == effect]
+        value, *drawn = np.minimum(np.sum(own, axis=0), 1.0)  # nothing closes more than the whole
+        return with_interval(value, drawn)
 
 
 def _laws(placed: Sequence[Placed]) -> list[tuple[str, int, str]]:

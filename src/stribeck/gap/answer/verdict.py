@@ -228,9 +228,19 @@ def closes_estimate(
     before: np.ndarray, after: np.ndarray, floor: np.ndarray, block: np.ndarray, draws: np.ndarray
 ) -> Estimate:
     """Return the closed part with its 95 % interval by Bayesian bootstrap over blocks."""
+    return with_interval(closure(before, after, floor), closed_again(before, after, floor, block, draws))
+
+
+def with_interval(value: float, drawn: np.ndarray | Sequence[float]) -> Estimate:
+    """Return a value with the 95 % interval of what it is where the blocks are drawn again."""
+    return Estimate(float(value), float(np.quantile(drawn, 0.025)), float(np.quantile(drawn, 0.975)))
+
+
+def closed_again(
+    before: np.ndarray, after: np.ndarray, floor: np.ndarray, block: np.ndarray, draws: np.ndarray
+) -> np.ndarray:
+    """Return the closed part for each of the weights (draws, blocks) by which the blocks are drawn again."""
     count = np.bincount(block).astype(float)
     first = draws @ block_sums(before**2, block) / (draws @ count)[:, None] / floor**2 - 1.0
     last = draws @ block_sums(after**2, block) / (draws @ count)[:, None] / floor**2 - 1.0
-    part = 1.0 - np.maximum(last.sum(axis=1), 0.0) / np.maximum(first.sum(axis=1), 1e-9)
-    value = closure(before, after, floor)
-    return Estimate(value, float(np.quantile(part, 0.025)), float(np.quantile(part, 0.975)))
+    return np.asarray(1.0 - np.maximum(last.sum(axis=1), 0.0) / np.maximum(first.sum(axis=1), 1e-9))
