@@ -31,8 +31,8 @@ def delivered_table(diagnosis: Diagnosis) -> Table | None:
     columns = ("at", "gain", between, f"offset, {unit}", between, "delay, ms", between, f"left, {unit}", "of the gap")
     note = (
         f"Measured {effort} as gain times the commanded one, late by the delay, plus the offset, and what that leaves, "
-        "rms. A delay of up to one sample may be the logging's. Of the gap: what is gone of it on held-out runs with "
-        f"the measured {effort} in the command's place; it arises before the measurement."
+        "rms. A delay of up to one sample may be the logging's. Of the gap: what is gone of it on the "
+        f"{words.held(diagnosis)} with the measured {effort} in the command's place; it arises before the measurement."
     )
     title = f"Measured beside commanded {effort}"
     return Table(title, columns, rows, frozenset(range(1, len(columns))), note) if rows else None

@@ -18,7 +18,7 @@ def where(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "no_gap" or not places:
         return (
             "Nowhere beyond the noise: once the nominal values are re-tuned within their tolerances, "
-            "what is left on the held-out runs cannot be told from noise."
+            f"what is left on the {words.held(diagnosis)} cannot be told from noise."
             f"{_before_measurement(diagnosis)}"
         )
     first = f"{percent_interval(places[0].share)} of the gap that re-tuning leaves lies {_place(diagnosis, places[0])}"
@@ -92,7 +92,7 @@ def how_far(diagnosis: Diagnosis) -> str:
         return f"No part of a {words.effort(diagnosis)} gap counts as closed. {rms}{random}"
     what = "it closes" if len(diagnosis.named) == 1 else "together they close"
     part = f"{percent_interval(diagnosis.closed)} of the {words.effort(diagnosis)} gap"
-    return f"Added to the model, {what} {part} above the noise floor, on runs that were not fitted. {rms}{random}"
+    return f"Added to the model, {what} {part} above the noise floor, on {words.unfitted(diagnosis)}. {rms}{random}"
 
 
 def _random(diagnosis: Diagnosis) -> str:
