@@ -20,6 +20,7 @@ from stribeck.gap.answer.stages import HORIZON, stages_of, told_worse
 from stribeck.gap.answer.values import laws_of, parameters_of, tuned_of
 from stribeck.gap.answer.verdict import (
     AT_FLOOR,
+    EXPLAINED,
     NAMED_OVER,
     NONE_OVER,
     causes_of,
@@ -197,7 +198,7 @@ class Assembly:
         """Return the verdict, and the causes with what is left for ``none`` and ``unknown``."""
         ratio = float(np.max(np.sqrt(np.mean(self._held(final) ** 2, axis=0)) / self.heard.floor))
         if named:
-            verdict = "explained" if ratio < AT_FLOOR or self._closes(final).value > 0.9 else "partly_explained"
+            verdict = "explained" if ratio < AT_FLOOR or self._closes(final).value > EXPLAINED else "partly_explained"
             return verdict, [*causes, Cause("unknown", left_over)]
         silent = no_gap_probability(self.steps[0], self.prepared.noise, self.floor, self.prepared.scales)
         none = silent * max(left_over - doubt(self.steps), 0.0)

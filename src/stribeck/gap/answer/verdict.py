@@ -21,6 +21,7 @@ from stribeck.model.layout import Placed
 from stribeck.model.scale import Scale
 
 AT_FLOOR = 1.4  # residual over noise floor up to which nothing is left to explain
+EXPLAINED = 0.9  # of the closable gap: from there on nothing is left to explain, either
 # residual over noise floor up to which there is no gap, next to nothing of the torque and much of it: of 200 sealed
 # cases without effect some were left with 1.3 to 1.7 floors where that was below SLIGHT of the torque, none above
 SILENT_TO, SILENT_OF_MUCH = 1.6, 1.25
