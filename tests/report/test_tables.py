@@ -122,6 +122,14 @@ def test_what_was_tried_but_not_named_is_not_said_to_be_added(diagnosis):
         assert "chosen" not in text
 
 
+def test_what_an_experiment_hardly_promises_is_no_number(diagnosis):
+    gain = {"t": 2.3e-07, "t_d_optimal": 2.6e-07, "t_random": 4.0, "probability_resolved": 0.18}
+    section = tables.next_experiment(replace(diagnosis(), next_experiment={"expected_gain": gain}))
+    said = dict(section.pairs)["expected gain"]
+    assert "comes out less than 0.1 standard deviations from the next one (by a D-optimal motion less than" in said
+    assert "by one at random 4" in said
+
+
 def test_names_of_files_and_joints_stay_as_they_are_in_the_next_experiment(diagnosis):
     told = {
         "what": "Record slow ramp reversals, joint x_axis_1 alone",

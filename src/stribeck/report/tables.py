@@ -153,11 +153,16 @@ def next_experiment(diagnosis: Diagnosis) -> Facts | None:
 
 def _promise(gain: Mapping[str, float]) -> str:
     """Return what the next experiment promises as a sentence."""
+    apart, classic, random = (_deviations(gain[key]) for key in ("t", "t_d_optimal", "t_random"))
     return (
-        f"The likeliest, if it is true, comes out {number(gain['t'])} standard deviations from the next one (by a "
-        f"D-optimal motion {number(gain['t_d_optimal'])}, by one at random {number(gain['t_random'])}); whichever it "
-        f"is, that is told with probability {probability(gain['probability_resolved'])}."
+        f"The likeliest, if it is true, comes out {apart} standard deviations from the next one (by a D-optimal motion "
+        f"{classic}, by one at random {random}); whichever it is, that is told with probability "
+        f"{probability(gain['probability_resolved'])}."
     )
+
+
+def _deviations(t: float) -> str:
+    return "less than 0.1" if t < 0.1 else number(t)
 
 
 def laws(diagnosis: Diagnosis) -> Laws | None:

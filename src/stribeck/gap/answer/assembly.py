@@ -36,7 +36,7 @@ from stribeck.gap.answer.verdict import (
     with_observed,
 )
 from stribeck.gap.answer.where import regions
-from stribeck.gap.experiment.proposal import Experiment, next_experiment, open_question
+from stribeck.gap.experiment.proposal import Experiment, next_experiment, open_question, told_inseparable
 from stribeck.gap.fitted.corrected import arm_of
 from stribeck.gap.fitted.model import Model, fit_model, weights_of
 from stribeck.gap.fitted.noisy import put_back
@@ -104,7 +104,7 @@ class Assembly:
             "retuned": arm_of(arm, self.base.fit, self.base.placed),
             "corrected": arm_of(arm, final.fit, (*on_average(final.placed, every), *self.seen.placed)),
         }
-        experiment = self._experiment(causes, unexplained=verdict == "unexplained")
+        experiment, inseparable = self._experiment(causes, unexplained=verdict == "unexplained")
         tuned = tuned_of(self.base, prepared, self.floor)
         told = self.heard
         stages, missing = stages_of(prepared, self.given, chain, [self._held(m) for m in chain], told.floor)
@@ -134,6 +134,7 @@ class Assembly:
                 *told_ordinary(self.base, placed_effects(arm), arm),
                 *told_unnamed(self.steps, prepared.scales, arm),
                 *told_off_the_line(arm, causes, named),
+                *inseparable,
             ),
             warnings=(
                 *prepared.warnings,
@@ -212,11 +213,12 @@ class Assembly:
             return "unexplained", [*causes, nothing, Cause("unknown", rest)]
         return "unexplained", [nothing, *suspected(self.steps[-1], rest, self.prepared.arm.names)]
 
-    def _experiment(self, causes: Sequence[Cause], *, unexplained: bool) -> Experiment | None:
-        """Return what would tell apart what these data cannot, where there is such a question."""
+    def _experiment(self, causes: Sequence[Cause], *, unexplained: bool) -> tuple[Experiment | None, list[str]]:
+        """Return what would tell apart what these data cannot, where there is such a question; a note if nothing is."""
         ambiguous = any((c.presence or 0.0) > NAMED_OVER and len(c.equivalent) > 1 for c in causes)
         models = open_question(self.steps, unexplained=unexplained) if ambiguous or unexplained else ()
-        return next_experiment(self.prepared, models, self.floor, as_it_is=unexplained) if models else None
+        found = next_experiment(self.prepared, models, self.floor, as_it_is=unexplained) if models else None
+        return found, [] if found or unexplained else told_inseparable(models, self.prepared.arm.names)
 
     def _closes(self, model: Model) -> Estimate:
         """Return the part of the closable gap that a model closes, joints scaled by their floor."""
