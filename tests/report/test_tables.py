@@ -43,6 +43,7 @@ def test_measured_torque_is_told_beside_the_commanded_one(diagnosis):
     rows = (
         Delivered("A", gain, offset, delay, 0.05, Estimate(0.62, 0.5, 0.7)),
         Delivered("B", gain, offset, delay, 0.05),
+        Delivered("C", Estimate(0.1, -0.2, 0.4), offset, delay, 0.05),
     )
     made = replace(diagnosis("unexplained"), delivered=rows)
     table = delivered_table(made)
@@ -57,7 +58,7 @@ def test_measured_torque_is_told_beside_the_commanded_one(diagnosis):
         "11.0 to 13.0",
         "0.0500",
     )
-    assert [row.cells[-1] for row in table.rows] == ["62\u00a0% (50 to 70\u00a0%)", "no gap"]
+    assert [row.cells[-1] for row in table.rows] == ["62\u00a0% (50 to 70\u00a0%)", "no gap", "not known"]
     assert "By the measured torque, the actuator accounts for 62" in sentences.where(made)
     slight = replace(rows[0], share=Estimate(0.04, 0.03, 0.05))
     assert "actuator" not in sentences.where(replace(made, delivered=(slight,)))

@@ -145,7 +145,8 @@ class Delivered:
 
     ``gain``, ``offset`` and ``delay`` lead from the command to it, ``left`` is what they leave, rms in the unit of
     torque. ``share`` is the part of the gap that re-tuning leaves which lies before the measurement: gone where the
-    measured torque stands in for the command (None: there is no gap).
+    measured torque, without that gain and offset, stands in for the command (None: there is no gap, or the measured
+    torque does not follow the command).
     """
 
     joint: str
