@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -258,6 +259,9 @@ def written(tmp_path_factory):
         "class": lambda: make_diagnosis(candidates=12, equivalent=("presliding", "backlash"), duration=4.0),
         "partly_explained": lambda: make_diagnosis("partly_explained", joints=("J1",), kind="prismatic", candidates=8),
         "unexplained": lambda: make_diagnosis("unexplained", candidates=6, duration=4.0),
+        "single": lambda: replace(
+            make_diagnosis(joints=("A",), candidates=6, runs=("run_00.csv",), duration=4.0), fit_runs=("run_00.csv",)
+        ),
         "hostile": lambda: make_diagnosis(
             joints=(HOSTILE, f"B{HOSTILE}"), arm=HOSTILE, runs=(HOSTILE,), candidates=6, duration=4.0
         ),

@@ -65,6 +65,20 @@ def test_titles_state_the_finding(diagnosis):
     assert re.fullmatch(r"B holds \d+ % of the gap; \d+ % of that lies at velocity reversals", findings[4])
 
 
+def test_title_of_the_first_figure_says_what_is_left_in_it(diagnosis):
+    """Whatever the verdict: what is drawn decides."""
+    made = diagnosis("partly_explained", duration=3.0)
+    follows = "With presliding, the model follows run_0"
+    assert finding_of(measured_figure(made)).startswith(follows)
+    worse = tuple(
+        replace(x, corrected=x.measured - np.array([0.1, 0.7]) * (x.measured - x.retuned)) for x in made.traces
+    )
+    found = finding_of(measured_figure(replace(made, traces=worse))).replace("\u00a0", " ")
+    assert re.fullmatch(r"With presliding, the model still misses .* by [\d.]+ N m rms at B where re-tuning .*", found)
+    far = tuple(replace(x, retuned=x.measured + 40.0, corrected=x.measured + 3.0) for x in made.traces)
+    assert finding_of(measured_figure(replace(made, traces=far))).startswith(follows)  # next to all is closed
+
+
 def test_held_out_runs_are_not_said_to_have_decided(diagnosis):
     """What was added for the gain of all runs together may gain nothing on them."""
     made = diagnosis(named=("presliding", "cable_spring"), duration=3.0)

@@ -113,6 +113,18 @@ def test_partly_explained_says_that_the_rest_has_no_cause(written):
     assert "This explains a part only; for the rest no cause is named." in text
 
 
+def test_a_single_recording_is_not_said_to_be_judged_on_another(written):
+    text = read(written("single", drawn=False)[1]).text
+    assert "fitted to the first 70 % of a run, judged on the last 30 % of it." in text
+    assert "above the noise floor, on a part that was not fitted." in text
+    assert "run_00.csv, the last 30 % of it" in text
+    assert "held-out run" not in text
+    assert "runs that were" not in text
+    several = read(written("explained")[1]).text
+    assert "fitted to 4 runs, judged on 2 held-out runs." in several
+    assert "above the noise floor, on runs that were not fitted." in several
+
+
 def test_prismatic_axis_is_in_newton_and_metre(written):
     text = read(written("partly_explained", drawn=False)[1]).text
     assert "J1 force, N " in text

@@ -43,6 +43,7 @@ def test_measured_torque_is_told_beside_the_commanded_one(diagnosis):
     rows = (
         Delivered("A", gain, offset, delay, 0.05, Estimate(0.62, 0.5, 0.7)),
         Delivered("B", gain, offset, delay, 0.05),
+        Delivered("C", Estimate(0.1, -0.2, 0.4), offset, delay, 0.05),
     )
     made = replace(diagnosis("unexplained"), delivered=rows)
     table = delivered_table(made)
@@ -57,7 +58,7 @@ def test_measured_torque_is_told_beside_the_commanded_one(diagnosis):
         "11.0 to 13.0",
         "0.0500",
     )
-    assert [row.cells[-1] for row in table.rows] == ["62\u00a0% (50 to 70\u00a0%)", "no gap"]
+    assert [row.cells[-1] for row in table.rows] == ["62\u00a0% (50 to 70\u00a0%)", "no gap", "not known"]
     assert "By the measured torque, the actuator accounts for 62" in sentences.where(made)
     slight = replace(rows[0], share=Estimate(0.04, 0.03, 0.05))
     assert "actuator" not in sentences.where(replace(made, delivered=(slight,)))
@@ -120,6 +121,14 @@ def test_what_was_tried_but_not_named_is_not_said_to_be_added(diagnosis):
         assert "tried, not named" in text
         assert "added" not in text
         assert "chosen" not in text
+
+
+def test_what_an_experiment_hardly_promises_is_no_number(diagnosis):
+    gain = {"t": 2.3e-07, "t_d_optimal": 2.6e-07, "t_random": 4.0, "probability_resolved": 0.18}
+    section = tables.next_experiment(replace(diagnosis(), next_experiment={"expected_gain": gain}))
+    said = dict(section.pairs)["expected gain"]
+    assert "comes out less than 0.1 standard deviations from the next one (by a D-optimal motion less than" in said
+    assert "by one at random 4" in said
 
 
 def test_names_of_files_and_joints_stay_as_they_are_in_the_next_experiment(diagnosis):

@@ -117,6 +117,19 @@ def test_where_says_how_much_lies_at_the_joint_and_where_it_is_densest(diagnosis
     assert "most like the actuator stage" in unnamed
 
 
+def test_where_claims_no_stage_that_these_data_cannot_tell(diagnosis):
+    channels = ("actuator", "rigid_body", "friction")
+    place = Place("A", "actuator", "high velocity", Estimate(0.94, 0.88, 0.97), channels)
+    assert "at joint A, in the actuator, rigid body or friction stage, densest" in sentences.where(
+        replace(diagnosis(), where=(place,))
+    )
+
+
+def test_where_blames_nothing_where_no_share_is_told(diagnosis):
+    """What the records show by themselves explains a gap that is none of the torque."""
+    assert sentences.where(replace(diagnosis(), where=())).startswith("Nowhere beyond the noise")
+
+
 def test_title_of_where_takes_its_share_from_the_region_it_names(diagnosis):
     made = diagnosis()
     region = next(r for r in made.regions if (r.joint, r.region) == ("B", "velocity reversal"))

@@ -18,7 +18,7 @@ from stribeck.gap.records.floor import noise_of_rows
 from stribeck.gap.records.observed import observe
 from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.records.spread import Noise
-from stribeck.gap.result import Diagnosis
+from stribeck.gap.result import Diagnosis, Recording
 from stribeck.gap.search.lateness import on_time
 from stribeck.gap.search.search import search
 from stribeck.gap.search.setting import Progress
@@ -47,7 +47,8 @@ def diagnose(
         The nominal arm; effects in its file are part of the nominal model.
     runs, held_out : sequence of Run
         Recordings to fit and to judge by; without the latter some of ``runs`` are kept back, but not one that leaves a
-        re-tuned model far more than all fitted ones do: what these do not show cannot be learnt from them.
+        re-tuned model, or the one that a search has come to, far more than all fitted ones do: what these do not show
+        cannot be learnt from them.
     seed : int
         Of all resampling.
     jobs : int
@@ -68,11 +69,16 @@ def diagnose(
             raise InputError(f"{run.name}: not a recording of this arm", f"{run.n} joints", f"the arm has {arm.n}")
     progress("conditioning the recordings")
     tuned = retuned(prepare(arm, runs, held_out), seed=seed, leave_out=leave_out, progress=progress)
+    first = recordings_of(tuned.prepared, tuned.base, tuned.base, tuned.noise.rms)
     found = None
     if not held_out:
-        found = _with_alone(arm, runs, tuned, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
+        found = _with_alone(arm, runs, first, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
     if found is None:
         found = searched_from(tuned, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
+        left = _left_by(found)  # what stood out may have been hidden by what all runs have
+        if not held_out and held_alone(left) != held_alone(first):
+            again = _with_alone(arm, runs, left, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
+            found = again or found
     seen = observe(arm, (*runs, *held_out), found.prepared.scales, leave_out=leave_out)
     progress("simulating the held-out runs")
     return Assembly(
@@ -143,13 +149,20 @@ def searched_from(tuned: Retuned, *, seed: int, jobs: int, leave_out: Sequence[s
 
 
 def _with_alone(
-    arm: Arm, runs: Sequence[Run], tuned: Retuned, *, seed: int, jobs: int, leave_out: Sequence[str], progress: Progress
+    arm: Arm,
+    runs: Sequence[Run],
+    before: Sequence[Recording],
+    *,
+    seed: int,
+    jobs: int,
+    leave_out: Sequence[str],
+    progress: Progress,
 ) -> Searched | None:
     """Return a search that is told what held-out runs alone have shown, or None; arguments as of :func:`diagnose`.
 
-    None where none shows more than all fitted ones, or must judge, or where no effect of one arm makes it like these.
+    None where none shows more than all fitted ones, by what a model left of them ``before``, or must judge, or where no
+    effect of one arm makes it like these.
     """
-    before = recordings_of(tuned.prepared, tuned.base, tuned.base, tuned.noise.rms)
     alone = held_alone(before)
     if not alone:
         return None
@@ -159,8 +172,13 @@ def _with_alone(
     progress(f"once more, with {', '.join(alone)} among what is fitted")
     again = retuned(prepared, seed=seed, leave_out=leave_out, progress=progress)
     found = searched_from(again, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
-    after = recordings_of(found.prepared, again.base, last_model(found.steps), found.steps[-1].floor)
-    return found if alike_now(before, after) else None
+    return found if alike_now(before, _left_by(found)) else None
+
+
+def _left_by(found: Searched) -> tuple[Recording, ...]:
+    """Return what each recording leaves with everything that a search took."""
+    steps = found.steps
+    return recordings_of(found.prepared, steps[0].base, last_model(steps), steps[-1].floor)
 
 
 def _noise_along(path: SignalPath, p: np.ndarray, prepared: Prepared, seed: int) -> Noise:

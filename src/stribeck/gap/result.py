@@ -38,12 +38,17 @@ class Stage:
 
 @dataclass(frozen=True)
 class Place:
-    """A share of the squared residual of the re-tuned model: one joint, one stage of the path, one region."""
+    """A share of the squared residual of the re-tuned model: one joint, one stage of the path, one region.
+
+    ``channels`` are all stages in which it may be, ``channel`` first: those of the effects that the data cannot tell
+    from the one that takes the share.
+    """
 
     joint: str
     channel: str
     region: str
     share: Estimate
+    channels: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -140,7 +145,8 @@ class Delivered:
 
     ``gain``, ``offset`` and ``delay`` lead from the command to it, ``left`` is what they leave, rms in the unit of
     torque. ``share`` is the part of the gap that re-tuning leaves which lies before the measurement: gone where the
-    measured torque stands in for the command (None: there is no gap).
+    measured torque, without that gain and offset, stands in for the command (None: there is no gap, or the measured
+    torque does not follow the command).
     """
 
     joint: str

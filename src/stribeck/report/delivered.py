@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stribeck.gap.result import Diagnosis, Estimate
+from stribeck.gap.result import Delivered, Diagnosis, Estimate
 from stribeck.report import words
 from stribeck.report.numbers import estimate, interval, number, percent_interval, unit_text
 from stribeck.report.page import Row, Table
@@ -21,7 +21,7 @@ def delivered_table(diagnosis: Diagnosis) -> Table | None:
                 estimate(_in_ms(row.delay)),
                 interval(_in_ms(row.delay)),
                 number(row.left),
-                percent_interval(row.share) if row.share else "no gap",
+                _share(row),
             )
         )
         for row in diagnosis.delivered
@@ -31,11 +31,18 @@ def delivered_table(diagnosis: Diagnosis) -> Table | None:
     columns = ("at", "gain", between, f"offset, {unit}", between, "delay, ms", between, f"left, {unit}", "of the gap")
     note = (
         f"Measured {effort} as gain times the commanded one, late by the delay, plus the offset, and what that leaves, "
-        "rms. A delay of up to one sample may be the logging's. Of the gap: what is gone of it on held-out runs with "
-        f"the measured {effort} in the command's place; it arises before the measurement."
+        "rms. A delay of up to one sample may be the logging's. Of the gap: what is gone of it on the "
+        f"{words.held(diagnosis)} with the measured {effort} in the command's place; it arises before the measurement. "
+        "Gain and offset count for nothing of it: the sensor's own look like the drive's."
     )
     title = f"Measured beside commanded {effort}"
     return Table(title, columns, rows, frozenset(range(1, len(columns))), note) if rows else None
+
+
+def _share(row: Delivered) -> str:
+    if row.share:
+        return percent_interval(row.share)
+    return "no gap" if row.gain.low * row.gain.high > 0.0 else "not known"
 
 
 def _in_ms(time: Estimate) -> Estimate:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from matplotlib.figure import Figure
 
 from stribeck.gap.answer.files import NEXT_REFERENCE, package_version
+from stribeck.gap.records.split import HELD_SHARE
 from stribeck.gap.result import Diagnosis
 from stribeck.report import sentences, tables, words
 from stribeck.report.delivered import delivered_table
@@ -17,6 +18,7 @@ from stribeck.report.figures.measured import measured_figure
 from stribeck.report.figures.residual import residual_figure
 from stribeck.report.figures.waterfall import waterfall_figure
 from stribeck.report.figures.where import where_figure
+from stribeck.report.numbers import percent
 from stribeck.report.page import Answer, Bullets, Files, Picture, Section, render
 from stribeck.report.recordings import recording_table
 from stribeck.report.style import data_uri, finding_of, png_and_svg
@@ -36,9 +38,9 @@ PLOTS = (
     _Plot(
         "measured_nominal_corrected.png",
         measured_figure,
-        "{effort} along the recorded motion, on the stretch of the held-out runs where the re-tuned model misses most: "
+        "{effort} along the recorded motion, on the stretch of the {held} where the re-tuned model misses most: "
         "measured (the filtered command), the nominal model as given, and the corrected one.",
-        "{effort} along the recorded motion, on the stretch of the held-out runs where the re-tuned model misses most: "
+        "{effort} along the recorded motion, on the stretch of the {held} where the re-tuned model misses most: "
         "measured (the filtered command), the nominal model as given, and re-tuned.",
     ),
     _Plot(
@@ -63,8 +65,8 @@ PLOTS = (
     _Plot(
         "candidates.png",
         candidates_figure,
-        "What each candidate gains on runs that were not fitted. What is added, all runs together decide, and how "
-        "far it spares the nominal values; held-out runs that hardly excite an effect need not confirm it.",
+        "What each candidate gains on {unfitted}. What is added, all samples together decide, and how far it spares "
+        "the nominal values; held-out ones that hardly excite an effect need not confirm it.",
     ),
 )
 
@@ -87,7 +89,11 @@ def write_report(diagnosis: Diagnosis, folder: Path | str) -> None:
             raster, vector = png_and_svg(figure)
             (folder / plot.file).write_bytes(raster)
             caption = plot.caption if diagnosis.named or not plot.abstained else plot.abstained
-            caption = caption.format(effort=words.effort(diagnosis).capitalize())
+            caption = caption.format(
+                effort=words.effort(diagnosis).capitalize(),
+                held=words.held(diagnosis),
+                unfitted=words.unfitted(diagnosis),
+            )
             pictures.append(Picture(finding_of(figure), data_uri(vector, "svg+xml"), caption, plot.file))
     page = render(f"{words.clean(diagnosis.arm)}: diagnosis", page_sections(diagnosis, pictures), _footer())
     (folder / "report.html").write_bytes(page.encode("utf-8", "replace"))
@@ -117,10 +123,13 @@ def page_sections(diagnosis: Diagnosis, pictures: list[Picture]) -> list[Section
 
 def _answer(diagnosis: Diagnosis) -> Answer:
     fitted, held = len(diagnosis.fit_runs), len(diagnosis.held_out_runs)
-    subtitle = (
-        f"Sim-to-real gap of {words.joints(diagnosis.joints)}: fitted to {fitted} run{'s' * (fitted != 1)}, "
-        f"judged on {held} held-out run{'s' * (held != 1)}."
-    )
+    judged = f"judged on {held} held-out run{'s' * (held != 1)}"
+    fit = f"fitted to {fitted} run{'s' * (fitted != 1)}, {judged}"
+    if words.of_one(diagnosis):
+        fit = (
+            f"fitted to the first {percent(1.0 - HELD_SHARE)} of a run, judged on the last {percent(HELD_SHARE)} of it"
+        )
+    subtitle = f"Sim-to-real gap of {words.joints(diagnosis.joints)}: {fit}."
     badge = words.VERDICT.get(diagnosis.verdict, diagnosis.verdict)
     tone = TONE.get(diagnosis.verdict, "open")
     return Answer(words.clean(diagnosis.arm), badge, tone, subtitle, sentences.answers(diagnosis))

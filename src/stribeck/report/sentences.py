@@ -14,15 +14,13 @@ NAMED_JOINTS = 3  # joints whose numbers a sentence still carries; more are in t
 
 def where(diagnosis: Diagnosis) -> str:
     """Return the joint and region that hold most of the gap."""
-    if diagnosis.verdict == "no_gap":
+    places = sorted(diagnosis.where, key=lambda place: -place.share.value)
+    if diagnosis.verdict == "no_gap" or not places:
         return (
             "Nowhere beyond the noise: once the nominal values are re-tuned within their tolerances, "
-            "what is left on the held-out runs cannot be told from noise."
+            f"what is left on the {words.held(diagnosis)} cannot be told from noise."
             f"{_before_measurement(diagnosis)}"
         )
-    places = sorted(diagnosis.where, key=lambda place: -place.share.value)
-    if not places:
-        return "The gap that re-tuning leaves is spread: no joint or region holds a clear share of it."
     first = f"{percent_interval(places[0].share)} of the gap that re-tuning leaves lies {_place(diagnosis, places[0])}"
     if len(places) == 1:
         return f"{first}.{_before_measurement(diagnosis)}"
@@ -94,7 +92,7 @@ def how_far(diagnosis: Diagnosis) -> str:
         return f"No part of a {words.effort(diagnosis)} gap counts as closed. {rms}{random}"
     what = "it closes" if len(diagnosis.named) == 1 else "together they close"
     part = f"{percent_interval(diagnosis.closed)} of the {words.effort(diagnosis)} gap"
-    return f"Added to the model, {what} {part} above the noise floor, on runs that were not fitted. {rms}{random}"
+    return f"Added to the model, {what} {part} above the noise floor, on {words.unfitted(diagnosis)}. {rms}{random}"
 
 
 def _random(diagnosis: Diagnosis) -> str:
@@ -136,8 +134,9 @@ def _rms(diagnosis: Diagnosis) -> str:
 
 
 def _place(diagnosis: Diagnosis, place: Place) -> str:
-    """Return joint, stage and densest region; where nothing is named the stage is a likeness, not a claim."""
-    name = words.clean(place.channel).replace("_", " ")
+    """Return joint, possible stages and densest region; where nothing is named a stage is a likeness, not a claim."""
+    possible = place.channels or (place.channel,)
+    name = words.listing([words.clean(channel).replace("_", " ") for channel in possible], "or")
     if name in ("", "unknown", "none"):
         stage = ", of unknown origin" if diagnosis.named else ""
     else:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 
 from stribeck.effects.registry import effect_named, registry
+from stribeck.gap.records.split import HELD_SHARE
 from stribeck.gap.result import Cause, Diagnosis
 from stribeck.model.effect import Effect
 from stribeck.report import words
@@ -15,6 +16,7 @@ from stribeck.report.numbers import (
     estimate,
     interval,
     number,
+    percent,
     percent_interval,
     probability,
     unit_text,
@@ -24,6 +26,7 @@ from stribeck.report.page import Bullets, Facts, Law, Laws, Row, Table
 from stribeck.report.symptom import symptom_picture
 
 LISTED_RUNS = 20
+LAST = f", the last {percent(HELD_SHARE)} of it"
 
 
 def stage_table(diagnosis: Diagnosis) -> Table:
@@ -40,7 +43,7 @@ def stage_table(diagnosis: Diagnosis) -> Table:
         mark = "strong" if diagnosis.named and stage.stage == words.last_stage(diagnosis) else ""
         rows.append(Row((words.stage(stage.stage), *cells), "muted" if stage.stage == "noise_floor" else mark))
     horizon = with_unit(diagnosis.horizon, "s", 2)
-    note = f"Root mean square on held-out runs; motion is simulated for {horizon} from recorded states."
+    note = f"Root mean square on the {words.held(diagnosis)}; motion is simulated for {horizon} from recorded states."
     return Table("The gap, stage by stage", tuple(columns), tuple(rows), frozenset(range(1, len(columns))), note)
 
 
@@ -150,11 +153,16 @@ def next_experiment(diagnosis: Diagnosis) -> Facts | None:
 
 def _promise(gain: Mapping[str, float]) -> str:
     """Return what the next experiment promises as a sentence."""
+    apart, classic, random = (_deviations(gain[key]) for key in ("t", "t_d_optimal", "t_random"))
     return (
-        f"The likeliest, if it is true, comes out {number(gain['t'])} standard deviations from the next one (by a "
-        f"D-optimal motion {number(gain['t_d_optimal'])}, by one at random {number(gain['t_random'])}); whichever it "
-        f"is, that is told with probability {probability(gain['probability_resolved'])}."
+        f"The likeliest, if it is true, comes out {apart} standard deviations from the next one (by a D-optimal motion "
+        f"{classic}, by one at random {random}); whichever it is, that is told with probability "
+        f"{probability(gain['probability_resolved'])}."
     )
+
+
+def _deviations(t: float) -> str:
+    return "less than 0.1" if t < 0.1 else number(t)
 
 
 def laws(diagnosis: Diagnosis) -> Laws | None:
@@ -187,7 +195,7 @@ def method(diagnosis: Diagnosis, version: str) -> Facts:
     settings = [_setting(key, value) for key, value in diagnosis.settings.items() if not key.startswith("horizon")]
     pairs = [
         ("fitted to", _runs(diagnosis.fit_runs)),
-        ("judged on (held out)", _runs(diagnosis.held_out_runs)),
+        ("judged on (held out)", _runs(diagnosis.held_out_runs) + (LAST if words.of_one(diagnosis) else "")),
         ("horizon of the motion gap", with_unit(diagnosis.horizon, "s", 2)),
         *settings,
         *(("note", words.clean(note)) for note in diagnosis.notes),

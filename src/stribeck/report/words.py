@@ -125,6 +125,21 @@ def final(diagnosis: Diagnosis) -> str:
     return "corrected" if diagnosis.named else "re-tuned"
 
 
+def of_one(diagnosis: Diagnosis) -> bool:
+    """Return whether a part of a recording judges what is fitted to the rest of the same one."""
+    return not set(diagnosis.fit_runs).isdisjoint(diagnosis.held_out_runs)
+
+
+def held(diagnosis: Diagnosis) -> str:
+    """Return what judges: "held-out runs", or "held-out part" of the only one."""
+    return "held-out part" if of_one(diagnosis) else "held-out runs"
+
+
+def unfitted(diagnosis: Diagnosis) -> str:
+    """Return the same as "runs that were not fitted", or "a part that was not fitted"."""
+    return "a part that was not fitted" if of_one(diagnosis) else "runs that were not fitted"
+
+
 def torque_unit(diagnosis: Diagnosis) -> str:
     """Return "N m", or "N" for a prismatic axis."""
     return unit_at("N m", _kind(diagnosis))

@@ -9,6 +9,7 @@ import pytest
 from stribeck.effects.registry import effect_named
 from stribeck.gap.answer import assembly as module
 from stribeck.gap.answer.assembly import Assembly, gained
+from stribeck.gap.records.blocks import bayesian_bootstrap
 from stribeck.gap.result import Cause, Estimate
 from stribeck.model.layout import Placed
 
@@ -35,12 +36,33 @@ def test_what_hardly_closes_anything_without_the_others_is_idle(monkeypatch: pyt
 @pytest.mark.parametrize(("width", "high"), [(0.04, 0.98), (0.4, 1.0)])
 def test_no_effect_closes_more_than_there_is(monkeypatch: pytest.MonkeyPatch, width: float, high: float) -> None:
     assembly, chain = object.__new__(Assembly), delivered()[:2]
-    assembly.base = chain[0]
-    found = Estimate(0.96, 0.96 - width / 2, 0.96 + width / 2)
-    monkeypatch.setattr(assembly, "_closes", lambda before, after: found)
+    assembly.draws = np.ones((80, 1))
+    monkeypatch.setattr(assembly, "_closed", lambda model: drawn(0.96, 0.96 - width / 2, 0.96 + width / 2))
     closes = assembly._closed_by(chain[1].placed[-1].effect.name, chain)
     assert closes.high == pytest.approx(high)
-    assert closes.low == pytest.approx(found.low)
+    assert closes.low == pytest.approx(0.96 - width / 2)
+
+
+def drawn(value: float, low: float, high: float) -> np.ndarray:
+    """A value, and what it is in eighty draws: one of two bounds."""
+    return np.array([value, *np.repeat([low, high], 40)])
+
+
+def test_the_only_effect_closes_what_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With the same interval, which is not symmetrical; and what several close adds up, draw by draw."""
+    answer, chain = object.__new__(Assembly), delivered()[:3]
+    size = np.random.default_rng(0).uniform(0.2, 3.0, (90, 1))
+    held = {id(model): size**k * left for k, (model, left) in enumerate(zip(chain, ([3.0], [1.5], [1.2]), strict=True))}
+    answer.base, answer.heard = chain[0], SimpleNamespace(floor=np.ones(1))  # type: ignore[assignment]
+    answer.block, answer.draws = np.repeat(np.arange(9), 10), bayesian_bootstrap(9, 400, np.random.default_rng(1))
+    monkeypatch.setattr(answer, "_held", lambda model: held[id(model)])
+    alone = answer._closed_by("delay", chain[:2])
+    assert alone == answer._closes(chain[1])
+    assert abs(alone.high + alone.low - 2.0 * alone.value) > 0.01 * (alone.high - alone.low)
+    first, second = (answer._closed_by(name, chain) for name in ("delay", "cogging"))
+    assert first == alone
+    assert first.value + second.value == pytest.approx(answer._closes(chain[2]).value)
+    assert second.low < second.value < second.high < 0.0  # it makes it worse, in every draw
 
 
 def test_a_gain_counts_at_the_joint_that_gains_most() -> None:
@@ -51,14 +73,14 @@ def test_a_gain_counts_at_the_joint_that_gains_most() -> None:
 
 
 def test_no_effect_closes_more_than_the_whole(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nor does the interval of what it closes, which is as wide as that of all that is closed then."""
+    """Nor does the interval of what it closes, which is of what it closes draw by draw."""
     answer, chain = object.__new__(Assembly), delivered()
-    closed = dict(zip(map(id, chain[1:]), (Estimate(v, v - 0.1, 1.0) for v in (0.98, -0.1, 0.5, 1.0)), strict=True))
-    answer.base = chain[0]
-    monkeypatch.setattr(answer, "_closes", lambda before, after: closed[id(after)])
+    closed = dict(zip(map(id, chain[1:]), (drawn(v, v - 0.1, v + 0.02) for v in (0.98, -0.1, 0.5, 1.0)), strict=True))
+    answer.draws = np.ones((80, 1))
+    monkeypatch.setattr(answer, "_closed", lambda model: closed[id(model)])
     found = {effect: answer._closed_by(effect, chain) for effect in CLOSES}
     assert (found["delay"].value, found["delay"].high) == (0.98, 1.0)
-    assert found["delay"].low == pytest.approx(0.98 - 0.06)
+    assert found["delay"].low == pytest.approx(0.98 - 0.1)
     assert found["payload"].value == pytest.approx(0.6)
     assert all(estimate.low <= estimate.value <= estimate.high <= 1.0 for estimate in found.values())
 

@@ -74,6 +74,37 @@ def test_a_late_encoder_is_not() -> None:
     assert row.share.high < 0.1
 
 
+@pytest.mark.parametrize(("gain", "offset"), [(0.7, 0.0), (1.3, 0.0), (-0.7, 0.0), (1.0, 1.0), (0.7, 1.0)])
+def test_the_scale_of_the_sensor_is_no_part_of_the_gap(gain: float, offset: float) -> None:
+    """What an ideal drive is blamed for, nothing, and what a late one is, whatever units the sensor reads in."""
+    late = recorded(("delay", {"time": 0.02}), channels=("tau_meas",))
+    for runs, share in ((recorded(("time_shift", {"time": 0.02}), channels=("tau_meas",)), 0.0), (late, 0.988)):
+        (row,) = looked_at(tuple(replace(run, tau_meas=gain * measured(run) + offset) for run in runs))
+        assert row.gain.value == pytest.approx(gain, abs=1e-3)
+        assert row.share is not None
+        assert row.share.value == pytest.approx(share, abs=0.01)
+
+
+def measured(run: Run) -> np.ndarray:
+    assert run.tau_meas is not None
+    return run.tau_meas
+
+
+def test_a_drive_that_loses_a_constant_part_looks_like_a_sensor_that_does() -> None:
+    (row,) = looked_at(recorded(("torque_gain", {"gain": 0.7}), channels=("tau_meas",)))
+    assert row.gain.value == pytest.approx(0.7, abs=0.01)
+    assert row.share is not None
+    assert row.share.value == pytest.approx(0.0, abs=0.01)
+
+
+def test_no_share_by_a_sensor_that_reads_something_else() -> None:
+    rng = np.random.default_rng(0)
+    runs = recorded(("delay", {"time": 0.02}), channels=("tau_meas",))
+    (row,) = looked_at(tuple(replace(run, tau_meas=rng.standard_normal(run.tau.shape)) for run in runs))
+    assert row.gain.low < 0.0 < row.gain.high
+    assert row.share is None
+
+
 def test_nothing_is_said_without_the_measurement() -> None:
     runs = recorded(channels=("tau_meas",))
     assert looked_at((*runs[:-1], replace(runs[-1], tau_meas=None))) == ()

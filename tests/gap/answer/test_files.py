@@ -95,7 +95,14 @@ def test_keys_and_nesting_are_those_of_the_contract(diagnosis):
     assert data["gap"]["stages"][1] == {"stage": "retuned", "torque": {"A": 1.2}, "motion": {}}
     assert data["gap"]["closed"] == {"value": 0.912346, "ci95": [0.88, 0.93]}
     assert data["where"] == [
-        {"joint": "A", "channel": "friction", "region": "velocity reversal", "share": 0.62, "ci95": [0.5, 0.7]}
+        {
+            "joint": "A",
+            "channel": "friction",
+            "region": "velocity reversal",
+            "share": 0.62,
+            "ci95": [0.5, 0.7],
+            "channels": ["friction"],
+        }
     ]
     assert data["causes"][0] == {
         "effect": "presliding",

@@ -66,6 +66,7 @@ def test_of_recordings_that_are_held_out_one_that_shows_more_than_all_fitted_one
 
 
 WALL = ("contact", {"stiffness": 60.0, "position": 1.2, "side": 1.0})  # only one recording goes there
+BENT = ("torque_offset", {"offset": 3.0})
 
 
 def test_what_one_recording_alone_shows_is_learnt_from_it() -> None:
@@ -82,6 +83,19 @@ def test_what_one_recording_alone_shows_is_learnt_from_it() -> None:
     assert (told.named, told.held_out_runs) == ((), (wall,))
 
 
+def test_what_one_recording_alone_shows_may_be_hidden_by_what_all_show() -> None:
+    """It stands out only where that is modelled; then it is learnt from, and not advised against."""
+    runs, others = recorded(WALL, BENT), [name for name in registry() if name not in ("contact", "torque_offset")]
+    said: list[str] = []
+    found = diagnose(NOMINAL, runs, jobs=1, leave_out=others, progress=said.append)
+    assert (found.named, found.verdict) == (("torque_offset", "contact"), "explained")
+    assert not any("times its noise" in text for text in found.warnings)
+    (wall,) = (run.name for run in runs if run.q.max() > 1.2)
+    again = said.index(f"once more, with {wall} among what is fitted")
+    assert any(text.startswith("screening") for text in said[:again])  # after a search
+    assert max(row.retuned / row.noise for row in found.recordings if row.run != wall) > 30.0
+
+
 LAWS = [name for name in registry() if name not in ("payload", "asymmetric_friction")]
 
 
@@ -90,9 +104,11 @@ def test_a_recording_of_another_arm_is_told_of(place: int, judges: bool) -> None
     """One that is held out stays so: no effect of one arm makes it like the others."""
     runs, heavier = list(recorded()), recorded(("payload", {"mass": 0.5}))
     runs[place] = replace(heavier[place], name="strange.csv")
-    found = diagnose(NOMINAL, runs, jobs=1, leave_out=LAWS)
+    said: list[str] = []
+    found = diagnose(NOMINAL, runs, jobs=1, leave_out=LAWS, progress=said.append)
     assert any(text.startswith("strange.csv: ") for text in found.warnings)
     assert ("strange.csv" in found.held_out_runs) is judges
+    assert sum(text.startswith("once more") for text in said) == judges  # in vain, and not tried again
 
 
 def test_of_recordings_of_one_arm_none_is_told_of() -> None:

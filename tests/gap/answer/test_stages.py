@@ -20,7 +20,7 @@ def stages(given: float, tuned: float) -> list[Stage]:
 
 def test_retuning_that_makes_it_worse_is_told_of() -> None:
     (said,) = told_worse(stages(0.2, 0.6), ARM)
-    assert said.startswith("B: re-tuned values leave 0.6 N m rms on the held-out runs, the nominal ones 0.2")
+    assert said.startswith("B: re-tuned values leave 0.6 N m rms on what was held out, the nominal ones 0.2")
     assert told_worse(stages(0.2, 0.99 * WORSE * 0.2), ARM) == []
     assert told_worse(stages(0.0, 0.0), ARM) == []
     assert len(told_worse(stages(0.0, 0.6), ARM)) == 1

@@ -155,11 +155,21 @@ def test_places_share_the_whole_gap(prepared: Prepared) -> None:
         (4, {"actuator": 1.0}),  # what is left is less than the noise
     ):
         told = {}
-        for place in places(prepared, models[:count], noise, 0):
+        for place in places(prepared, models[:count], noise, {}, 0):
             assert place.share.low <= place.share.value <= place.share.high
             told[place.channel] = told.get(place.channel, 0.0) + place.share.value
         assert told == pytest.approx(shares, abs=0.05)
         assert sum(told.values()) == pytest.approx(1.0)
+
+
+def test_a_share_may_lie_in_the_stage_of_any_effect_that_looks_alike(prepared: Prepared) -> None:
+    rows = sum(len(run.analysis_index) for run in prepared.held)
+    placed = (SimpleNamespace(effect=registry()["torque_offset"]),)
+    models: list[Any] = [SimpleNamespace(held=np.full((rows, 1), size), placed=placed) for size in (5.0, 2.0)]
+    alike = {"torque_offset": ("torque_offset", "gravity_tilt", "asymmetric_friction", "cogging")}
+    told, left = places(prepared, models, np.full((rows, 1), 1.0), alike, 0)
+    assert (told.channel, told.channels) == ("actuator", ("actuator", "rigid_body", "friction"))
+    assert (left.channel, left.channels) == ("unknown", ("unknown",))
 
 
 def test_shares_of_a_family_sum_to_one(prepared: Prepared) -> None:

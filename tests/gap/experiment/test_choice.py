@@ -7,20 +7,32 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stribeck.effects.registry import effect_named
 from stribeck.gap.answer import assembly
 from stribeck.gap.answer.assembly import Assembly
 from stribeck.gap.experiment import proposal
 from stribeck.gap.experiment.changes import Change
+from stribeck.gap.experiment.plan import Choice
+from stribeck.gap.experiment.programme import Programme
 from stribeck.gap.experiment.separation import AS_IT_IS
 from stribeck.gap.result import Cause
+from stribeck.model.layout import Placed
 
 TOLD, OPEN = 30.0, 0.0  # t values
 CHANGE = Change("turn it round")
 
 
-def proposed(promised: Sequence[tuple[Sequence[float], Change]], monkeypatch: pytest.MonkeyPatch) -> int:
-    """Return which of the experiments is proposed, told how far the next one is from each model (t), and the change."""
-    offers = [SimpleNamespace(nearest=np.array(far), change=change, k=k) for k, (far, change) in enumerate(promised)]
+def proposed(
+    promised: Sequence[tuple[Sequence[float], Change]], monkeypatch: pytest.MonkeyPatch, *, as_it_is: bool = False
+) -> int:
+    """Return which of the experiments is proposed, told how far the next one is from each model (t), and the change.
+
+    -1 where none is.
+    """
+    offers = [
+        SimpleNamespace(nearest=np.array(far), apart=far[0], furthest=max(far), change=change, k=k)
+        for k, (far, change) in enumerate(promised)
+    ]
 
     class Plan:
         def __init__(self, *given: Any) -> None: ...
@@ -30,8 +42,8 @@ def proposed(promised: Sequence[tuple[Sequence[float], Change]], monkeypatch: py
 
     monkeypatch.setattr(proposal, "Plan", Plan)
     monkeypatch.setattr(proposal, "_experiment", lambda plan, choice: choice)
-    found: Any = proposal.next_experiment(None, (), np.ones(1))  # type: ignore[arg-type]
-    return int(found.k)
+    found: Any = proposal.next_experiment(None, (), np.ones(1), as_it_is=as_it_is)  # type: ignore[arg-type]
+    return -1 if found is None else int(found.k)
 
 
 def test_one_that_stands_out_is_not_the_whole_answer(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -50,12 +62,41 @@ def test_a_change_is_laborious(monkeypatch: pytest.MonkeyPatch) -> None:
     assert proposed([([OPEN] * 6, AS_IT_IS), (half, CHANGE), (most, CHANGE)], monkeypatch) == 2
 
 
+def test_a_change_is_not_laborious_where_motions_leave_the_likeliest_beside_another(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    motion = [1e-7, 1e-7, OPEN, TOLD], AS_IT_IS
+    assert proposed([motion, ([TOLD, OPEN, OPEN, 7.0], CHANGE)], monkeypatch) == 1
+    assert proposed([motion, ([OPEN, OPEN, 7.0, TOLD], CHANGE)], monkeypatch) == 0
+    assert proposed([motion, ([TOLD, OPEN, OPEN, OPEN], CHANGE)], monkeypatch) == 0  # no more in all
+
+
+def test_what_tells_nothing_is_not_proposed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """But where the cause may be another one, any motion may bring it out."""
+    nothing = [([1e-7] * 3, AS_IT_IS), ([OPEN] * 3, CHANGE)]
+    assert proposed(nothing, monkeypatch) == -1
+    assert proposed(nothing, monkeypatch, as_it_is=True) == 0
+    assert proposed([([OPEN, 7.0, 7.0], AS_IT_IS)], monkeypatch) == 0
+
+
+def test_what_is_told_at_all_is_that_of_any_two_models() -> None:
+    """Two pairs that lie apart, the models of each beside one another."""
+    far = np.kron(np.ones((2, 2)) - np.eye(2), np.full((2, 2), TOLD))
+    choice = Choice(Programme(()), SimpleNamespace(pairs=far), None)  # type: ignore[arg-type]
+    assert (choice.apart, choice.furthest) == (0.0, TOLD)
+
+
 @pytest.mark.parametrize("unexplained", [True, False])
 def test_the_arm_is_changed_only_to_tell_a_class_apart(unexplained: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[bool] = []
-    monkeypatch.setattr(assembly, "open_question", lambda steps, unexplained: ("a model",))
+    placed = [Placed(effect_named(name), joint) for name, joint in (("time_shift", 0), ("delay", 0), ("delay", 1))]
+    models = tuple(SimpleNamespace(placed=(place,)) for place in placed)
+    monkeypatch.setattr(assembly, "open_question", lambda steps, unexplained: models)
     monkeypatch.setattr(assembly, "next_experiment", lambda *given, as_it_is: asked.append(as_it_is))
-    told: Any = SimpleNamespace(steps=(), prepared=None, floor=np.ones(1))
-    either = [Cause("delay", 0.9, ("A",), ("delay", "time_shift"), presence=0.9)]
-    Assembly._experiment(told, either, unexplained=unexplained)
+    arm = SimpleNamespace(names=("x_axis", "B"))
+    told: Any = SimpleNamespace(steps=(), prepared=SimpleNamespace(arm=arm), floor=np.ones(1))
+    either = [Cause("delay", 0.9, ("x_axis",), ("delay", "time_shift"), presence=0.9)]
+    said = Assembly._experiment(told, either, unexplained=unexplained)
     assert asked == [unexplained]
+    note = "no experiment was found that tells apart: time shift at x_axis, delay at x_axis, delay at B"
+    assert said == (None, [] if unexplained else [note])

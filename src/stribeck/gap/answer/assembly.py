@@ -20,20 +20,23 @@ from stribeck.gap.answer.stages import HORIZON, stages_of, told_worse
 from stribeck.gap.answer.values import laws_of, parameters_of, tuned_of
 from stribeck.gap.answer.verdict import (
     AT_FLOOR,
+    EXPLAINED,
     NAMED_OVER,
     NONE_OVER,
     causes_of,
     closable,
-    closes_estimate,
+    closed_again,
+    closure,
     named_of,
     no_gap_probability,
     shaken,
     suspected,
     with_idle,
+    with_interval,
     with_observed,
 )
 from stribeck.gap.answer.where import regions
-from stribeck.gap.experiment.proposal import Experiment, next_experiment, open_question
+from stribeck.gap.experiment.proposal import Experiment, next_experiment, open_question, told_inseparable
 from stribeck.gap.fitted.corrected import arm_of
 from stribeck.gap.fitted.model import Model, fit_model, weights_of
 from stribeck.gap.fitted.noisy import put_back
@@ -90,7 +93,9 @@ class Assembly:
         causes = [self._with_details(cause, chain if cause.effect in in_torque else self.models) for cause in causes]
         final = chain[-1]
         verdict, causes = self._verdict(final, in_torque, causes, left_over)
-        closed = self._closes(self.base, final) if in_torque and self._any_gap() else None
+        silent = verdict == "no_gap"
+        alike = {cause.effect: cause.equivalent for cause in causes}
+        closed = self._closes(final) if in_torque and self._any_gap() else None
         verdict, causes = with_observed(verdict, causes, self.seen.causes, len(in_torque))
         named = (*(cause.effect for cause in self.seen.causes), *in_torque)
         every = (*prepared.fit, *prepared.held)
@@ -99,7 +104,7 @@ class Assembly:
             "retuned": arm_of(arm, self.base.fit, self.base.placed),
             "corrected": arm_of(arm, final.fit, (*on_average(final.placed, every), *self.seen.placed)),
         }
-        experiment = self._experiment(causes, unexplained=verdict == "unexplained")
+        experiment, inseparable = self._experiment(causes, unexplained=verdict == "unexplained")
         tuned = tuned_of(self.base, prepared, self.floor)
         told = self.heard
         stages, missing = stages_of(prepared, self.given, chain, [self._held(m) for m in chain], told.floor)
@@ -114,7 +119,7 @@ class Assembly:
             horizon=HORIZON,
             stages=stages,
             closed=closed,
-            where=places(prepared, chain, told.rows, self.seed),
+            where=() if silent else places(prepared, chain, told.rows, alike, self.seed),
             regions=regions(prepared, self.base.held, final.held, told.rows, self.seed),
             recordings=recordings,
             causes=tuple(causes),
@@ -128,6 +133,7 @@ class Assembly:
                 *told_ordinary(self.base, placed_effects(arm), arm),
                 *told_unnamed(self.steps, prepared.scales, arm),
                 *told_off_the_line(arm, causes, named),
+                *inseparable,
             ),
             warnings=(
                 *prepared.warnings,
@@ -192,9 +198,7 @@ class Assembly:
         """Return the verdict, and the causes with what is left for ``none`` and ``unknown``."""
         ratio = float(np.max(np.sqrt(np.mean(self._held(final) ** 2, axis=0)) / self.heard.floor))
         if named:
-            verdict = (
-                "explained" if ratio < AT_FLOOR or self._closes(self.base, final).value > 0.9 else "partly_explained"
-            )
+            verdict = "explained" if ratio < AT_FLOOR or self._closes(final).value > EXPLAINED else "partly_explained"
             return verdict, [*causes, Cause("unknown", left_over)]
         silent = no_gap_probability(self.steps[0], self.prepared.noise, self.floor, self.prepared.scales)
         none = silent * max(left_over - doubt(self.steps), 0.0)
@@ -208,14 +212,22 @@ class Assembly:
             return "unexplained", [*causes, nothing, Cause("unknown", rest)]
         return "unexplained", [nothing, *suspected(self.steps[-1], rest, self.prepared.arm.names)]
 
-    def _experiment(self, causes: Sequence[Cause], *, unexplained: bool) -> Experiment | None:
-        """Return what would tell apart what these data cannot, where there is such a question."""
+    def _experiment(self, causes: Sequence[Cause], *, unexplained: bool) -> tuple[Experiment | None, list[str]]:
+        """Return what would tell apart what these data cannot, where there is such a question; a note if nothing is."""
         ambiguous = any((c.presence or 0.0) > NAMED_OVER and len(c.equivalent) > 1 for c in causes)
         models = open_question(self.steps, unexplained=unexplained) if ambiguous or unexplained else ()
-        return next_experiment(self.prepared, models, self.floor, as_it_is=unexplained) if models else None
+        found = next_experiment(self.prepared, models, self.floor, as_it_is=unexplained) if models else None
+        return found, [] if found or unexplained else told_inseparable(models, self.prepared.arm.names)
 
-    def _closes(self, before: Model, after: Model) -> Estimate:
-        return closes_estimate(self._held(before), self._held(after), self.heard.floor, self.block, self.draws)
+    def _closes(self, model: Model) -> Estimate:
+        """Return the part of the closable gap that a model closes, joints scaled by their floor."""
+        value, *drawn = self._closed(model)
+        return with_interval(value, drawn)
+
+    def _closed(self, model: Model) -> np.ndarray:
+        """Return that part for the rows as they are, and for each draw of their blocks: an array (1 + draws,)."""
+        held = self._held(self.base), self._held(model), self.heard.floor
+        return np.array([closure(*held), *closed_again(*held, self.block, self.draws)])
 
     def _any_gap(self) -> bool:
         """Return whether re-tuning leaves more than noise on the held-out runs: of less, nothing is to be closed."""
@@ -235,12 +247,11 @@ class Assembly:
 
     def _closed_by(self, effect: str, chain: Sequence[Model]) -> Estimate:
         """Return the part of the whole closable gap that an effect's own steps close, joints scaled by their floor."""
-        pairs = [(before, after) for before, after in pairwise(chain) if after.placed[-1].effect.name == effect]
-        closed = [Estimate(0.0, 0.0, 0.0), *(self._closes(self.base, model) for model in chain[1:])]
-        at = {id(model): estimate for model, estimate in zip(chain, closed, strict=True)}
-        value = min(sum(at[id(after)].value - at[id(before)].value for before, after in pairs), 1.0)
-        spread = max((at[id(after)].high - at[id(after)].low) / 2 for _, after in pairs)
-        return Estimate(value, value - spread, min(value + spread, 1.0))  # nothing closes more than the whole
+        closed = [np.zeros(1 + len(self.draws)), *(self._closed(model) for model in chain[1:])]
+        steps = zip(chain[1:], pairwise(closed), strict=True)
+        own = [after - before for model, (before, after) in steps if model.placed[-1].effect.name == effect]
+        value, *drawn = np.minimum(np.sum(own, axis=0), 1.0)  # nothing closes more than the whole
+        return with_interval(value, drawn)
 
 
 def _laws(placed: Sequence[Placed]) -> list[tuple[str, int, str]]:

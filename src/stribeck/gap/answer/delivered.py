@@ -2,7 +2,9 @@
 
 A measured torque is a second place at which the signal path can be cut: what differs before it is the actuator's, what
 does not balance behind it is not. How a torque was measured is not known (a current says nothing of cogging), so this
-is told beside the causes and decides none of them.
+is told beside the causes and decides none of them. Nor is the scale: a drive that gives a constant part of its command
+looks as a sensor does that reads a constant part of the torque, so gain and offset are undone before anything is laid
+to the drive.
 """
 
 from __future__ import annotations
@@ -50,7 +52,13 @@ def delivered(prepared: Prepared, base: Model, floor: Floats, seed: int = 0) -> 
     late = np.array([delay.value for _, _, delay, _ in related])
     late = np.nan_to_num(late)
     early = np.where(np.abs(late) <= max(run.run.sample_time for run in runs), late, 0.0)
-    fit, held = (tuple(_measured(prepared, run, early) for run in part) for part in (prepared.fit, prepared.held))
+    known = [gain.low * gain.high > 0.0 for gain, *_ in related]
+    scales = np.array([(gain.value, offset.value) for gain, offset, *_ in related]).T
+    gain_of, offset_of = np.where(known, scales, [[1.0], [0.0]])
+    fit, held = (
+        tuple(_measured(prepared, _in_units_of_command(run, gain_of, offset_of), early) for run in part)
+        for part in (prepared.fit, prepared.held)
+    )
     behind = retune(replace(prepared, fit=fit, held=held), floor, base.placed)
     block, draws = resampled(prepared.held, 400, seed)
     found = []
@@ -58,7 +66,7 @@ def delivered(prepared: Prepared, base: Model, floor: Floats, seed: int = 0) -> 
         gain, offset, delay, left = related[j]
         offset = replace(offset, unit=unit_at("N m", prepared.arm.joints[j].kind))
         here = slice(j, j + 1)
-        gap = base.rms()[j] > AT_FLOOR * floor[j] and np.isfinite(gain.value)
+        gap = base.rms()[j] > AT_FLOOR * floor[j] and known[j]
         share = closes_estimate(base.held[:, here], behind.held[:, here], floor[here], block, draws) if gap else None
         found.append(Delivered(name, gain, offset, delay, left, share))
     return tuple(found)
@@ -132,6 +140,12 @@ def _half_width(jacobian: Floats, rest: Floats, block: NDArray[np.int_]) -> Floa
 
 def _has_it(run: Run) -> bool:
     return run.tau_meas is not None and bool(np.all(np.isfinite(run.tau_meas)))
+
+
+def _in_units_of_command(run: Conditioned, gain: Floats, offset: Floats) -> Conditioned:
+    """Return a run whose measured torque has no gain (n,) and no offset (n,) against the command any more."""
+    assert run.run.tau_meas is not None
+    return replace(run, run=replace(run.run, tau_meas=(run.run.tau_meas - offset) / gain))
 
 
 def _measured(prepared: Prepared, run: Conditioned, early: Floats) -> Conditioned:

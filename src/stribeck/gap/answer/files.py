@@ -107,7 +107,8 @@ def _stage(stage: Stage) -> dict[str, Any]:
 
 def _place(place: Place) -> dict[str, Any]:
     named = {"joint": place.joint, "channel": place.channel, "region": place.region}
-    return {**named, "share": _number(place.share.value), "ci95": _interval(place.share)}
+    share = {"share": _number(place.share.value), "ci95": _interval(place.share)}
+    return {**named, **share, "channels": list(place.channels or (place.channel,))}
 
 
 def _region(region: Region) -> dict[str, Any]:

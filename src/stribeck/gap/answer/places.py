@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
 
+from stribeck.effects.registry import registry
 from stribeck.gap.fitted.model import Model
 from stribeck.gap.records.blocks import block_sums, resampled
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.records.regions import motion_masks
 from stribeck.gap.result import Estimate, Place
+from stribeck.model.effect import Effect
 
 DRAWS = 300
 LEAST_SHARE = 0.02
 UNNAMED = "unknown"
 
 
-def places(prepared: Prepared, models: Sequence[Model], noise: np.ndarray, seed: int) -> tuple[Place, ...]:
+def places(
+    prepared: Prepared, models: Sequence[Model], noise: np.ndarray, alike: Mapping[str, Sequence[str]], seed: int
+) -> tuple[Place, ...]:
     """Return the shares of the re-tuned model's gap, largest first.
 
     Each named effect takes the squared residual over the noise that its step removed, joint by joint, under its own
@@ -30,24 +34,32 @@ def places(prepared: Prepared, models: Sequence[Model], noise: np.ndarray, seed:
         The re-tuned model and after it each model of the search that was taken.
     noise : array (M, n)
         Noise floor, N m.
+    alike : mapping
+        Named effect -> effects that the data cannot tell from it, whose stages of the path are possible as well.
     """
     block, draws = resampled(prepared.held, DRAWS, seed)
     floor = np.mean(noise**2, axis=0)
     excess = [(model.held**2 - noise**2) / floor for model in models]
     left = [np.maximum(rows.sum(axis=0), 0.0) for rows in excess]
     drawn = [np.maximum(draws @ block_sums(rows, block), 0.0) for rows in excess]
-    channels = [*(model.placed[-1].effect.channel for model in models[1:]), UNNAMED]
+    channels = [*(_channels(model.placed[-1].effect, alike) for model in models[1:]), (UNNAMED,)]
     rows = [*(before - after for before, after in pairwise(excess)), excess[-1]]
     share, shares = _parts(left), _parts(drawn)
     out = []
-    for k, channel in enumerate(channels):
+    for k, possible in enumerate(channels):
         for j, joint in enumerate(prepared.arm.names):
             if share[k, j] < LEAST_SHARE:
                 continue
             low, high = np.quantile(shares[k, :, j], (0.025, 0.975))
             estimate = Estimate(float(share[k, j]), float(low), float(high))
-            out.append(Place(joint, channel, _region(prepared, j, rows[k][:, j]), estimate))
+            out.append(Place(joint, possible[0], _region(prepared, j, rows[k][:, j]), estimate, possible))
     return tuple(sorted(out, key=lambda place: -place.share.value))
+
+
+def _channels(effect: Effect, alike: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
+    """Return the stages of the path in which an effect may be, its own first."""
+    others = (registry()[name].channel for name in alike.get(effect.name, ()))
+    return tuple(dict.fromkeys((effect.channel, *others)))
 
 
 def _parts(left: Sequence[np.ndarray]) -> np.ndarray:

@@ -50,11 +50,11 @@ def stages_of(
 
 
 def told_worse(stages: Sequence[Stage], arm: Arm) -> list[str]:
-    """Return a warning for each joint of an arm that re-tuning has made worse on the held-out runs."""
+    """Return a warning for each joint of an arm that re-tuning has made worse on what was held out."""
     given, tuned = (next(stage.torque for stage in stages if stage.stage == name) for name in ("as_given", "retuned"))
     return [
-        f"{joint.name}: re-tuned values leave {tuned[joint.name]:.3g} {unit_at('N m', joint.kind)} rms on the held-out "
-        f"runs, the nominal ones {given[joint.name]:.3g}: the fitted runs are too short or unlike these; record more"
+        f"{joint.name}: re-tuned values leave {tuned[joint.name]:.3g} {unit_at('N m', joint.kind)} rms on what was "
+        f"held out, the nominal ones {given[joint.name]:.3g}: what was fitted is too short or unlike it; record more"
         for joint in arm.joints
         if tuned[joint.name] > WORSE * given[joint.name]
     ]

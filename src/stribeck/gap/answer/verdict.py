@@ -21,6 +21,7 @@ from stribeck.model.layout import Placed
 from stribeck.model.scale import Scale
 
 AT_FLOOR = 1.4  # residual over noise floor up to which nothing is left to explain
+EXPLAINED = 0.9  # of the closable gap: from there on nothing is left to explain, either
 # residual over noise floor up to which there is no gap, next to nothing of the torque and much of it: of 200 sealed
 # cases without effect some were left with 1.3 to 1.7 floors where that was below SLIGHT of the torque, none above
 SILENT_TO, SILENT_OF_MUCH = 1.6, 1.25
@@ -228,9 +229,19 @@ def closes_estimate(
     before: np.ndarray, after: np.ndarray, floor: np.ndarray, block: np.ndarray, draws: np.ndarray
 ) -> Estimate:
     """Return the closed part with its 95 % interval by Bayesian bootstrap over blocks."""
+    return with_interval(closure(before, after, floor), closed_again(before, after, floor, block, draws))
+
+
+def with_interval(value: float, drawn: np.ndarray | Sequence[float]) -> Estimate:
+    """Return a value with the 95 % interval of what it is where the blocks are drawn again."""
+    return Estimate(float(value), float(np.quantile(drawn, 0.025)), float(np.quantile(drawn, 0.975)))
+
+
+def closed_again(
+    before: np.ndarray, after: np.ndarray, floor: np.ndarray, block: np.ndarray, draws: np.ndarray
+) -> np.ndarray:
+    """Return the closed part for each of the weights (draws, blocks) by which the blocks are drawn again."""
     count = np.bincount(block).astype(float)
     first = draws @ block_sums(before**2, block) / (draws @ count)[:, None] / floor**2 - 1.0
     last = draws @ block_sums(after**2, block) / (draws @ count)[:, None] / floor**2 - 1.0
-    part = 1.0 - np.maximum(last.sum(axis=1), 0.0) / np.maximum(first.sum(axis=1), 1e-9)
-    value = closure(before, after, floor)
-    return Estimate(value, float(np.quantile(part, 0.025)), float(np.quantile(part, 0.975)))
+    return np.asarray(1.0 - np.maximum(last.sum(axis=1), 0.0) / np.maximum(first.sum(axis=1), 1e-9))

@@ -65,6 +65,11 @@ class Choice:
         """How far apart the likeliest model and the one next to it are."""
         return float(self.nearest[0])
 
+    @property
+    def furthest(self) -> float:
+        """How far apart the two models are that it sets apart most."""
+        return float(np.max(self.prospect.pairs))
+
 
 class Plan:
     """The models to be told apart, the model without their last effect, and what the arm can do.

@@ -21,6 +21,7 @@ from stribeck.run import Run
 MOST = 4  # candidates
 TOLD_APART, WIDTH = 6.0, 3.0  # t value at which every other pair is told apart, and how fast that turns
 WORTH = 0.75  # probability of that from which no more is asked of the arm
+FAINT = 1.0  # t value up to which two models are as good as not set apart
 MORE, CHANGED = 0.05, 0.2  # of it, that motions beyond the recorded ones must add, and what is laborious: a change
 
 
@@ -105,7 +106,7 @@ def open_question(steps: Sequence[Step], *, unexplained: bool) -> tuple[Model, .
 def next_experiment(
     prepared: Prepared, models: Sequence[Model], floor: np.ndarray, *, as_it_is: bool = False
 ) -> Experiment | None:
-    """Return the experiment that tells models apart best; None where no motion is within the arm's torque.
+    """Return the experiment that tells models apart best; None where none tells any, or is within the arm's torque.
 
     First motions that stay within what the recordings show of the arm; then, if these promise too little, wider and
     faster ones within its torque; then a change of the arm or its stand, with the motion that is best for that.
@@ -120,17 +121,28 @@ def next_experiment(
         Noise floor, N m rms.
     as_it_is : bool
         Without a change: where the cause may be none of the models, it is motions, diagnosed together with the runs so
-        far, that may bring it out.
+        far, that may bring it out, also where they tell none of the models.
     """
     plan = Plan(prepared, tuple(models), floor)
     best: Choice | None = None
     for choice in plan.choices(as_it_is=as_it_is):
-        laborious = best is not None and best.change is AS_IT_IS and choice.change is not AS_IT_IS
-        if best is None or resolved(choice.nearest) > resolved(best.nearest) + (CHANGED if laborious else MORE):
+        if best is None or _better(choice, best):
             best = choice
         if resolved(best.nearest) > WORTH:
             break
-    return None if best is None else _experiment(plan, best)
+    if best is None or (best.furthest <= FAINT and not as_it_is):
+        return None
+    return _experiment(plan, best)
+
+
+def _better(choice: Choice, best: Choice) -> bool:
+    """Return whether a choice promises enough beyond the best one so far for what it asks.
+
+    Any more is enough for one that sets the likeliest model apart where the other one does not.
+    """
+    laborious = best.change is AS_IT_IS and choice.change is not AS_IT_IS
+    enough = 0.0 if best.apart <= FAINT < choice.apart else CHANGED if laborious else MORE
+    return resolved(choice.nearest) > resolved(best.nearest) + enough
 
 
 def _experiment(plan: Plan, choice: Choice) -> Experiment:
@@ -177,6 +189,15 @@ def _names(models: Sequence[Model], joints: Sequence[str]) -> tuple[str, ...]:
     if len(set(names)) == len(names):
         return tuple(names)
     return tuple(f"{place.effect.name} at {joints[place.joint]}" for place in last)
+
+
+def told_inseparable(models: Sequence[Model], joints: Sequence[str]) -> list[str]:
+    """Return a note that no experiment was found that tells some models apart; none of no model."""
+    if not models:
+        return []
+    named = [name.partition(" at ") for name in _names(models, joints)]
+    said = ", ".join(f"{effect.replace('_', ' ')}{at}{joint}" for effect, at, joint in named)
+    return [f"no experiment was found that tells apart: {said}"]
 
 
 def resolved(nearest: np.ndarray) -> float:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from stribeck.gap.answer.verdict import AT_FLOOR, EXPLAINED, closure
 from stribeck.gap.result import Diagnosis
 from stribeck.report import words
 from stribeck.report.numbers import number, unit_text
-from stribeck.report.signals import Window, telling_window, with_breaks
+from stribeck.report.signals import Window, telling_window, torque_scale, with_breaks
 from stribeck.report.style import COLOUR, MUTED, drawn, end_labels, grid, heading, new_figure, title
 
 
@@ -65,7 +67,26 @@ def _finding(diagnosis: Diagnosis, window: Window) -> str:
     if not diagnosis.named:
         return f"The re-tuned model still misses {run}, and no cause is named"
     named = words.listing([words.effect(name) for name in diagnosis.named])
-    return f"With {named}, the model follows {run} where re-tuning misses most"
+    left = _left(diagnosis, window)
+    if not left:
+        return f"With {named}, the model follows {run} where re-tuning misses most"
+    return f"With {named}, the model still misses {run} by {left} where re-tuning misses most"
+
+
+def _left(diagnosis: Diagnosis, window: Window) -> str:
+    """Return what the corrected model leaves over a window at the joint where that is most; "" where it follows.
+
+    It follows as a gap counts as explained: at the noise floor, or with next to all closed.
+    """
+    trace, part = window
+    floor = torque_scale(diagnosis)
+    before, after = (np.nan_to_num(trace.measured - values)[part] for values in (trace.retuned, trace.corrected))
+    rms = np.sqrt(np.mean(after**2, axis=0))
+    if np.max(rms / floor) < AT_FLOOR or closure(before, after, floor) > EXPLAINED:
+        return ""
+    j = int(np.argmax(rms / floor))
+    said = f"{number(rms[j])} {unit_text(words.torque_unit(diagnosis))} rms"
+    return f"{said} at {words.short(diagnosis.joints[j])}" if len(rms) > 1 else said
 
 
 def _panel(diagnosis: Diagnosis, joint: str) -> str:
