@@ -29,7 +29,7 @@ def test_every_place_along_a_drive_is_taken() -> None:
     assert [effect_named(name).along for name, _ in DRIVE] == list(Along)  # type: ignore[attr-defined]
 
 
-ORDERS = [order for order in permutations(range(len(DRIVE))) if order[0] < order[1]]  # a delay is of what comes in
+ORDERS = list(permutations(range(len(DRIVE))))[::31]  # as many as there are of four, each law at every place
 
 
 @pytest.mark.parametrize("order", ORDERS)
