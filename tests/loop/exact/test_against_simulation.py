@@ -154,6 +154,19 @@ def test_a_sampled_joint_that_sticks_is_not_at_rest_while_its_friction_fades(joi
     assert found.steady_error == pytest.approx(-seen, rel=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("effect", "law", "values"),
+    [
+        ("history", "in_time", {"change": 1.0, "time": 600.0, "kept": 0.5}),
+        ("dwell_time", "frozen", {"rise": 0.5, "time": 1.0}),  # whose time at rest grows for ever
+    ],
+)
+def test_a_sampled_joint_rests_where_what_still_changes_lets_it(joint_a, loop_of, effect, law, values):
+    arm = replace(joint_a.arm, effects=(EffectEntry(effect, ("A",), {"A": values}, law),))
+    assert shoot(arm, loop_of(error=0.15, sample_time=0.0125))["A"].verdict == "rest"
+    assert settle(arm, loop_of(error=0.15, sample_time=0.0125))["A"].verdict == "rest"
+
+
 def test_errors_are_those_of_the_measured_position(joint_a, loop_of):
     sensors = {
         "encoder_offset": {"offset": 0.1},

@@ -60,7 +60,7 @@ def settle_from(rounds: Rounds, place: Place) -> Ending:
             return _stopped(done.why, done.place)
         span, place = done.place.time - place.time, done.place
         if len(done.turns) < 4:
-            still += 1
+            still, before, last = still + 1, None, None  # what moved before has passed
             if still > 3 and len(done.turns) == 0 and not _breaks_away(rounds):
                 return Ending("rest", place)
             seconds *= 4.0

@@ -9,6 +9,8 @@
 
 enum { SB_QUIET = 20, SB_ENOUGH, SB_END }; /* further ways to stop, beside the engine's */
 #define SB_FORGOTTEN 40.0 /* time constants after which a drive's lag follows a dither alone */
+#define SB_AHEAD 1e5 /* s: friction that fades has done so long before */
+#define SB_FEW 20000 /* steps, after which what is fast has faded */
 enum { SB_ANY = -1 };                      /* joint whose turns count: any; below it none */
 
 /* One turn: the joint, when, its deviation q - r, counted in the direction of the reference, so that a turn is a largest
@@ -134,14 +136,6 @@ static void sb_refine(sb_rounds *w, const sb_sim *before) {
     sb_accept(s, s->t + first, y, f, margin);
 }
 
-/* The largest rate of change of the arm's states from the given one on. */
-static double sb_change(sb_sim *s, int first) {
-    double worst = 0.0;
-    if (!s->fresh) sb_rhs(s, s->t, s->y, s->f, s->margin), s->fresh = 1;
-    for (int i = first; i < SB_NS; i++) worst = fmax(worst, fabs(s->f[i]));
-    return worst;
-}
-
 /* Whether nothing moves relative to the references any more: to the last digits where the joints stick, and so little
  * where one slides that the rest of the way is linear. Under a dither that may be so for an instant alone. */
 static int sb_is_quiet(sb_rounds *w) {
@@ -153,7 +147,8 @@ static int sb_is_quiet(sb_rounds *w) {
         if (s->mode[j] != 0.0 && !sb_bristle[j]) quiet = w->quiet_slide;
     }
     if (!(worst < quiet)) return 0;
-    worst = fmax(worst, sb_change(s, SB_N));
+    if (!s->fresh) sb_rhs(s, s->t, s->y, s->f, s->margin), s->fresh = 1;
+    for (int i = SB_N; i < SB_NS; i++) worst = fmax(worst, fabs(s->f[i]));
     for (int j = 0; j < SB_N && s->ny == SB_NS + SB_NZ; j++) {
         const sb_axis *a = w->loop->axis + j;
         const double *f = s->f + SB_NS + SB_OWN * j;
@@ -203,13 +198,27 @@ static int sb_rounds_continuous(sb_rounds *w, double end, double *record, double
     return s->status != SB_OK ? s->status : w->still ? SB_QUIET : w->seen >= w->most ? SB_ENOUGH : SB_END;
 }
 
+/* When an arm that sticks lets go of itself under the command that it is held by, as friction fades, where it does so
+ * ahead; else the present. What slides is left to the samples. */
+static double sb_lets_go(const sb_sim *now) {
+    sb_sim ahead = *now;
+    for (int j = 0; j < SB_N; j++)
+        if (ahead.mode[j] != 0.0 && !sb_bristle[j]) return now->t;
+    const double end = now->t + SB_AHEAD;
+    const long steps = ahead.steps;
+    ahead.defer = 1;
+    while (ahead.status == SB_OK && ahead.t < end && !ahead.waiting && ahead.steps - steps < SB_FEW)
+        if (!sb_step(&ahead, end - ahead.t)) break;
+    return ahead.waiting ? ahead.t : now->t;
+}
+
 /* Samples first .. count - 1; rows before `first` of computed and command are the past. */
 static int sb_rounds_sampled(sb_rounds *w, sb_loop *loop, sb_memory *memory, double *computed, long first,
                              double *record, long calm, long long *reached) {
     sb_sim *s = w->s;
     sb_memory before[SB_N];
     sb_hold hold;
-    double next;
+    double next, lets_go = -HUGE_VAL;
     long still = 0;
     sb_hold_start(&hold, loop->times, loop->command, first > 0 ? first : 1, s->p, s->t);
     for (long k = first; k < loop->count; k++) {
@@ -227,8 +236,10 @@ static int sb_rounds_sampled(sb_rounds *w, sb_loop *loop, sb_memory *memory, dou
             change = fmax(change, fabs(s->y[SB_N + j] - w->rate[j]));
             change = fmax(change, fabs(computed[k * SB_N + j] - computed[(k - 1) * SB_N + j]));
         }
-        still = k > first && change < quiet && sb_change(s, 2 * SB_N) < quiet ? still + 1 : 0;
+        still = k > first && change < quiet ? still + 1 : 0;
         *reached = k;
+        if (still > calm && s->t >= lets_go) lets_go = sb_lets_go(s);
+        if (still > calm && s->t < lets_go) still = 0;
         if (still > calm) { /* who goes on from here takes this sample again */
             memcpy(memory, before, sizeof before);
             return SB_QUIET;
