@@ -12,6 +12,7 @@ from stribeck.effects.registry import registry
 from stribeck.errors import StribeckError
 from stribeck.model.layout import Placed, layout, values_of
 from stribeck.model.path import SignalPath
+from stribeck.model.values import Parameter
 
 EVEN = Friction(2.0, 0.5, 0.7, 0.05)
 A = Joint("A", "revolute", 0.3, 2.0, (0.15, -0.02), 0.03, 0.05, EVEN, EVEN)
@@ -88,7 +89,7 @@ def test_a_straight_axis_has_its_own_units() -> None:
 
 
 def test_places_are_bounded_about_the_middle_of_a_motion() -> None:
-    """All else is as it is, and what an arm file states stays within."""
+    """All else is as it is, and what an arm file states beyond is free, to be corrected either way."""
     spring = registry()["cable_spring"]
 
     def bounds(values: dict[str, float], middles: Sequence[float] | None) -> list[tuple[float, float]]:
@@ -98,5 +99,8 @@ def test_places_are_bounded_about_the_middle_of_a_motion() -> None:
     (stiffness, rest) = bounds({}, [0.0, 50.0])
     assert stiffness == bounds({}, None)[0]
     assert rest == pytest.approx((50.0 - spring.parameters[1].reach, 50.0 + spring.parameters[1].reach))
-    assert bounds({"rest": 9.0}, [0.0, 50.0])[1] == (9.0, rest[1])
+    assert bounds({"rest": 49.0}, [0.0, 50.0])[1] == rest
+    for stated in ({"rest": 9.0}, {"stiffness": 5.0}):  # at 0, where the file leaves it out
+        assert bounds(stated, [0.0, 50.0])[1] == (-math.inf, math.inf)
+    assert Parameter("rest", "rad", "", 0.0, -3.0, 3.0, reach=2.0).bounds(6.3) == (1.0, 3.0)
     assert bounds({}, None)[1] == (-math.inf, math.inf)

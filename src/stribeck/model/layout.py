@@ -119,7 +119,7 @@ def _effect(arm: Arm, k: int, place: Placed, middle: float | None) -> list[Entry
             unit_at(parameter.unit, arm.joints[place.joint].kind),
             float(place.values.get(parameter.name, parameter.null)),
             0.0 if parameter.name in place.held else math.inf,
-            *_bounds(parameter, middle, place.values.get(parameter.name)),
+            *_bounds(parameter, middle, place.values.get(parameter.name, parameter.null) if place.values else None),
             parameter.log,
             k,
         )
@@ -127,8 +127,10 @@ def _effect(arm: Arm, k: int, place: Placed, middle: float | None) -> list[Entry
     ]
 
 
-def _bounds(parameter: Parameter, middle: float | None, given: float | None) -> tuple[float, float]:
+def _bounds(parameter: Parameter, middle: float | None, stated: float | None) -> tuple[float, float]:
+    """Return the bounds of a fit; of a place those about the middle of the motion, unless it is stated beyond."""
+    free = parameter.lower, parameter.upper
     if middle is None or not parameter.place:
-        return parameter.lower, parameter.upper
+        return free
     lower, upper = parameter.bounds(middle)
-    return (lower, upper) if given is None else (min(lower, given), max(upper, given))
+    return (lower, upper) if stated is None or lower <= stated <= upper else free

@@ -53,8 +53,9 @@ class Parameter:
         return math.isfinite(self.reach)
 
     def bounds(self, middle: float) -> tuple[float, float]:
-        """Return the bounds of a fit to motions about a middle, rad."""
-        return max(self.lower, middle - self.reach), min(self.upper, middle + self.reach)
+        """Return the bounds of a fit to motions about a middle, rad; near the physical ones where it lies beyond."""
+        near = min(max(middle, self.lower), self.upper)
+        return max(self.lower, near - self.reach), min(self.upper, near + self.reach)
 
     @property
     def pitch(self) -> bool:
