@@ -8,7 +8,7 @@ import pytest
 
 from stribeck.run import Run
 from stribeck.run.reading import as_read
-from stribeck.run.turns import in_one_turn
+from stribeck.run.turns import TURN, in_one_turn
 
 STEP = 0.002
 
@@ -91,6 +91,23 @@ def test_runs_stay_where_they_are_if_no_counter_begins_anew_or_no_turn_brings_th
     made = in_one_turn(runs, notes)
     assert all(one is other for one, other in zip(made, runs, strict=True))
     assert notes == []
+
+
+def test_a_run_far_from_the_others_stays_where_it_is_when_they_move() -> None:
+    """Three are brought together by moving the one that is alone in its turn; the fourth lies between turns."""
+    runs, notes = runs_about(3.0, 3.5, 3.6, 0.9), list[str]()
+    moved = in_one_turn(runs, notes)
+    assert [note.partition(":")[0] for note in notes] == ["r0.csv"]
+    assert moved[3] is runs[3]
+
+
+def test_a_wrong_reading_makes_no_counter_that_begins_anew() -> None:
+    t = STEP * np.arange(1500)
+    runs = [
+        Run(name, t, (at + 0.4 * np.sin(4.0 * t))[:, None], tau=t[:, None]) for name, at in (("a", 0.0), ("b", TURN))
+    ]
+    runs[0].q[500, 0] += 6.1
+    assert all(one is other for one, other in zip(in_one_turn(runs, []), runs, strict=True))
 
 
 def test_where_the_speeds_around_missing_rows_tell_no_turn_positions_are_left_alone() -> None:

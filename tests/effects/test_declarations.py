@@ -321,7 +321,7 @@ def test_a_law_without_what_makes_it_one_is_refused(effect: str, values: dict[st
 @pytest.mark.parametrize(
     ("law", "values", "folds"),
     [
-        ("one_wave", {"sine": 0.3, "harmonic": 4.0}, True),
+        ("one_wave", {"sine": 0.24, "harmonic": 4.0}, True),
         ("one_wave", {"sine": 0.2, "harmonic": 4.0}, False),
         ("two_waves", {"sine": 0.2, "second_sine": -0.06, "harmonic": 4.0}, True),
         ("two_waves", {"sine": 0.2, "second_cosine": 0.06, "harmonic": 3.0}, False),

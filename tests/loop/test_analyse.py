@@ -96,8 +96,8 @@ def _fails(*_: object) -> None:
 @pytest.mark.parametrize(
     ("kind", "search", "why"),
     [
-        ("none", k_critical, "not sought: nothing compensates on the measured velocity"),
-        ("feedforward", k_critical, "not sought: nothing compensates on the measured velocity"),
+        ("none", k_critical, "not sought: it is of a compensation of kind feedback"),
+        ("feedforward", k_critical, "not sought: it is of a compensation of kind feedback"),
         ("feedback", _fails, "not found: the search failed"),
         ("feedback", lambda *_: None, "none: no ratio makes it cycle"),
         ("feedback", lambda *_: 1.0, ""),

@@ -82,7 +82,7 @@ def _values(law: tuple[str, str, dict[str, float]]) -> list[float]:
     return [values[parameter.name] for parameter in effect_named(name, which).parameters]
 
 
-@pytest.mark.parametrize("steepness", [0.1, 0.5, 0.9])
+@pytest.mark.parametrize("steepness", [0.1, 0.5, 0.95])
 def test_what_a_sensor_recorded_is_undone(steepness: float) -> None:
     """At every place of a turn, with velocity and acceleration, up to where two places are recorded alike."""
     wave, turn = {"sine": 0.8 * steepness / 8.0, "cosine": 0.6 * steepness / 8.0, "harmonic": 8.0}, np.pi / 4.0
@@ -97,6 +97,17 @@ def test_what_a_sensor_recorded_is_undone(steepness: float) -> None:
         phase = 8.0 * place
         assert first == pytest.approx(1.0 + 8.0 * (wave["sine"] * np.cos(phase) - wave["cosine"] * np.sin(phase)))
         assert second == pytest.approx(-64.0 * (wave["sine"] * np.sin(phase) + wave["cosine"] * np.cos(phase)))
+
+
+def test_a_zero_of_the_counter_is_behind_its_disc() -> None:
+    placed = [
+        Placed(effect_named("encoder_offset"), 0, {"offset": 0.3}),
+        Placed(effect_named("encoder_eccentricity", "one_wave"), 0, {"sine": 0.05, "cosine": 0.0, "harmonic": 3.0}),
+    ]
+    for order in (placed, placed[::-1]):
+        path = SignalPath(nominal_arm(), order)
+        seen = ca.Function("seen", [path.p], [path.measured(0, ca.SX(0.2))])
+        assert float(seen(values_of(path.entries))) == pytest.approx(0.2 + 0.05 * np.sin(0.6) + 0.3)
 
 
 def test_a_bristle_turned_back_unloads_along_its_spring() -> None:

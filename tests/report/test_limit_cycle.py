@@ -151,7 +151,7 @@ def test_the_map_of_a_backward_ramp_is_over_backward_ramps(cycling: Analysis) ->
 
 
 def test_the_critical_ratio_is_told_to_be_none_only_where_it_was_sought(cycling: Analysis) -> None:
-    told = "not sought: nothing compensates on the measured velocity"
+    told = "not sought: it is of a compensation of kind feedback"
     for answer, expected in (
         (replace(cycling.joints[0], k_critical=None, k_why=told), told),
         (replace(cycling.joints[0], k_critical=0.0), "0: it cycles without compensation"),

@@ -99,10 +99,9 @@ def limit_cycle(
     from stribeck.simulate.engine import left_out
 
     settings, cells = load_loop(loop, controlled), grid_of(grid)
-    alone, driven = undriven(controlled)
-    warn([*left_out(controlled), *driven])
+    warn([*left_out(controlled), *undriven(controlled)[1]])
     with whole_folder(out) as folder, progress("analysing") as told:
-        found = analyse(alone, settings, grid=cells, progress=told)
+        found = analyse(controlled, settings, grid=cells, progress=told)
         told("drawing the report")
         write_limit_cycle(found, folder)
         write_report(found, folder)

@@ -22,6 +22,7 @@ from stribeck.loop.exact.shooting import shoot
 from stribeck.loop.linear import Assembly, assemble, free, kp_max, margins
 from stribeck.loop.linear.controller import derivative_gain
 from stribeck.loop.surroundings import Grid, alone, branch_of, locus_of, map_of
+from stribeck.loop.undriven import undriven
 from stribeck.loop.watched import watched
 from stribeck.simulate import Closed, JointLoop, Loop, close_loop
 
@@ -54,8 +55,9 @@ def analyse(arm: Arm, loop: Loop, *, grid: Grid | None = None, progress: Told = 
     Raises
     ------
     InputError
-        When a reference or an effect drives the loop for ever: a limit cycle is what a loop does of itself.
+        When a reference drives the loop for ever: a limit cycle is what a loop does of itself.
     """
+    arm, driven = undriven(arm)
     engine = RoundsEngine(arm)
     check_autonomous(engine, loop)
     grid = Grid() if grid is None else grid
@@ -74,7 +76,8 @@ def analyse(arm: Arm, loop: Loop, *, grid: Grid | None = None, progress: Told = 
     answers = []
     for entry in loop.joints:
         found = _Found(exact[entry.joint], settled[entry.joint], motion)
-        answers.append(_joint(engine, loop, entry, found, assembly, grid, progress))
+        answer = _joint(engine, loop, entry, found, assembly, grid, progress)
+        answers.append(replace(answer, notes=(*driven, *answer.notes)))
     indices = tuple(arm.names.index(entry.joint) for entry in loop.joints)
     return Analysis(arm.name, loop.sample_time, loop.duration, loop.seed, tuple(answers), motion, indices)
 
@@ -147,7 +150,7 @@ def _why_none(entry: JointLoop, critical: float | None, *, failed: bool) -> str:
     if critical is not None:
         return ""
     if entry.compensation.kind != "feedback":
-        return "not sought: nothing compensates on the measured velocity"
+        return "not sought: it is of a compensation of kind feedback"
     return "not found: the search failed" if failed else "none: no ratio makes it cycle"
 
 

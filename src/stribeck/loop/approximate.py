@@ -169,7 +169,7 @@ def _few(found: Harmonics) -> list[str]:
 def _doubts(case: _Case, exact: Cycle) -> list[str]:
     """Return the reasons for which a sinusoid does not describe this joint's motion."""
     j = case.arm.names.index(case.entry.joint)
-    placed = [p for p in placed_effects(case.arm) if p.joint == j and not vanishes(p)]
+    placed = [p for p in placed_effects(case.arm) if j in p.joints(case.arm.n) and not vanishes(p)]
     laws = sorted({p.effect.name for p in placed if isinstance(p.effect, FrictionEffect)})
     doubts = [f"leaves out the effect {name}" for name in laws]
     doubts += [f"takes the effect {name} for linear" for name in sorted({p.effect.name for p in placed if bends(p)})]

@@ -5,19 +5,19 @@ from __future__ import annotations
 from dataclasses import replace
 
 from stribeck.arm import Arm
+from stribeck.effects.placing import placed_effects
 from stribeck.effects.registry import effect_named
 
 
-def undriven(arm: Arm) -> tuple[Arm, list[str]]:
-    """Return an arm without the effects that drive it in time, and a warning for each of those.
+def undriven(arm: Arm) -> tuple[Arm, tuple[str, ...]]:
+    """Return an arm without the effects that drive it in time, and a note for each joint that one would drive.
 
     A limit cycle is what a loop does of itself; a corrected model may hold a disturbance all the same.
     """
-    stays = [not effect_named(entry.effect, entry.law).waves for entry in arm.effects]
-    warnings = [
-        f"{', '.join(entry.joints)}: {entry.effect} drives the arm in time and is left out here; "
-        "simulate shows what it does"
-        for entry, stay in zip(arm.effects, stays, strict=True)
-        if not stay
+    notes = [
+        f"{arm.names[place.joint]}: {place.effect.name} drives the arm in time and is left out; simulate shows it"
+        for place in placed_effects(arm)
+        if place.effect.waves
     ]
-    return replace(arm, effects=tuple(e for e, stay in zip(arm.effects, stays, strict=True) if stay)), warnings
+    stays = tuple(entry for entry in arm.effects if not effect_named(entry.effect, entry.law).waves)
+    return replace(arm, effects=stays), tuple(notes)

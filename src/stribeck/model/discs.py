@@ -14,6 +14,7 @@ GEARED = (2.5, 60.0)  # cycles per turn, where the encoder turns faster than the
 PERIOD = 1.5 * math.pi  # of an error's phase, that must be recorded
 MOST_LOBES = 6.5  # of which a HALF of a period will do where they are a whole number: a disc that its screws bend
 SLOPE = 0.5  # that the error may have
+STEEPEST = 0.95  # slope of an error from which positions are as good as recorded twice
 SMALL = 0.005  # rad, of a start
 MOST = 0.15  # rad; nine degrees are more than a disc can run off centre: it is inertia and gravity that are meant
 

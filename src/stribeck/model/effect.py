@@ -308,10 +308,13 @@ class ExternalEffect(Effect):
 class SensingEffect(Effect):
     """A change between the true motor position and the recorded one."""
 
+    counted: ClassVar[bool] = False
+    """True where it is of the counter, behind what its disc does: the path has such laws last."""
+
     def measured(self, position: Expression, p: Parameters) -> Expression:
         """Return the recorded position from the true one, rad."""
         return position
 
     def folds(self, values: Mapping[str, float]) -> bool:
-        """Return whether two positions are recorded alike, so that no record tells where the joint is."""
+        """Return whether two positions are recorded alike, or nearly: no record tells where the joint is."""
         return False

@@ -27,8 +27,8 @@ from stribeck.model.tip import tip_of
 from stribeck.model.tustin import tustin_level, tustin_viscous
 from stribeck.model.values import Body, Expression, Parameters, Signals
 
-INVERSION_STEPS = 6  # of Newton's method, which undo a sensor's law
-SLOPE = 0.02  # of a sensor's law, at least: a fit may try one that folds
+INVERSION_STEPS = 7  # of Newton's method, which undo a sensor's law
+SLOPE = 0.05  # of a sensor's law, at least: below, as in a fit that tries one, two positions are read nearly alike
 
 
 class SignalPath(Symbols):
@@ -225,7 +225,7 @@ class SignalPath(Symbols):
 
     def measured(self, joint: int, position: Expression) -> Expression:
         """Return the recorded position of a joint from the true one, rad."""
-        for k, effect in self.at(joint, SensingEffect):
+        for k, effect in sorted(self.at(joint, SensingEffect), key=lambda found: found[1].counted):
             position = effect.measured(position, self.parameters(k))
         return position
 

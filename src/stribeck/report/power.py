@@ -85,8 +85,8 @@ def _table(power: Power) -> Table:
         "Sized to be worth 10 to 25 % of the torque that moves the joint where clear, 5 to 10 % where medium, 1.5 to "
         "5 % where weak, within what can be built; what is clear is made stronger until re-tuning leaves three noise "
         "floors of it. Effects that live at rest or in few milliradians have sizes as they are met in practice, half "
-        "the way of an axis that slides standing for a radian. In brackets: torque over noise floor below 15 Hz (the "
-        "strength), and what it was worth. Flagged: not even revealed where clear."
+        "the way of an axis that slides standing for a radian. In brackets: the strength (torque over noise floor "
+        "below 4, 8 or 15 Hz, where it is most), and what it was worth. Flagged: not even revealed where clear."
     )
     return Table("Effect by effect", columns, tuple(rows), frozenset(range(1, 1 + len(levels))), note)
 

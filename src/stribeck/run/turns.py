@@ -15,6 +15,7 @@ NEAR = 0.5  # rad, that a step may be off whole turns: a joint moves less from s
 MISSING = 1.5  # median steps: rows are missing in a longer one
 SPAN = 4  # rows over which a speed is told, and as many more of which the middle one is taken
 FORESEEN = np.pi  # rad, that a joint may go where rows are missing: beyond, speeds around tell no turn
+WRONG = 2  # rows off by a turn that may be wrong readings
 WITHIN = (1.0, 99.0)  # per cent of a joint's positions: wrong readings lie outside
 
 
@@ -66,7 +67,7 @@ def in_one_turn(runs: Sequence[Run], notes: list[str]) -> list[Run]:
     """
     told = [turned_on(run.q, run.t) for run in runs]
     turns = np.zeros((len(runs), runs[0].n))
-    for j in np.flatnonzero(np.any([leaps > 0 for _, leaps in told], axis=0)):
+    for j in np.flatnonzero(np.any([_begins_anew(run.q, q) for run, (q, _) in zip(runs, told, strict=True)], axis=0)):
         turns[:, j] = _turns_apart(np.array([np.percentile(q[:, j], WITHIN) for q, _ in told]))
     out = []
     for run, own in zip(runs, turns, strict=True):
@@ -79,12 +80,18 @@ def in_one_turn(runs: Sequence[Run], notes: list[str]) -> list[Run]:
     return out
 
 
+def _begins_anew(recorded: Floats, joined: Floats) -> NDArray[np.bool_]:
+    """Return of each joint whether its counter began anew, for longer than a wrong reading or two."""
+    turned = np.rint((recorded - joined) / TURN)
+    return np.asarray(np.count_nonzero(turned != np.median(turned, axis=0), axis=0) > WRONG)
+
+
 def _turns_apart(ranges: Floats) -> Floats:
     """Return the turns (K,) by which ranges (K, 2) of a joint, rad, are to be moved for them to overlap most.
 
     As many as can stay where they are; so do those that would come no nearer than NEAR to the others.
     """
-    turns = np.zeros(len(ranges))
+    turns, beside = np.zeros(len(ranges)), np.full(len(ranges), True)
     widest, *others = np.argsort(ranges[:, 0] - ranges[:, 1], kind="stable")
     low, high = ranges[widest]
     for i in others:
@@ -93,9 +100,10 @@ def _turns_apart(ranges: Floats) -> Floats:
         here, there = (min(high, last + moved) - max(low, first + moved) for moved in (0.0, nearest))
         if there > max(here, -NEAR):
             turns[i] = nearest / TURN
+        beside[i] = max(here, there) > -NEAR
         low, high = min(low, first + TURN * turns[i]), max(high, last + TURN * turns[i])
-    counts, often = np.unique(turns, return_counts=True)
-    return np.asarray(turns - counts[often.argmax()])
+    counts, often = np.unique(turns[beside], return_counts=True)
+    return np.where(beside, turns - counts[often.argmax()], 0.0)
 
 
 def _while_missing(step: Floats, time: Floats, unclear: NDArray[np.bool_]) -> Floats:

@@ -12,6 +12,7 @@ from stribeck.loop.analyse import analyse
 from stribeck.loop.exact.branch import continue_in
 from stribeck.loop.exact.settle import settle
 from stribeck.loop.exact.shooting import shoot
+from stribeck.loop.surroundings import Grid
 from stribeck.loop.undriven import undriven
 from stribeck.simulate import Compensation, JointLoop, Loop, Reference
 
@@ -83,7 +84,7 @@ def test_a_driven_loop_has_no_cycle_of_its_own(joint_a):
 def test_an_arm_that_is_shaken_has_no_cycle_of_its_own(joint_a, loop_of, sample_time):
     wave = {"A": {"sine": 12.0, "cosine": 0.0, "frequency": 2.0}}
     shaken = replace(joint_a.arm, effects=(EffectEntry("input_disturbance", ("A",), wave),))
-    for method in (shoot, settle, analyse):
+    for method in (shoot, settle):
         with pytest.raises(InputError, match="an effect drives it in time: found input_disturbance/one_wave"):
             method(shaken, loop_of(sample_time=sample_time))
 
@@ -93,8 +94,15 @@ def test_what_drives_an_arm_in_time_is_left_out_with_a_warning(joint_a):
     wave = EffectEntry("input_disturbance", ("A",), {"A": {"sine": 12.0, "cosine": 0.0, "frequency": 2.0}})
     alone, warnings = undriven(replace(joint_a.arm, effects=(wave, bristles)))
     assert alone == replace(joint_a.arm, effects=(bristles,))
-    assert warnings == ["A: input_disturbance drives the arm in time and is left out here; simulate shows what it does"]
-    assert undriven(joint_a.arm) == (joint_a.arm, [])
+    assert warnings == ("A: input_disturbance drives the arm in time and is left out; simulate shows it",)
+    assert undriven(joint_a.arm) == (joint_a.arm, ())
+
+
+def test_an_analysis_tells_what_it_left_out(joint_a, loop_of):
+    wave = EffectEntry("input_disturbance", ("A",), {"A": {"sine": 12.0, "cosine": 0.0, "frequency": 2.0}})
+    found = analyse(replace(joint_a.arm, effects=(wave,)), loop_of(error=0.1), grid=Grid(wanted=False))
+    assert found.joints[0].notes[0] == undriven(replace(joint_a.arm, effects=(wave,)))[1][0]
+    assert found.joints[0].cycle == analyse(joint_a.arm, loop_of(error=0.1), grid=Grid(wanted=False)).joints[0].cycle
 
 
 def test_steps_end_in_regulation(joint_a, loop_of):

@@ -8,7 +8,7 @@ from typing import final
 
 import casadi as ca
 
-from stribeck.model.discs import discs, is_of_a_disc, waves_of_discs
+from stribeck.model.discs import STEEPEST, discs, is_of_a_disc, waves_of_discs
 from stribeck.model.effect import SensingEffect
 from stribeck.model.scale import Scale
 from stribeck.model.values import Expression, Parameter, Parameters
@@ -47,7 +47,7 @@ class EncoderEccentricity(SensingEffect):
         return position + p["sine"] * ca.sin(phase) + p["cosine"] * ca.cos(phase)
 
     def folds(self, values: Mapping[str, float]) -> bool:
-        return values["harmonic"] * math.hypot(values["sine"], values["cosine"]) >= 1.0
+        return values["harmonic"] * math.hypot(values["sine"], values["cosine"]) > STEEPEST
 
 
 def _start(wave: Wave) -> dict[str, float]:

@@ -8,7 +8,7 @@ from typing import final
 
 import numpy as np
 
-from stribeck.model.discs import discs, is_of_a_disc, waves_of_discs
+from stribeck.model.discs import STEEPEST, discs, is_of_a_disc, waves_of_discs
 from stribeck.model.effect import SensingEffect
 from stribeck.model.overtones import faster_wave, slower_wave, two_waves
 from stribeck.model.scale import Scale
@@ -58,4 +58,4 @@ class EncoderEccentricityTwoWaves(SensingEffect):
         phase = np.linspace(0.0, 2.0 * math.pi, 1000)
         first = values["sine"] * np.cos(phase) - values["cosine"] * np.sin(phase)
         second = values["second_sine"] * np.cos(2.0 * phase) - values["second_cosine"] * np.sin(2.0 * phase)
-        return bool(np.min(1.0 + values["harmonic"] * (first + 2.0 * second)) <= 0.0)
+        return bool(np.max(-values["harmonic"] * (first + 2.0 * second)) > STEEPEST)

@@ -19,6 +19,7 @@ class EncoderOffset(SensingEffect):
 
     name = "encoder_offset"
     channel = "sensing"
+    counted = True
     equation = r"y = q + q_0"
     symptom = "gravity (and the coupling of the joints) that seems rotated by a constant angle"
     shows = "position"

@@ -12,6 +12,8 @@ from stribeck.model.values import Expression, Parameters, Signals, States
 def bends(place: Placed) -> bool:
     """Tell whether the torque of a drive, transmission or outside effect is no linear function of torque and motion."""
     effect = place.effect
+    if effect.everywhere and isinstance(effect, ExternalEffect):
+        return True  # a wall against the tip
     seen, x = ca.SX.sym("seen", 5), ca.SX.sym("x", len(effect.states))
     position, velocity, link_position, link_velocity, torque = ca.vertsplit(seen)
     s = Signals(0.0, position, velocity, 0.0, link_position, link_velocity, torque=torque)
