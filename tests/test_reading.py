@@ -94,11 +94,11 @@ def test_runs_stay_where_they_are_if_no_counter_begins_anew_or_no_turn_brings_th
 
 
 def test_a_run_far_from_the_others_stays_where_it_is_when_they_move() -> None:
-    """Three are brought together by moving the one that is alone in its turn; the fourth lies between turns."""
-    runs, notes = runs_about(3.0, 3.5, 3.6, 0.9), list[str]()
+    """Four are brought together by moving the one that is alone in its turn; the last lies between turns."""
+    runs, notes = runs_about(3.0, 3.5, 3.6, 3.4, 0.9), list[str]()
     moved = in_one_turn(runs, notes)
     assert [note.partition(":")[0] for note in notes] == ["r0.csv"]
-    assert moved[3] is runs[3]
+    assert moved[4] is runs[4]
 
 
 def test_a_wrong_reading_makes_no_counter_that_begins_anew() -> None:
