@@ -8,7 +8,7 @@ import pytest
 
 from stribeck.run import Run
 from stribeck.run.reading import as_read
-from stribeck.run.turns import TURN, in_one_turn
+from stribeck.run.turns import TURN, _turns_apart, in_one_turn
 
 STEP = 0.002
 
@@ -94,11 +94,9 @@ def test_runs_stay_where_they_are_if_no_counter_begins_anew_or_no_turn_brings_th
 
 
 def test_a_run_far_from_the_others_stays_where_it_is_when_they_move() -> None:
-    """Four are brought together by moving the one that is alone in its turn; the last lies between turns."""
-    runs, notes = runs_about(3.0, 3.5, 3.6, 3.4, 0.9), list[str]()
-    moved = in_one_turn(runs, notes)
-    assert [note.partition(":")[0] for note in notes] == ["r0.csv"]
-    assert moved[4] is runs[4]
+    """The widest one is moved to the others, of which there are more; the second comes no nearer by any turn."""
+    ranges = np.array([[0.0, 2.0], [4.2, 5.0], [TURN, TURN + 1.5], [TURN + 0.1, TURN + 1.4]])
+    assert _turns_apart(ranges) == pytest.approx([1.0, 0.0, 0.0, 0.0])
 
 
 def test_a_wrong_reading_makes_no_counter_that_begins_anew() -> None:
