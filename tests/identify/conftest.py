@@ -54,6 +54,15 @@ def recorded(
     return Run("sines", t, q[:, None], tau[:, None])
 
 
+def hoisted(own: Joint, *, noise: float = 0.0, seed: int = 0) -> tuple[Arm, Run]:
+    """A vertical axis with the values of ``own``, and its run: gravity holds against it with the same force always."""
+    axis = replace(own, kind="prismatic", length=0.0, com=(0.0, 0.0), inertia=0.0)
+    moved = replace(axis, rotor_inertia=axis.rotor_inertia + axis.mass)  # the law's, of a joint that turns
+    run = recorded(moved, 0.0, rate=250.0, noise=noise, seed=seed)
+    arm = Arm("hoist", (9.81, 0.0), (axis,), tolerance=Tolerance(0.1, 0.3))
+    return arm, replace(run, tau=run.tau - 9.81 * axis.mass)
+
+
 def stronger(joint: Joint, **factors: float) -> Joint:
     """The joint with some constants multiplied: mass, inertia, or friction constants."""
     friction = replace(

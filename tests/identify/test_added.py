@@ -12,7 +12,7 @@ from stribeck.identify.residual import Residual
 from stribeck.model.layout import values_of
 from stribeck.model.path import SignalPath
 
-from .conftest import pendulum, recorded
+from .conftest import PENDULUM, hoisted, pendulum, recorded
 
 CUTOFF = 20.0
 PATH = SignalPath(pendulum())
@@ -47,3 +47,16 @@ def test_its_jacobian_is_its_derivative_and_friction_has_none() -> None:
         change = (own(P + step)[0] - own(P - step)[0]) / (2.0 * step[i])
         assert np.quantile(np.abs(change - slopes[..., k]), 0.98) < 1e-3 * np.abs(rows).max() / P[i]
         assert (PATH.entries[i].owner == "friction") == (not slopes[..., k].any()) == (not change.any())
+
+
+def test_a_weight_that_friction_bears_as_well_adds_nothing() -> None:
+    """Mass that is taken for the rotor's changes the weight of a vertical axis, and not what it accelerates."""
+    arm, run = hoisted(PENDULUM, noise=1e-5)
+    path = SignalPath(arm)
+    residual = Residual(path, [condition(arm, run, CUTOFF, np.full(1, 1e-5), thin=True)])
+    p = values_of(path.entries)
+    own = Added(residual, p, louder(residual, CUTOFF))
+    keys = [entry.key for entry in path.entries]
+    moved = p.copy()
+    moved[[keys.index("A.mass"), keys.index("A.rotor_inertia")]] += 0.03, -0.03
+    assert own(moved)[0] == pytest.approx(own(p)[0], abs=1e-9 * np.abs(own(p)[0]).max())

@@ -17,7 +17,7 @@ from stribeck.run import Run
 from stribeck.simulate import JointLoop, Loop, Reference, close_loop
 
 from .bench import BACKWARD, FORWARD, engine, joint
-from .conftest import PENDULUM, law
+from .conftest import PENDULUM, hoisted, law
 
 WRONG = Friction(4.0, 1.0, 1.2, 0.04)
 SWINGS = ((0.5, 0.3), (0.05, 0.2), (0.3, 1.0))  # rad, Hz
@@ -93,3 +93,13 @@ def test_noise_in_the_acceleration_is_no_reason_for_less_inertia(seed: int) -> N
     assert found.fit.ok
     assert found.fit.at_limit == ()
     assert fitted.inertia + fitted.rotor_inertia == pytest.approx(level.inertia + level.rotor_inertia, rel=0.1)
+
+
+def test_weight_that_friction_bears_as_well_is_left_to_the_tolerances() -> None:
+    """Of a vertical axis, what mass is taken for the rotor's: a run moves it no further than the arm file allows."""
+    arm, run = hoisted(replace(PENDULUM, mass=6.0, rotor_inertia=1.0), noise=1e-5, seed=2)
+    guess = replace(arm, joints=(replace(arm.joints[0], mass=5.82),))
+    found = fit_runs(guess, [condition(guess, run, CUTOFF, np.full(1, 1e-5), thin=True)], [(True, True)], CUTOFF)
+    levels = [[entry.key for entry in found.fit.entries].index(f"A.{side}.C0") for side in ("friction", "backward")]
+    assert found.fit.p[levels] == pytest.approx(PENDULUM.friction.C0, rel=0.1)
+    assert not found.intervals.identified[levels].any()
