@@ -11,14 +11,15 @@ import pytest
 from stribeck.arm import Arm, EffectEntry, Friction, Joint, load_arm, save_arm
 from stribeck.cli import main
 from stribeck.errors import InputError
+from stribeck.identify.doubts import TAKEN
 from stribeck.identify.files import identification_json
-from stribeck.identify.findings import Identification
+from stribeck.identify.findings import WAYS, Identification
 from stribeck.identify.identification import identify
 from stribeck.identify.tustin_fit import NAMES, tustin
 from stribeck.run import Run, save_run
 
 from .bench import BACKWARD, FORWARD, breaking, campaign, joint, sliding
-from .conftest import PENDULUM, pendulum, recorded, stronger
+from .conftest import PENDULUM, hoisted, pendulum, recorded, stronger
 
 WRONG = Friction(2.0, 0.5, 0.5, 0.1)  # what the arm file says: anyone's guess
 
@@ -127,6 +128,22 @@ def test_recordings_that_never_slide_steadily() -> None:
     assert any("never slides steadily" in text for text in found.warnings)
     fitted = found.arm.joints[0]
     assert values(fitted.friction)[[0, 2]] == pytest.approx(values(truth.friction)[[0, 2]], rel=0.03)
+
+
+def test_friction_is_taken_with_the_masses_that_it_was_fitted_with() -> None:
+    """Of a vertical axis neither is determined; together they hold against gravity."""
+    heavy = replace(PENDULUM, mass=6.0, rotor_inertia=1.0)
+    arm, run = hoisted(heavy, noise=1e-6)
+    (own,) = arm.joints
+    found = identify(replace(arm, joints=(replace(own, mass=6.3, friction=WRONG, backward=WRONG),)), [run])
+    assert not any(one.runs_identified[0] for one in found.joints[0].directions.values())
+    fitted = found.arm.joints[0]
+    for friction, true, way in ((fitted.friction, own.friction, 1.0), (fitted.backward, own.backward, -1.0)):
+        borne = 9.81 * (fitted.mass - own.mass)
+        assert way * friction.C0 - borne == pytest.approx(way * true.C0, abs=0.1)
+    for way in WAYS.values():
+        (told,) = (text for text in found.warnings if text.startswith(f"A, {way}: the recordings do not determine C0"))
+        assert told.endswith(TAKEN["runs"])
 
 
 def test_a_joint_that_never_moves_keeps_its_constants() -> None:

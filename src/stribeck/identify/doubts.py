@@ -8,6 +8,11 @@ from stribeck.identify.findings import Direction, JointFriction
 from stribeck.identify.run_fit import RunFit
 from stribeck.identify.tustin_fit import NAMES
 
+TAKEN = {
+    "runs": "what is taken holds with the fitted masses alone",
+    "other direction": "the other direction's constants are taken",
+    "nominal": "its friction stays as the arm file has it, beside masses that were fitted with other constants",
+}
 UNEXPLAINED = 0.1  # share of the break-away torque that the fit to whole runs may leave unremarked
 
 
@@ -27,7 +32,8 @@ def left_open(joints: Sequence[JointFriction], whole: RunFit) -> list[str]:
         if not joint.directions:
             said.append(f"{joint.name}: it never moved; its friction stays as the arm file has it")
         for way, one in joint.directions.items():
-            said += [f"{joint.name}, {way}: {text}" for text in _of_direction(one)]
+            doubts = [*_of_readings(one), *(_of_runs(one) if whole.fit.ok else ())]
+            said += [f"{joint.name}, {way}: {text}" for text in doubts]
     for joint, own, rms in zip(joints, whole.arm.joints, whole.rms, strict=True):
         share = float(rms) / max(own.friction.C0 + own.friction.C1, 1e-12)
         if joint.directions and share > UNEXPLAINED:
@@ -36,7 +42,7 @@ def left_open(joints: Sequence[JointFriction], whole: RunFit) -> list[str]:
     return said + [f"{key}: the recordings want more than three tolerances" for key in whole.fit.at_limit]
 
 
-def _of_direction(one: Direction) -> Iterator[str]:
+def _of_readings(one: Direction) -> Iterator[str]:
     if one.sliding == 0:
         yield "it never slides steadily; only the fit to whole recordings is given"
     elif not one.curve.ok:
@@ -46,6 +52,10 @@ def _of_direction(one: Direction) -> Iterator[str]:
         yield f"the readings do not determine {', '.join(open_ended)}"
     elif one.source != "curve":
         yield "a law of the arm file goes with Tustin's friction; the curve through the readings is not taken"
-    if one.source == "runs" and not one.runs_identified.all():
+
+
+def _of_runs(one: Direction) -> Iterator[str]:
+    if one.source != "curve" and not one.runs_identified.all():
         unsure = [name for name, sure in zip(NAMES, one.runs_identified, strict=True) if not sure]
-        yield f"the recordings do not determine {', '.join(unsure)}"
+        consequence = f"; {TAKEN[one.source]}" if one.source != "runs" or "C0" in unsure else ""
+        yield f"the recordings do not determine {', '.join(unsure)}{consequence}"

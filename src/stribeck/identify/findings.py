@@ -36,8 +36,8 @@ class Direction:
     runs_identified : array (4,) of bool
         Which of these the recordings determine.
     source : str
-        Where ``fitted.toml`` has its constants from: ``curve``, ``runs`` or, where neither is determined,
-        ``other direction`` or ``nominal``.
+        Where ``fitted.toml`` has its constants from: ``curve``, ``runs`` or, where the readings do not determine all
+        and the recordings not even C2, ``other direction`` or ``nominal``.
     """
 
     points: tuple[Point, ...]

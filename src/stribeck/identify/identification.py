@@ -105,14 +105,18 @@ def _moved(runs: Sequence[Conditioned], n: int) -> list[tuple[bool, bool]]:
 def _joint(
     arm: Arm, j: int, moved: tuple[bool, bool], points: Sequence[Point], whole: RunFit, *, apart: bool
 ) -> JointFriction:
-    """Return what was found at a joint; its readings are taken where what its laws add is ``apart`` from Tustin's."""
+    """Return what was found at a joint; its readings are taken where what its laws add is ``apart`` from Tustin's.
+
+    A level that the recordings leave open is taken all the same: it bears what the fitted masses do not. Friction that
+    they do not show to grow with speed is not, since it would be carried on to speeds that they do not hold.
+    """
     directions = {}
     for way, flag in zip((1, -1), moved, strict=True):
         if flag:
             own = tuple(point for point in points if point.joint == j and point.direction == way)
             one = _direction(own, arm.joints[j].kind, *_of_runs(arm.names[j], way, all(moved), whole))
             by_curve = apart and one.curve.ok and bool(one.curve.identified.all())
-            by_runs = whole.fit.ok and bool(one.runs_identified[[0, 2]].all())
+            by_runs = whole.fit.ok and bool(one.runs_identified[NAMES.index("C2")])
             source = "curve" if by_curve else "runs" if by_runs else "none"
             directions[WAYS[way]] = replace(one, source=source)
     sources = {one.source for one in directions.values()}

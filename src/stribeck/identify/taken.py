@@ -16,7 +16,7 @@ def taken_arm(arm: Arm, joints: Sequence[JointFriction], whole: RunFit) -> Arm:
     Parameters
     ----------
     arm : Arm
-        The nominal one, whose values stay where the recordings do not determine them.
+        The nominal one, whose friction stays where each direction's source says so.
     joints : sequence of JointFriction
         One a joint of the arm.
     whole : RunFit
