@@ -85,10 +85,32 @@ def test_prior_alone_gives_the_prior_interval() -> None:
     assert one(sd=0.3).identified.all()
 
 
-def test_value_at_its_bound_has_no_width() -> None:
-    bounds = one(lower=0.0, p=np.array([2.0, 0.0, 0.4]))
-    assert bounds.low[1] == bounds.high[1] == 0.0
+def test_value_at_its_bound_reaches_away_from_it_alone() -> None:
+    values = np.array([2.0, 0.0, 0.4])
+    bounds, free = one(lower=0.0, p=values), one(p=values)
+    assert bounds.low[1] == 0.0
+    assert bounds.high[1] == free.high[1] > 0.0
     assert bounds.high[0] > bounds.low[0]
+
+
+@pytest.mark.parametrize(("scale", "sure"), [(1.0, True), (1e-6, False)])
+def test_a_bound_is_no_identification(scale: float, sure: bool) -> None:
+    assert one(sd=0.3, lower=0.0, p=np.array([2.0, 0.0, 0.4]), scale=scale).identified[1] == sure
+
+
+def test_a_small_value_that_noise_takes_to_its_bound_is_covered() -> None:
+    truth, weights, held = np.array([2.0, 0.004, 0.4]), Weights(np.ones(2), np.ones(2)), []
+    columns = design(np.random.default_rng(0))
+    for seed in range(60):
+        y = columns @ truth + noise(np.random.default_rng([1, seed]), 0.5)
+        if estimate(columns, y, weights).p[1] < 0.0:
+            others = columns * np.array([1.0, 0.0, 1.0])
+            found = estimate(others, y, weights, sd=1e6)
+            at_bound = replace(found, entries=entries(lower=0.0), jacobian=-columns)
+            bounds = intervals(at_bound, weights, BLOCKS)
+            held.append(bounds.low[1] <= truth[1] <= bounds.high[1])
+    assert len(held) > 10
+    assert np.mean(held) > 0.9
 
 
 def test_level() -> None:

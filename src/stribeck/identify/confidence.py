@@ -56,7 +56,8 @@ def intervals(
     -----
     Covariance H^-1 (S + P) H^-1 with H the Gauss-Newton Hessian, S the sum of outer products of block scores and P
     the prior's precision: Liang & Zeger (1986), with Student's t for the number of blocks. Parameters at a bound
-    are held there. The rank of what the data say is that of H against the prior.
+    are held there for the others' intervals; their own reach away from it as far as with all of them free. The rank of
+    what the data say is that of H against the prior.
     """
     free, entries = fit.free, [fit.entries[i] for i in fit.free]
     slope = np.array([fit.p[i] if fit.entries[i].log else 1.0 for i in free])
@@ -65,42 +66,50 @@ def intervals(
     scale = weights.scale
     columns = fit.jacobian * scale[..., None] * (slope * unit)
     residual = fit.residual * scale
-    moving = ~_at_bound(fit)
+    bounded = _at_bound(fit)
     scores = np.zeros((int(block.max()) + 1, len(free)))
     np.add.at(scores, block, np.einsum("mn,mnf->mf", residual, columns))
     flat = columns.reshape(columns.shape[0] * columns.shape[1], -1)
     hessian = flat.T @ flat + np.diag(precision)
-    size = np.sqrt(np.maximum(np.diag(hessian), 1e-300))
     scores = margin * (scores - scores.mean(axis=0))
     meat = (scores.T @ scores) * len(scores) / max(len(scores) - 1, 1) + np.diag(precision)
-    deviation, shift = np.zeros(len(free)), np.zeros(len(free))
-    keep = np.flatnonzero(moving)
-    if len(keep):
-        normal = hessian[np.ix_(keep, keep)] / np.outer(size[keep], size[keep])
-        inverse = np.linalg.pinv(normal, rcond=1e-12, hermitian=True)
-        middle = meat[np.ix_(keep, keep)] / np.outer(size[keep], size[keep])
-        deviation[keep] = np.sqrt(np.maximum(np.diag(inverse @ middle @ inverse), 0.0)) / size[keep]
-        if pull is not None:
-            shift[keep] = -inverse @ (pull * slope * unit / size)[keep] / size[keep]
+    gradient = np.zeros(len(free)) if pull is None else pull * slope * unit
+    deviation, shift = _spread(hessian, meat, gradient, np.arange(len(free)))
+    if bounded.any():
+        keep = np.flatnonzero(~bounded)
+        deviation[keep], shift[keep] = _spread(hessian, meat, gradient, keep)
     reach = float(stats.t.ppf(0.5 + level / 2, max(len(scores) - 1, 1))) * deviation
     down, up = reach + np.maximum(shift, 0.0), reach + np.maximum(-shift, 0.0)
     low, high = fit.p.copy(), fit.p.copy()
-    low[free], high[free] = _ends(entries, fit.p[free], down, up)
+    low[free], high[free] = _ends(entries, fit.p[free], down, up, bounded)
     identified = np.zeros(len(fit.p), dtype=bool)
     identified[free] = (precision == 0.0) | (np.hypot(deviation, shift) < FLAT)
     return Intervals(low, high, identified)
 
 
-def _ends(entries: Sequence[Entry], p: np.ndarray, down: np.ndarray, up: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _spread(
+    hessian: np.ndarray, meat: np.ndarray, gradient: np.ndarray, among: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the deviations of some parameters, the others held, and by how much a gradient shifts them."""
+    size = np.sqrt(np.maximum(np.diag(hessian)[among], 1e-300))
+    own, outer = np.ix_(among, among), np.outer(size, size)
+    inverse = np.linalg.pinv(hessian[own] / outer, rcond=1e-12, hermitian=True)
+    deviation = np.sqrt(np.maximum(np.diag(inverse @ (meat[own] / outer) @ inverse), 0.0)) / size
+    return deviation, -inverse @ (gradient[among] / size) / size
+
+
+def _ends(
+    entries: Sequence[Entry], p: np.ndarray, down: np.ndarray, up: np.ndarray, bounded: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the ends of intervals that reach so far down and up, in deviations or, of logarithms, in ratios.
 
-    A decay constant is known by its ratio too, though it is fitted as it is: half of it is as far off as twice.
-    Nothing lies beyond a physical bound.
+    A decay constant is known by its ratio too, though it is fitted as it is: half of it is as far off as twice; but
+    for one that is ``bounded``, which is next to nothing. Nothing lies beyond a physical bound.
     """
     low, high = p.copy(), p.copy()
     for i, entry in enumerate(entries):
         unit = entry.sd if np.isfinite(entry.sd) else 1.0
-        if entry.log or (entry.name == DECAY and p[i] > 0.0):
+        if entry.log or (entry.name == DECAY and p[i] > 0.0 and not bounded[i]):
             size = 1.0 if entry.log else unit / p[i]
             ends = p[i] * np.exp(-down[i] * size), p[i] * np.exp(min(up[i] * size, MOST))
         else:
