@@ -98,19 +98,50 @@ def test_a_bound_is_no_identification(scale: float, sure: bool) -> None:
     assert one(sd=0.3, lower=0.0, p=np.array([2.0, 0.0, 0.4]), scale=scale).identified[1] == sure
 
 
+def without_second(fit: Fit) -> Fit:
+    """Return a fit whose residual does not know its second value."""
+    return replace(fit, jacobian=fit.jacobian * np.array([1.0, 0.0, 1.0]))
+
+
+def clipped(columns: np.ndarray, y: np.ndarray, weights: Weights) -> Fit:
+    """Return the fit of a linear model whose second value is held at its bound, 0."""
+    found = estimate(columns * np.array([1.0, 0.0, 1.0]), y, weights, sd=1e6)
+    return replace(found, entries=entries(lower=0.0), jacobian=-columns)
+
+
 def test_a_small_value_that_noise_takes_to_its_bound_is_covered() -> None:
     truth, weights, held = np.array([2.0, 0.004, 0.4]), Weights(np.ones(2), np.ones(2)), []
     columns = design(np.random.default_rng(0))
     for seed in range(60):
         y = columns @ truth + noise(np.random.default_rng([1, seed]), 0.5)
         if estimate(columns, y, weights).p[1] < 0.0:
-            others = columns * np.array([1.0, 0.0, 1.0])
-            found = estimate(others, y, weights, sd=1e6)
-            at_bound = replace(found, entries=entries(lower=0.0), jacobian=-columns)
-            bounds = intervals(at_bound, weights, BLOCKS)
+            bounds = intervals(clipped(columns, y, weights), weights, BLOCKS)
             held.append(bounds.low[1] <= truth[1] <= bounds.high[1])
     assert len(held) > 10
     assert np.mean(held) > 0.9
+
+
+def test_others_are_as_uncertain_as_a_value_that_noise_alone_takes_to_its_bound() -> None:
+    """It is hard to tell from the first, whose interval would miss the truth were it held."""
+    true, weights, held = np.array([2.0, 0.05, 0.4]), Weights(np.ones(2), np.ones(2)), []
+    columns = design(np.random.default_rng(0))
+    columns[..., 0] = columns[..., 1] + 0.05 * columns[..., 0]
+    for seed in range(60):
+        y = columns @ true + noise(np.random.default_rng([1, seed]), 0.5)
+        if estimate(columns, y, weights).p[1] < 0.0:
+            bounds = intervals(clipped(columns, y, weights), weights, BLOCKS)
+            held.append(bounds.low[0] <= true[0] <= bounds.high[0])
+    assert len(held) > 10
+    assert np.mean(held) > 0.9
+
+
+def test_others_know_a_value_that_is_surely_at_its_bound() -> None:
+    rng, weights = np.random.default_rng(3), Weights(np.ones(2), np.ones(2))
+    columns = design(rng)
+    found = clipped(columns, columns @ TRUTH + noise(rng, 0.5), weights)
+    bounds, known = intervals(found, weights, BLOCKS), intervals(without_second(found), weights, BLOCKS)
+    for one in (0, 2):
+        assert (bounds.low[one], bounds.high[one]) == pytest.approx((known.low[one], known.high[one]), rel=1e-9)
 
 
 def test_level() -> None:

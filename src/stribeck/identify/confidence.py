@@ -56,8 +56,8 @@ def intervals(
     -----
     Covariance H^-1 (S + P) H^-1 with H the Gauss-Newton Hessian, S the sum of outer products of block scores and P
     the prior's precision: Liang & Zeger (1986), with Student's t for the number of blocks. Parameters at a bound
-    are held there for the others' intervals; their own reach away from it as far as with all of them free. The rank of
-    what the data say is that of H against the prior.
+    reach away from it as far as with all of them free. For the others' intervals they are held there, but only where
+    the least of the cost surely lies beyond. The rank of what the data say is that of H against the prior.
     """
     free, entries = fit.free, [fit.entries[i] for i in fit.free]
     slope = np.array([fit.p[i] if fit.entries[i].log else 1.0 for i in free])
@@ -66,19 +66,22 @@ def intervals(
     scale = weights.scale
     columns = fit.jacobian * scale[..., None] * (slope * unit)
     residual = fit.residual * scale
-    bounded = _at_bound(fit)
+    bounded, every = _at_bound(fit), np.arange(len(free))
     scores = np.zeros((int(block.max()) + 1, len(free)))
     np.add.at(scores, block, np.einsum("mn,mnf->mf", residual, columns))
     flat = columns.reshape(columns.shape[0] * columns.shape[1], -1)
     hessian = flat.T @ flat + np.diag(precision)
+    push = scores.sum(axis=0) + _off_nominal(entries, fit.p[free])
     scores = margin * (scores - scores.mean(axis=0))
     meat = (scores.T @ scores) * len(scores) / max(len(scores) - 1, 1) + np.diag(precision)
+    sure = float(stats.t.ppf(0.5 + level / 2, max(len(scores) - 1, 1)))
     gradient = np.zeros(len(free)) if pull is None else pull * slope * unit
-    deviation, shift = _spread(hessian, meat, gradient, np.arange(len(free)))
+    deviation, shift = _spread(hessian, meat, gradient, every)
     if bounded.any():
-        keep = np.flatnonzero(~bounded)
+        beyond = np.abs(_spread(hessian, meat, push, every)[1]) > sure * deviation
+        keep = np.flatnonzero(~(bounded & beyond))
         deviation[keep], shift[keep] = _spread(hessian, meat, gradient, keep)
-    reach = float(stats.t.ppf(0.5 + level / 2, max(len(scores) - 1, 1))) * deviation
+    reach = sure * deviation
     down, up = reach + np.maximum(shift, 0.0), reach + np.maximum(-shift, 0.0)
     low, high = fit.p.copy(), fit.p.copy()
     low[free], high[free] = _ends(entries, fit.p[free], down, up, bounded)
@@ -96,6 +99,11 @@ def _spread(
     inverse = np.linalg.pinv(hessian[own] / outer, rcond=1e-12, hermitian=True)
     deviation = np.sqrt(np.maximum(np.diag(inverse @ (meat[own] / outer) @ inverse), 0.0)) / size
     return deviation, -inverse @ (gradient[among] / size) / size
+
+
+def _off_nominal(entries: Sequence[Entry], p: np.ndarray) -> np.ndarray:
+    """Return how far values are from the nominal ones, in standard deviations; 0 where they have no tolerance."""
+    return np.array([(x - e.value) / e.sd if np.isfinite(e.sd) else 0.0 for e, x in zip(entries, p, strict=True)])
 
 
 def _ends(
