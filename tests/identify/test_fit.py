@@ -1,15 +1,18 @@
 """The maximum a posteriori fit: it finds what made the data, stays within its bounds, and says how it ended."""
 
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from stribeck.arm import Arm, Friction, Joint, Tolerance
 from stribeck.effects.registry import registry
+from stribeck.identify import map_fit
 from stribeck.identify.conditioning import Conditioned, condition
 from stribeck.identify.confidence import intervals
-from stribeck.identify.map_fit import Fit, fit
+from stribeck.identify.map_fit import BOLD, CAREFUL, Fit, fit
 from stribeck.identify.problem import LEVEL_LIMIT, PRIOR_LIMIT, Problem, Weights
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import Entry, Placed, values_of
@@ -54,6 +57,27 @@ def test_recovers_what_made_the_data() -> None:
     assert m * x == pytest.approx(tm * tx, rel=1e-6)
     assert i + r + m * x**2 == pytest.approx(ti + tr + tm * tx**2, rel=1e-6)
     assert np.abs(found.residual).max() < 1e-6
+
+
+@pytest.mark.parametrize("careful", [True, False])
+def test_a_fit_that_finds_nothing_better_than_its_start_is_done_again(
+    careful: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    solved, tried = map_fit._solved, []
+
+    def lost(problem: Problem, evaluations: int, tolerance: float, steps: Mapping[str, object]) -> Any:
+        tried.append(steps)
+        if len(tried) > 1:
+            return solved(problem, evaluations, tolerance, steps)
+        problem.cost(problem.start)
+        return problem.bounds()[1].clip(max=1.0), "Solve_Succeeded", 1
+
+    monkeypatch.setattr(map_fit, "_solved", lost)
+    path = SignalPath(replace(pendulum(), tolerance=Tolerance(0.3, 1.0)))
+    truth = perturbed(path, 0.05)
+    found = fit(Residual(path, [clean(path, truth)]), SURE, careful=careful)
+    assert tried == ([CAREFUL, BOLD] if careful else [BOLD, CAREFUL])
+    assert found.value("A.friction.C0") == pytest.approx(truth[[e.key for e in path.entries].index("A.friction.C0")])
 
 
 def test_recovers_an_effect_in_its_logarithm() -> None:

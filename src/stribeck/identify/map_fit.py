@@ -17,6 +17,11 @@ from stribeck.model.layout import Entry, values_of
 
 GOOD = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
 
+# a law with a kink (contact, a dead zone) can defeat the line search: move on rather than stall
+BOLD: Mapping[str, object] = {"mu_strategy": "adaptive", "accept_after_max_steps": 4}
+# a wave's pitch leaps where the first step is bent by far bounds or taken though the cost rises
+CAREFUL: Mapping[str, object] = {"mu_strategy": "monotone", "mu_init": 1e-4}
+
 
 @dataclass(frozen=True)
 class Fit:
@@ -69,6 +74,7 @@ def fit(
     scales: Mapping[str, float] | None = None,
     *,
     added: Added | None = None,
+    careful: bool = False,
     evaluations: int = 80,
     tolerance: float = 1e-4,
 ) -> Fit:
@@ -85,6 +91,9 @@ def fit(
         Typical size of each effect parameter by key, for conditioning.
     added : Added or None
         What noise adds to the residual: its squares are taken off the cost.
+    careful : bool
+        Whether every step has to descend, from a start that is believed. A fit that finds nothing better than its start
+        is done again the other way.
     evaluations : int
         About so many evaluations of the residual at most.
     tolerance : float
@@ -99,10 +108,23 @@ def fit(
     """
     p0 = values_of(residual.path.entries) if start is None else start
     problem = Problem(residual, weights, p0, scales or {}, added)
+    usual, other = (CAREFUL, BOLD) if careful else (BOLD, CAREFUL)
+    found, status, iterations = _solved(problem, evaluations, tolerance, usual)
+    if problem.evaluate(found)[0] > problem.best[0] == problem.first:
+        found, status, iterations = _solved(problem, evaluations, tolerance, other)
+    if problem.evaluate(found)[0] > problem.best[0]:
+        found = problem.best[1]
+    return _result(problem, found, status, iterations)
+
+
+def _solved(
+    problem: Problem, evaluations: int, tolerance: float, steps: Mapping[str, object]
+) -> tuple[np.ndarray, str, int]:
+    """Return where IPOPT ends (f,), its status and its number of iterations."""
     cost, gradient, hessian = Cost(problem), Gradient(problem), Hessian(problem)
     z = ca.MX.sym("z", len(problem.free))
     come: list[int] = []
-    stop = Stop(problem, evaluations, come)
+    stop = Stop(problem, problem.evaluations + evaluations, come)
     options = {
         "grad_f": gradient,
         "iteration_callback": stop,
@@ -121,12 +143,10 @@ def fit(
             "acceptable_dual_inf_tol": 1e10,
             "acceptable_obj_change_tol": 1e-4,
             "acceptable_iter": 2,
-            "mu_strategy": "adaptive",
             "nlp_scaling_method": "none",
             "bound_relax_factor": 0.0,
             "honor_original_bounds": "yes",
-            # a law with a kink (contact, a dead zone) can defeat the line search: move on rather than stall
-            "accept_after_max_steps": 4,
+            **steps,
         },
     }
     solver = ca.nlpsol("fit", "ipopt", {"x": z, "f": cost(z)}, options)
@@ -135,10 +155,7 @@ def fit(
         solution = solver(x0=problem.start, lbx=lower, ubx=upper)
     stats = solver.stats()
     status = "No_Further_Descent" if problem.stuck else str(stats["return_status"])
-    found = solution["x"].full().ravel()
-    if problem.evaluate(found)[0] > problem.best[0]:
-        found = problem.best[1]
-    return _result(problem, found, status, int(stats["iter_count"]))
+    return solution["x"].full().ravel(), status, int(stats["iter_count"])
 
 
 def _result(problem: Problem, z: np.ndarray, status: str, iterations: int) -> Fit:

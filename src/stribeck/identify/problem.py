@@ -61,7 +61,7 @@ class Problem:
         self._cost, self._rows = (np.inf, np.empty(0), np.empty(0)), (np.empty(0), np.empty(0), np.inf)
         self.evaluations = 0
         self.fallen = (np.inf, 0)
-        self.best = (np.inf, self.start)
+        self.best, self.first = (np.inf, self.start), np.inf
 
     @staticmethod
     def _unit(entry: Entry, scales: Mapping[str, float]) -> float:
@@ -101,6 +101,8 @@ class Problem:
     def _tried(self, cost: float, z: np.ndarray) -> float:
         if cost < self.fallen[0] - WORTH * abs(cost):
             self.fallen = (cost, self.evaluations)
+        if self.first == np.inf:
+            self.first = cost
         if cost < self.best[0]:
             self.best = (cost, z)
         return cost

@@ -78,13 +78,15 @@ def fit_model(
     known: Fit | None = None,
     trial: dict[str, float] | None = None,
     *,
+    careful: bool = False,
     evaluations: int = 80,
 ) -> Model:
     """Fit a model to the fit runs and evaluate it on the held-out runs."""
     path = prepared.path(placed)
     residual = differentiable(path, prepared, prepared.fit)
     start = start_values(path, known, trial)
-    result = fit(residual, weights, start, effect_scales(path, prepared), evaluations=evaluations)
+    scales = effect_scales(path, prepared)
+    result = fit(residual, weights, start, scales, careful=careful, evaluations=evaluations)
     judged = Residual(path, prepared.held, ())
     held, _ = judged(result.p)
     model = Model(_with_values(placed, result), result, held)
@@ -214,11 +216,11 @@ def retune(
 ) -> Model:
     """Return the re-tuned model: weights and fit in turn until the weights hold, from nominal values or ``known`` ones.
 
-    A wave that starts beside values that are far off may leap to another pitch.
+    Effects start where they are stated; a wave that starts beside values that are far off may leap to another pitch.
     """
     path = SignalPath(prepared.arm, placed)
     residual, _ = Residual(path, prepared.fit, ())(start_values(path, known, None))
-    model = fit_model(prepared, placed, weights_from(residual, prepared, floor), known)
+    model = fit_model(prepared, placed, weights_from(residual, prepared, floor), known, careful=bool(path.placed))
     for _ in range(rounds - 1):
         model = fit_model(prepared, placed, weights_of(model, prepared, floor), model.fit)
     return model
