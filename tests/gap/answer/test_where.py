@@ -179,6 +179,18 @@ def test_shares_of_a_family_sum_to_one(prepared: Prepared) -> None:
         assert sum(row[0] for key, row in shares.items() if key[0] == family) == pytest.approx(1.0)
 
 
+def test_a_part_below_its_noise_takes_nothing_from_the_others(prepared: Prepared) -> None:
+    rows = sum(len(run.analysis_index) for run in prepared.held)
+    masks = motion_masks(prepared.held, 0)
+    before = np.full((rows, 1), 2.0)
+    before[masks["low velocity"]] = 0.3
+    shares = found(prepared, before, 1.0)
+    assert shares["motion", "low velocity"][:3] == (0.0, 0.0, 0.0)
+    for family in {family for family, _ in shares}:
+        assert sum(row[0] for key, row in shares.items() if key[0] == family) == pytest.approx(1.0)
+        assert all(row[1] <= row[0] <= row[2] <= 1.0 for key, row in shares.items() if key[0] == family)
+
+
 def test_frequency_band_of_a_sine(prepared: Prepared) -> None:
     """A residual of half the analysis cutoff lies in the highest band, a slow one in the lowest; power is kept."""
     time = analysis_signals(prepared.held)["time"]
