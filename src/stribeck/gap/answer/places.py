@@ -16,7 +16,7 @@ from stribeck.gap.result import Estimate, Place
 from stribeck.model.effect import Effect
 
 DRAWS = 300
-LEAST_SHARE = 0.02
+LEAST_SHARE = 0.02  # but for what an effect surely takes at a joint at which it is named
 UNNAMED = "unknown"
 
 
@@ -42,15 +42,16 @@ def places(
     excess = [(model.held**2 - noise**2) / floor for model in models]
     left = [np.maximum(rows.sum(axis=0), 0.0) for rows in excess]
     drawn = [np.maximum(draws @ block_sums(rows, block), 0.0) for rows in excess]
+    at = [*(model.placed[-1].joints(prepared.arm.n) for model in models[1:]), ()]
     channels = [*(_channels(model.placed[-1].effect, alike) for model in models[1:]), (UNNAMED,)]
     rows = [*(before - after for before, after in pairwise(excess)), excess[-1]]
     share, shares = _parts(left), _parts(drawn)
     out = []
     for k, possible in enumerate(channels):
         for j, joint in enumerate(prepared.arm.names):
-            if share[k, j] < LEAST_SHARE:
-                continue
             low, high = np.quantile(shares[k, :, j], (0.025, 0.975))
+            if share[k, j] < LEAST_SHARE and not (j in at[k] and low > 0.0):
+                continue
             estimate = Estimate(float(share[k, j]), float(low), float(high))
             out.append(Place(joint, possible[0], _region(prepared, j, rows[k][:, j]), estimate, possible))
     return tuple(sorted(out, key=lambda place: -place.share.value))
