@@ -91,7 +91,7 @@ class Cause:
     closes; those that the records show by themselves close nothing and take even parts. ``presence`` is the
     probability that this effect is there at all, beside whatever else is. ``parameters`` is joint -> parameter ->
     Estimate; ``closes`` the part of the closable gap that it closes; ``law`` is joint -> law, where the effect is a
-    family with several.
+    family with several. ``alike`` is joint -> those of ``equivalent`` that the data cannot tell from it there.
     """
 
     effect: str
@@ -102,6 +102,7 @@ class Cause:
     closes: Estimate | None = None
     presence: float | None = None
     law: Mapping[str, str] = field(default_factory=dict)
+    alike: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -179,8 +179,10 @@ def test_an_effect_has_its_row_at_each_joint_at_which_it_is_named(two: Prepared)
     models: list[Any] = [
         SimpleNamespace(held=signs * np.array(size), placed=placed[:k]) for k, size in enumerate(sizes)
     ]
-    told = places(two, models, np.ones((rows, 2)), {}, 0)
+    alike = {("cogging", "A"): ("cogging",), ("cogging", "B"): ("cogging", "cable_spring")}
+    told = places(two, models, np.ones((rows, 2)), alike, 0)
     assert [(place.joint, place.channel) for place in told] == [("B", "actuator"), ("A", "actuator")]
+    assert [place.channels for place in told] == [("actuator", "external"), ("actuator",)]
     assert told[1].share.value == pytest.approx((8.9**2 - 1.0) / (100.0**2 + 9.0**2 - 2.0))
 
 
@@ -188,7 +190,7 @@ def test_a_share_may_lie_in_the_stage_of_any_effect_that_looks_alike(prepared: P
     rows = sum(len(run.analysis_index) for run in prepared.held)
     placed = (Placed(effect_named("torque_offset"), 0),)
     models: list[Any] = [SimpleNamespace(held=np.full((rows, 1), size), placed=placed) for size in (5.0, 2.0)]
-    alike = {"torque_offset": ("torque_offset", "gravity_tilt", "asymmetric_friction", "cogging")}
+    alike = {("torque_offset", "A"): ("torque_offset", "gravity_tilt", "asymmetric_friction", "cogging")}
     told, left = places(prepared, models, np.full((rows, 1), 1.0), alike, 0)
     assert (told.channel, told.channels) == ("actuator", ("actuator", "rigid_body", "friction"))
     assert (left.channel, left.channels) == ("unknown", ("unknown",))

@@ -94,7 +94,7 @@ class Assembly:
         final = chain[-1]
         verdict, causes = self._verdict(final, in_torque, causes, left_over)
         silent = verdict == "no_gap"
-        alike = {cause.effect: cause.equivalent for cause in causes}
+        alike = {(cause.effect, joint): names for cause in causes for joint, names in cause.alike.items()}
         closed = self._closes(final) if in_torque and self._any_gap() else None
         verdict, causes = with_observed(verdict, causes, self.seen.causes, len(in_torque))
         named = (*(cause.effect for cause in self.seen.causes), *in_torque)
