@@ -146,8 +146,8 @@ class Delivered:
 
     ``gain``, ``offset`` and ``delay`` lead from the command to it, ``left`` is what they leave, rms in the unit of
     torque. ``share`` is the part of the gap that re-tuning leaves which lies before the measurement: gone where the
-    measured torque, without that gain and offset, stands in for the command (None: there is no gap, or the measured
-    torque does not follow the command).
+    measured torque stands in for the command, but for what any gain and offset of that close; none where it is the
+    command, to the noise (None: there is no gap, or the measured torque does not follow the command).
     """
 
     joint: str
@@ -190,8 +190,9 @@ class Trace:
 class Diagnosis:
     """The whole answer.
 
-    ``closed`` is the part of the closable gap that the named effects close on held-out runs (None: nothing
-    closable). ``models`` holds the arms ``as_given``, ``retuned`` and ``corrected``. ``next_reference`` is what a
+    ``closed`` is the part of the closable gap that the named effects close on held-out runs (None: nothing closable),
+    ``before_measurement`` the part of it that lies before the measured torque, where runs hold that, all joints
+    together. ``models`` holds the arms ``as_given``, ``retuned`` and ``corrected``. ``next_reference`` is what a
     controller is to follow in the ``next_experiment``; its torque is what the best model needs for that.
     """
 
@@ -217,5 +218,6 @@ class Diagnosis:
     next_reference: Run | None = None
     delivered: tuple[Delivered, ...] = ()
     recordings: tuple[Recording, ...] = ()
+    before_measurement: Estimate | None = None
     random: tuple[RandomTorque, ...] = ()
     settings: Mapping[str, float | str] = field(default_factory=dict)

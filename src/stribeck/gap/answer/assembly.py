@@ -108,6 +108,7 @@ class Assembly:
         tuned = tuned_of(self.base, prepared, self.floor)
         told = self.heard
         stages, missing = stages_of(prepared, self.given, chain, [self._held(m) for m in chain], told.floor)
+        by_joint, before_measurement = delivered(prepared, self.base, self.steps[-1].floor, self.seed)
         recordings = recordings_of(told.prepared, self.base, final, told.floor)
         return Diagnosis(
             arm=arm.name,
@@ -148,7 +149,8 @@ class Assembly:
             ),
             next_experiment=experiment.plain() if experiment else None,
             next_reference=experiment.reference if experiment else None,
-            delivered=delivered(prepared, self.base, self.steps[-1].floor, self.seed),
+            delivered=by_joint,
+            before_measurement=before_measurement,
             random=told.random,
             settings={"seed": self.seed, "cutoff_hz": prepared.cutoff, "horizon_s": HORIZON},
         )
