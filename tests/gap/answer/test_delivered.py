@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stribeck.gap.answer.delivered import as_commanded, delivered, relation
+from stribeck.gap.answer.delivered import as_commanded, delivered, relation, told_lacking
 from stribeck.gap.fitted.model import Model, retune
 from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.result import Delivered
@@ -114,6 +114,14 @@ def test_nothing_is_said_without_the_measurement() -> None:
     assert looked_at((*runs[:-1], replace(runs[-1], tau_meas=None))) == ()
     broken = replace(runs[-1], tau_meas=np.where(np.arange(len(runs[-1].t)) == 7, np.nan, 1.0)[:, None])
     assert looked_at((*runs[:-1], broken)) == ()
+
+
+def test_runs_without_the_measurement_are_told_where_others_hold_it() -> None:
+    runs = recorded(channels=("tau_meas",))
+    bare = tuple(replace(run, tau_meas=None) for run in runs)
+    assert told_lacking(prepare(NOMINAL, runs)) == told_lacking(prepare(NOMINAL, bare)) == []
+    (note,) = told_lacking(prepare(NOMINAL, (runs[0], *bare[1:3], runs[3])))
+    assert {run.name for run in runs if run.name in note} == {bare[1].name, bare[2].name}
 
 
 def test_no_share_of_no_gap() -> None:

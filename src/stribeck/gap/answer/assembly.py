@@ -10,7 +10,7 @@ import numpy as np
 
 from stribeck.effects.placing import placed_effects
 from stribeck.gap.answer.commands import told_commands
-from stribeck.gap.answer.delivered import delivered
+from stribeck.gap.answer.delivered import delivered, told_lacking
 from stribeck.gap.answer.listing import candidates_of, traces_of
 from stribeck.gap.answer.noise import heard, heard_through
 from stribeck.gap.answer.off_the_line import told_off_the_line
@@ -135,6 +135,7 @@ class Assembly:
                 *told_unnamed(self.steps, prepared.scales, arm),
                 *told_off_the_line(arm, causes, named),
                 *inseparable,
+                *told_lacking(prepared),
             ),
             warnings=(
                 *prepared.warnings,

@@ -76,6 +76,15 @@ def delivered(
     return tuple(found), _share(held, floor, *drawn) if np.any(gap) else None
 
 
+def told_lacking(prepared: Prepared) -> list[str]:
+    """Return a note on the runs that lack the measured torque that others hold: none is looked at then."""
+    holds = {run.name: _has_it(run.run) for run in (*prepared.fit, *prepared.held)}
+    if all(holds.values()) or not any(holds.values()):
+        return []
+    lacking = ", ".join(name for name, has in holds.items() if not has)
+    return [f"{lacking}: no measured torque, or not all along: that of the other runs is not compared with commands"]
+
+
 def _stand_in(
     prepared: Prepared, related: Sequence[tuple[Estimate, Estimate, Estimate, float]], known: NDArray[np.bool_]
 ) -> Prepared:
