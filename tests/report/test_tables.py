@@ -62,6 +62,15 @@ def test_measured_torque_is_told_beside_the_commanded_one(diagnosis):
     assert "By the measured torque, the actuator accounts for 62" in sentences.where(made)
     slight = replace(rows[0], share=Estimate(0.04, 0.03, 0.05))
     assert "actuator" not in sentences.where(replace(made, delivered=(slight,)))
+    in_all = replace(made, delivered=(slight, rows[1]), before_measurement=Estimate(0.4, 0.3, 0.5))
+    said = sentences.where(in_all)
+    assert (
+        "By the measured torque, actuators account for 40\u00a0% (30 to 50\u00a0%) of what re-tuning leaves in all."
+        in said
+    )
+    assert delivered_table(in_all).rows[-1].cells == ("all", *[""] * 7, "40\u00a0% (30 to 50\u00a0%)")
+    assert diagnosis_json(in_all)["gap"]["before_measurement"] == {"value": 0.4, "ci95": [0.3, 0.5]}
+    assert "before_measurement" not in diagnosis_json(made)["gap"]
     written = diagnosis_json(made)["delivered"]["A"]
     assert written["delay"] == {"value": 0.012, "unit": "s", "ci95": [0.011, 0.013]}
     assert written["share"]["value"] == 0.62

@@ -1,7 +1,18 @@
 """The arm: one value, and one file format, for the nominal, the fitted and the corrected model."""
 
 from stribeck.arm.file import arm_to_toml, load_arm, save_arm
-from stribeck.arm.units import unit_at
+from stribeck.arm.units import unit_at, with_unit
 from stribeck.arm.values import Arm, EffectEntry, Friction, Joint, Tolerance
 
-__all__ = ["Arm", "EffectEntry", "Friction", "Joint", "Tolerance", "arm_to_toml", "load_arm", "save_arm", "unit_at"]
+__all__ = [
+    "Arm",
+    "EffectEntry",
+    "Friction",
+    "Joint",
+    "Tolerance",
+    "arm_to_toml",
+    "load_arm",
+    "save_arm",
+    "unit_at",
+    "with_unit",
+]

@@ -16,3 +16,8 @@ def unit_at(text: str, kind: str) -> str:
     if kind != "prismatic":
         return text
     return text.replace("kg m^2", "kg").replace("N m", "N").replace("rad", "m")
+
+
+def with_unit(said: str, unit: str) -> str:
+    """Return what is said of a value with its unit; that of a number, "1", is left out."""
+    return said if unit in ("", "1") else f"{said} {unit}"

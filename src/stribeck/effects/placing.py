@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from stribeck.arm import Arm, EffectEntry, unit_at
+from stribeck.arm import Arm, EffectEntry, unit_at, with_unit
 from stribeck.effects.registry import effect_named
 from stribeck.errors import InputError
 from stribeck.model.effect import Effect, RigidBodyEffect, SensingEffect, TransmissionEffect
@@ -70,7 +70,7 @@ def _check_values(effect: Effect, given: Mapping[str, float], kind: str, where: 
     for parameter in effect.parameters:
         value = given.get(parameter.name, parameter.null)
         if not parameter.lower <= value <= parameter.upper and value != parameter.null:
-            bounds = f"{parameter.lower:g} to {parameter.upper:g} {unit_at(parameter.unit, kind)}"
+            bounds = with_unit(f"{parameter.lower:g} to {parameter.upper:g}", unit_at(parameter.unit, kind))
             raise InputError(f"{where}.{parameter.name} is out of bounds", f"{value:g}", f"give {bounds}")
     everything = {p.name: given.get(p.name, p.null) for p in effect.parameters}
     if isinstance(effect, SensingEffect) and effect.folds(everything):

@@ -91,7 +91,7 @@ class Cause:
     closes; those that the records show by themselves close nothing and take even parts. ``presence`` is the
     probability that this effect is there at all, beside whatever else is. ``parameters`` is joint -> parameter ->
     Estimate; ``closes`` the part of the closable gap that it closes; ``law`` is joint -> law, where the effect is a
-    family with several.
+    family with several. ``alike`` is joint -> those of ``equivalent`` that the data cannot tell from it there.
     """
 
     effect: str
@@ -102,6 +102,7 @@ class Cause:
     closes: Estimate | None = None
     presence: float | None = None
     law: Mapping[str, str] = field(default_factory=dict)
+    alike: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -145,8 +146,8 @@ class Delivered:
 
     ``gain``, ``offset`` and ``delay`` lead from the command to it, ``left`` is what they leave, rms in the unit of
     torque. ``share`` is the part of the gap that re-tuning leaves which lies before the measurement: gone where the
-    measured torque, without that gain and offset, stands in for the command (None: there is no gap, or the measured
-    torque does not follow the command).
+    measured torque stands in for the command, but for what any gain and offset of that close; none where it is the
+    command, to the noise (None: there is no gap, or the measured torque does not follow the command).
     """
 
     joint: str
@@ -189,8 +190,9 @@ class Trace:
 class Diagnosis:
     """The whole answer.
 
-    ``closed`` is the part of the closable gap that the named effects close on held-out runs (None: nothing
-    closable). ``models`` holds the arms ``as_given``, ``retuned`` and ``corrected``. ``next_reference`` is what a
+    ``closed`` is the part of the closable gap that the named effects close on held-out runs (None: nothing closable),
+    ``before_measurement`` the part of it that lies before the measured torque, where runs hold that, all joints
+    together. ``models`` holds the arms ``as_given``, ``retuned`` and ``corrected``. ``next_reference`` is what a
     controller is to follow in the ``next_experiment``; its torque is what the best model needs for that.
     """
 
@@ -216,5 +218,6 @@ class Diagnosis:
     next_reference: Run | None = None
     delivered: tuple[Delivered, ...] = ()
     recordings: tuple[Recording, ...] = ()
+    before_measurement: Estimate | None = None
     random: tuple[RandomTorque, ...] = ()
     settings: Mapping[str, float | str] = field(default_factory=dict)

@@ -26,6 +26,9 @@ def delivered_table(diagnosis: Diagnosis) -> Table | None:
         )
         for row in diagnosis.delivered
     )
+    whole = diagnosis.before_measurement
+    if whole and len(rows) > 1:
+        rows = (*rows, Row(("all", *[""] * 7, percent_interval(whole))))
     effort, unit = words.effort(diagnosis), unit_text(words.torque_unit(diagnosis))
     between = "95 % interval"
     columns = ("at", "gain", between, f"offset, {unit}", between, "delay, ms", between, f"left, {unit}", "of the gap")
@@ -33,7 +36,8 @@ def delivered_table(diagnosis: Diagnosis) -> Table | None:
         f"Measured {effort} as gain times the commanded one, late by the delay, plus the offset, and what that leaves, "
         "rms. A delay of up to one sample may be the logging's. Of the gap: what is gone of it on the "
         f"{words.held(diagnosis)} with the measured {effort} in the command's place; it arises before the measurement. "
-        "Gain and offset count for nothing of it: the sensor's own look like the drive's."
+        "What gain and offset close counts for nothing of it: the sensor's own look like the drive's. Nor does what is "
+        "gone at a joint whose torque is as commanded: it was another joint's drive."
     )
     title = f"Measured beside commanded {effort}"
     return Table(title, columns, rows, frozenset(range(1, len(columns))), note) if rows else None

@@ -8,6 +8,7 @@ from stribeck.gap.result import Estimate
 
 NBSP = "\u00a0"
 MINUS = "\u2212"
+MOST = 6  # digits of a value, however narrow its interval: those of the files
 _POWERS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -38,7 +39,7 @@ def unit_text(unit: str) -> str:
 
 
 def estimate(value: Estimate) -> str:
-    """Return the value alone, with the digits that half its interval supports (two of them), without unit."""
+    """Return the value, without unit, with the digits that half its interval supports: two of that, six in all."""
     return number(value.value) if _places(value) is None else _fixed(value.value, _places(value) or 0)
 
 
@@ -94,7 +95,8 @@ def _places(value: Estimate) -> int | None:
     half = 0.5 * (value.high - value.low)
     if not (math.isfinite(half) and half > 0.0 and math.isfinite(value.value)):
         return None
-    return min(1 - _exponent(half, 2), 15)
+    largest = max(abs(x) for x in (value.value, value.low, value.high))
+    return min(1 - _exponent(half, 2), MOST - 1 - _exponent(largest, MOST))
 
 
 def _fixed(value: float, places: int) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from stribeck.gap.result import Cause, Diagnosis, Place
+from stribeck.gap.result import Cause, Diagnosis, Estimate, Place
 from stribeck.report import words
 from stribeck.report.numbers import number, percent, percent_interval, probability, unit_text
 
@@ -30,12 +30,19 @@ def where(diagnosis: Diagnosis) -> str:
 
 def _before_measurement(diagnosis: Diagnosis) -> str:
     """Return what of the gap the measured torque already shows, where it shows some; a sentence, or nothing."""
-    seen = [row for row in diagnosis.delivered if row.share and row.share.low > 0.0 and row.share.value > TOLD_FROM]
-    said = [f"{percent_interval(row.share)} at {words.joints([row.joint])}" for row in seen if row.share]
-    if not said:
+    shares = [(row.share, words.joints([row.joint])) for row in diagnosis.delivered]
+    said = [f"{percent_interval(share)} at {joint}" for share, joint in shares if share and _told(share)]
+    if said:
+        who = f"the actuator accounts for {words.listing(said)} of what re-tuning leaves"
+    elif diagnosis.before_measurement and _told(diagnosis.before_measurement):
+        who = f"actuators account for {percent_interval(diagnosis.before_measurement)} of what re-tuning leaves in all"
+    else:
         return ""
-    effort = words.effort(diagnosis)
-    return f" By the measured {effort}, the actuator accounts for {words.listing(said)} of what re-tuning leaves."
+    return f" By the measured {words.effort(diagnosis)}, {who}."
+
+
+def _told(share: Estimate) -> bool:
+    return share.low > 0.0 and share.value > TOLD_FROM
 
 
 def finding(diagnosis: Diagnosis) -> str:

@@ -5,13 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stribeck.gap.answer.delivered import as_commanded, delivered, relation
+from stribeck.gap.answer.delivered import as_commanded, delivered, relation, told_lacking
 from stribeck.gap.fitted.model import Model, retune
 from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.result import Delivered
 from stribeck.identify.conditioning import condition
 from stribeck.run import Run
+from stribeck.withheld.excitation import programme
+from stribeck.withheld.injections import Injection
+from stribeck.withheld.recorder import default_gains, record
 
+from ...effects.bench import nominal_arm, true_arm
 from ..conftest import NOMINAL, TRUE, recorded, sines
 
 FLOOR = np.full(1, 0.01)
@@ -51,7 +55,7 @@ def test_relation(gain: float, offset: float, delay: float) -> None:
 
 def looked_at(runs: tuple[Run, ...]) -> tuple[Delivered, ...]:
     prepared = prepare(NOMINAL, runs)
-    return delivered(prepared, base_of(prepared), FLOOR)
+    return delivered(prepared, base_of(prepared), FLOOR)[0]
 
 
 def base_of(prepared: Prepared) -> Model:
@@ -112,10 +116,18 @@ def test_nothing_is_said_without_the_measurement() -> None:
     assert looked_at((*runs[:-1], broken)) == ()
 
 
+def test_runs_without_the_measurement_are_told_where_others_hold_it() -> None:
+    runs = recorded(channels=("tau_meas",))
+    bare = tuple(replace(run, tau_meas=None) for run in runs)
+    assert told_lacking(prepare(NOMINAL, runs)) == told_lacking(prepare(NOMINAL, bare)) == []
+    (note,) = told_lacking(prepare(NOMINAL, (runs[0], *bare[1:3], runs[3])))
+    assert {run.name for run in runs if run.name in note} == {bare[1].name, bare[2].name}
+
+
 def test_no_share_of_no_gap() -> None:
     prepared = prepare(NOMINAL, recorded(channels=("tau_meas",)))
-    (row,) = delivered(prepared, base_of(prepared), np.full(1, 10.0))
-    assert row.share is None
+    (row,), whole = delivered(prepared, base_of(prepared), np.full(1, 10.0))
+    assert (row.share, whole) == (None, None)
 
 
 @pytest.mark.parametrize(("commanded", "measured"), [(0.0, 1.0), (1.0, 0.0)])
@@ -127,3 +139,28 @@ def test_a_joint_without_torque_tells_nothing(commanded: float, measured: float)
     found = relation([condition(TRUE, run, 15.0)], [condition(TRUE, as_commanded(run), 15.0)], 0)
     assert all(np.isnan(estimate.value) and np.isnan(estimate.low) for estimate in found[:3])
     assert np.isfinite(found[3])
+
+
+def test_what_one_drive_does_to_the_other_joint_is_not_laid_to_that_one() -> None:
+    """B's drive is weak and late, A's does as it is told; through the coupling B's bends the values of A, too."""
+    arm, nominal = true_arm(bend=False), nominal_arm(bend=False)
+    hidden = [Injection("actuator_lag", "B", {"time": 0.012}), Injection("torque_gain", "B", {"gain": 0.88})]
+    motions = programme(nominal, np.random.default_rng(1), ("multisine", "via points", "slow reversals"), 4.0)
+    gains, channels = default_gains(nominal, 3.0), ("tau_meas",)
+    runs = record(arm, hidden, motions, rate=250.0, noise=1e-5, gains=gains, model=nominal, seed=5, channels=channels)
+    prepared, floor = prepare(nominal, runs), np.array([0.02, 0.01])
+    (perfect, late), whole = delivered(prepared, retune(prepared, floor), floor)
+    assert perfect.share is not None
+    assert (perfect.share.value, perfect.share.low) == (0.0, 0.0)
+    assert perfect.share.high < 1e-6
+    assert late.share is not None
+    assert late.share.low > 0.2  # the lag's part; that of the gain may be the sensor's
+    assert whole is not None
+    assert 0.2 < whole.low < whole.high < 0.9
+
+
+def test_a_dead_zone_is_seen_before_the_measurement() -> None:
+    """Gain and offset of the straight line through it are not those that the sensor may have."""
+    (row,) = looked_at(recorded(("torque_dead_zone", {"width": 3.0}), channels=("tau_meas",)))
+    assert row.share is not None
+    assert row.share.low > 0.9

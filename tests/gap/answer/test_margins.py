@@ -1,9 +1,21 @@
-"""Intervals are wider than the fit's: by the law's form, by few blocks, and never across a known sign."""
+"""Intervals are wider than the fit's: by the law's form, by few blocks, and never beyond what a parameter can be."""
+
+import math
 
 import pytest
 
-from stribeck.gap.answer.margins import COUNTED, FEW_BLOCKS, FORM, NORMAL, OF_A_SAMPLE, widened
+from stribeck.effects.registry import registry
+from stribeck.gap.answer import margins
+from stribeck.gap.answer.margins import COUNTED, FEW_BLOCKS, FORM, NORMAL, OF_A_SAMPLE
 from stribeck.gap.result import Estimate
+
+FREE = (-math.inf, math.inf)
+
+
+def widened(
+    found: dict[str, Estimate], sample_time: float, bounds: dict[str, tuple[float, float]] | None = None
+) -> dict[str, Estimate]:
+    return margins.widened(found, dict.fromkeys(found, FREE) if bounds is None else bounds, sample_time)
 
 
 def test_an_exact_fit_keeps_the_law_in_doubt() -> None:
@@ -36,4 +48,28 @@ def test_a_time_is_known_to_a_part_of_a_sample() -> None:
 
 
 def test_a_stiffness_stays_positive() -> None:
-    assert widened({"stiffness": Estimate(1.0, 0.05, 20.0, "N m/rad")}, 0.002)["stiffness"].low >= 0.0
+    bounds = {"stiffness": (1e-2, 1e8), "damping": (0.0, math.inf)}
+    found = {"stiffness": Estimate(1.0, 0.05, 20.0, "N m/rad"), "damping": Estimate(0.0, 0.0, 3.0, "N m s/rad")}
+    wide = widened(found, 0.002, bounds)
+    assert [wide[name].low for name in found] == [1e-2, 0.0]
+
+
+@pytest.mark.parametrize("size", [0.05, 0.69])
+def test_mirrored_recordings_have_mirrored_intervals(size: float) -> None:
+    """A wave may be of either sign, however surely it is of one."""
+    bounds = {p.name: (p.lower, p.upper) for p in registry()["torque_ripple"].parameters if p.unit == "1"}
+    exact = {"sine": (size, 0.98 * size, 1.02 * size), "cosine": (0.0013, 0.001, 0.0016)}
+    up, down = (
+        widened({name: Estimate(*with_sign(s, values), "1") for name, values in exact.items()}, 0.002, bounds)
+        for s in (1.0, -1.0)
+    )
+    assert up["cosine"].low < 0.0
+    assert up["sine"].high <= 0.7
+    for name in exact:
+        assert (down[name].low, down[name].high) == pytest.approx((-up[name].high, -up[name].low))
+
+
+def with_sign(sign: float, values: tuple[float, float, float]) -> tuple[float, float, float]:
+    """Return value, low and high with another sign."""
+    value, low, high = values
+    return (value, low, high) if sign > 0.0 else (-value, -high, -low)

@@ -213,6 +213,19 @@ def test_what_every_arm_has_is_told_by_the_last_values(first: float, last: float
     assert ("encoder_offset" in named_of(causes)) == named
 
 
+def test_what_may_stand_for_it_is_told_of_the_joint_where_it_does() -> None:
+    """A stop at each of two joints, of which one leans on its own all the time."""
+    scale = replace(SCALES[0], middle=0.2)
+    places = [
+        Placed(effect_named("contact"), j, {"stiffness": 9.0, "position": where, "damping": 0.1})
+        for j, where in enumerate((0.3, 0.1))
+    ]
+    steps = taken_steps(places, (40.0, 20.0), gap=FLOOR, floor=FLOOR, candidates=("cable_spring",))
+    (cause,), _ = causes_of(steps, ("A", "B"), (scale, scale))
+    assert cause.equivalent == ("contact", "cable_spring")
+    assert cause.alike == {"A": ("contact",), "B": ("contact", "cable_spring")}
+
+
 def test_what_may_stand_for_it_is_told_by_the_last_values() -> None:
     """A stop that is leaned on once all is known may be a cable."""
     values = {"stiffness": 9.0, "position": 0.3, "damping": 0.1}

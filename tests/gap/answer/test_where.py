@@ -9,11 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stribeck.effects.registry import registry
+from stribeck.effects.registry import effect_named
 from stribeck.gap.answer.places import places
 from stribeck.gap.answer.where import regions
 from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.records.regions import analysis_signals, motion_masks, region_masks
+from stribeck.model.layout import Placed
 
 from ..conftest import TRUE, recorded, sines
 
@@ -21,6 +22,13 @@ from ..conftest import TRUE, recorded, sines
 @pytest.fixture(scope="module")
 def prepared() -> Prepared:
     return prepare(TRUE, recorded())
+
+
+@pytest.fixture(scope="module")
+def two() -> Prepared:
+    arm = replace(TRUE, joints=(TRUE.joints[0], replace(TRUE.joints[0], name="B")))
+    runs = [sines(3.0, seed=i) for i in range(2)]
+    return prepare(arm, [replace(run, q=np.tile(run.q, 2), tau=np.tile(run.tau, 2)) for run in runs])
 
 
 def assert_partition(prepared: Prepared) -> None:
@@ -147,7 +155,7 @@ def test_places_share_the_whole_gap(prepared: Prepared) -> None:
     noise = np.full((rows, 1), 1.0)
     models: list[Any] = [SimpleNamespace(held=5.0 * rng.standard_normal((rows, 1)), placed=())]
     for name, size in zip(names, (2.0, 3.0, 0.5), strict=True):
-        placed = (SimpleNamespace(effect=registry()[name]),)
+        placed = (Placed(effect_named(name), 0),)
         models.append(SimpleNamespace(held=size * rng.standard_normal((rows, 1)), placed=placed))
     for count, shares in (
         (2, {"actuator": 21.0 / 24.0, "unknown": 3.0 / 24.0}),
@@ -162,11 +170,27 @@ def test_places_share_the_whole_gap(prepared: Prepared) -> None:
         assert sum(told.values()) == pytest.approx(1.0)
 
 
+def test_an_effect_has_its_row_at_each_joint_at_which_it_is_named(two: Prepared) -> None:
+    """Also where another joint's gap, in floors, is far larger; but not where it bends others' torque a little."""
+    rows = sum(len(run.analysis_index) for run in two.held)
+    signs = np.where(np.arange(rows) % 2, 1.0, -1.0)[:, None]
+    sizes = ((9.0, 100.0), (8.9, 1.0), (1.0, 1.0))  # floors, of A and of B
+    placed = [Placed(effect_named("cogging"), joint) for joint in (1, 0)]
+    models: list[Any] = [
+        SimpleNamespace(held=signs * np.array(size), placed=placed[:k]) for k, size in enumerate(sizes)
+    ]
+    alike = {("cogging", "A"): ("cogging",), ("cogging", "B"): ("cogging", "cable_spring")}
+    told = places(two, models, np.ones((rows, 2)), alike, 0)
+    assert [(place.joint, place.channel) for place in told] == [("B", "actuator"), ("A", "actuator")]
+    assert [place.channels for place in told] == [("actuator", "external"), ("actuator",)]
+    assert told[1].share.value == pytest.approx((8.9**2 - 1.0) / (100.0**2 + 9.0**2 - 2.0))
+
+
 def test_a_share_may_lie_in_the_stage_of_any_effect_that_looks_alike(prepared: Prepared) -> None:
     rows = sum(len(run.analysis_index) for run in prepared.held)
-    placed = (SimpleNamespace(effect=registry()["torque_offset"]),)
+    placed = (Placed(effect_named("torque_offset"), 0),)
     models: list[Any] = [SimpleNamespace(held=np.full((rows, 1), size), placed=placed) for size in (5.0, 2.0)]
-    alike = {"torque_offset": ("torque_offset", "gravity_tilt", "asymmetric_friction", "cogging")}
+    alike = {("torque_offset", "A"): ("torque_offset", "gravity_tilt", "asymmetric_friction", "cogging")}
     told, left = places(prepared, models, np.full((rows, 1), 1.0), alike, 0)
     assert (told.channel, told.channels) == ("actuator", ("actuator", "rigid_body", "friction"))
     assert (left.channel, left.channels) == ("unknown", ("unknown",))
@@ -177,6 +201,18 @@ def test_shares_of_a_family_sum_to_one(prepared: Prepared) -> None:
     shares = found(prepared, np.random.default_rng(1).standard_normal((rows, 1)))
     for family in {family for family, _ in shares}:
         assert sum(row[0] for key, row in shares.items() if key[0] == family) == pytest.approx(1.0)
+
+
+def test_a_part_below_its_noise_takes_nothing_from_the_others(prepared: Prepared) -> None:
+    rows = sum(len(run.analysis_index) for run in prepared.held)
+    masks = motion_masks(prepared.held, 0)
+    before = np.full((rows, 1), 2.0)
+    before[masks["low velocity"]] = 0.3
+    shares = found(prepared, before, 1.0)
+    assert shares["motion", "low velocity"][:3] == (0.0, 0.0, 0.0)
+    for family in {family for family, _ in shares}:
+        assert sum(row[0] for key, row in shares.items() if key[0] == family) == pytest.approx(1.0)
+        assert all(row[1] <= row[0] <= row[2] <= 1.0 for key, row in shares.items() if key[0] == family)
 
 
 def test_frequency_band_of_a_sine(prepared: Prepared) -> None:

@@ -79,6 +79,14 @@ def test_what_tells_nothing_is_not_proposed(monkeypatch: pytest.MonkeyPatch) -> 
     assert proposed([([OPEN, 7.0, 7.0], AS_IT_IS)], monkeypatch) == 0
 
 
+@pytest.mark.parametrize(("promised", "found"), [(1.01, -1), (3.0, -1), (4.0, 1)])
+def test_the_arm_is_not_changed_for_next_to_nothing(
+    promised: float, found: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The probabilities of 1.01, 3 and 4 are 5, 16 and 25 %."""
+    assert proposed([([0.9, 0.9], AS_IT_IS), ([promised] * 2, CHANGE)], monkeypatch) == found
+
+
 def test_what_is_told_at_all_is_that_of_any_two_models() -> None:
     """Two pairs that lie apart, the models of each beside one another."""
     far = np.kron(np.ones((2, 2)) - np.eye(2), np.full((2, 2), TOLD))

@@ -1,5 +1,6 @@
 """What an arm file has as zero is re-tuned, not diagnosed; what it states is held to what it states."""
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -8,6 +9,8 @@ from stribeck.arm import Arm
 from stribeck.effects.registry import registry
 from stribeck.gap.diagnose import diagnose
 from stribeck.gap.records.prepare import prepare
+from stribeck.gap.records.unsaid import told_of
+from stribeck.gap.result import Estimate, Tuned
 from stribeck.identify.run_fit import fit_runs
 from stribeck.model.path import SignalPath
 
@@ -47,6 +50,13 @@ def test_friction_that_the_file_leaves_out_is_no_effect() -> None:
     assert all(joint.tolerance == {} for arm in found.models.values() for joint in arm.joints)
     level = found.models["corrected"].joints[0].friction.C0
     assert level == pytest.approx(FRICTION.C0, rel=0.3)
+
+
+@pytest.mark.parametrize(("unit", "said"), [("1", "0.4 by"), ("N m", "0.4 N m by")])
+def test_what_moved_is_told_with_its_unit_where_it_has_one(unit: str, said: str) -> None:
+    moved = Tuned("position_dependent_friction[A].sine", unit, 0.3, math.inf, Estimate(0.4, 0.39, 0.41), moved=True)
+    (told,) = told_of([moved])
+    assert said in told
 
 
 def test_what_identification_reads_off_is_not_held_by_the_file() -> None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from stribeck.effects.placing import placed_effects
 from stribeck.gap.answer.commands import told_commands
-from stribeck.gap.answer.delivered import delivered
+from stribeck.gap.answer.delivered import delivered, told_lacking
 from stribeck.gap.answer.listing import candidates_of, traces_of
 from stribeck.gap.answer.noise import heard, heard_through
 from stribeck.gap.answer.off_the_line import told_off_the_line
@@ -94,7 +94,7 @@ class Assembly:
         final = chain[-1]
         verdict, causes = self._verdict(final, in_torque, causes, left_over)
         silent = verdict == "no_gap"
-        alike = {cause.effect: cause.equivalent for cause in causes}
+        alike = {(cause.effect, joint): names for cause in causes for joint, names in cause.alike.items()}
         closed = self._closes(final) if in_torque and self._any_gap() else None
         verdict, causes = with_observed(verdict, causes, self.seen.causes, len(in_torque))
         named = (*(cause.effect for cause in self.seen.causes), *in_torque)
@@ -108,6 +108,7 @@ class Assembly:
         tuned = tuned_of(self.base, prepared, self.floor)
         told = self.heard
         stages, missing = stages_of(prepared, self.given, chain, [self._held(m) for m in chain], told.floor)
+        by_joint, before_measurement = delivered(prepared, self.base, self.steps[-1].floor, self.seed)
         recordings = recordings_of(told.prepared, self.base, final, told.floor)
         return Diagnosis(
             arm=arm.name,
@@ -134,6 +135,7 @@ class Assembly:
                 *told_unnamed(self.steps, prepared.scales, arm),
                 *told_off_the_line(arm, causes, named),
                 *inseparable,
+                *told_lacking(prepared),
             ),
             warnings=(
                 *prepared.warnings,
@@ -148,7 +150,8 @@ class Assembly:
             ),
             next_experiment=experiment.plain() if experiment else None,
             next_reference=experiment.reference if experiment else None,
-            delivered=delivered(prepared, self.base, self.steps[-1].floor, self.seed),
+            delivered=by_joint,
+            before_measurement=before_measurement,
             random=told.random,
             settings={"seed": self.seed, "cutoff_hz": prepared.cutoff, "horizon_s": HORIZON},
         )

@@ -3,8 +3,7 @@
 A measured torque is a second place at which the signal path can be cut: what differs before it is the actuator's, what
 does not balance behind it is not. How a torque was measured is not known (a current says nothing of cogging), so this
 is told beside the causes and decides none of them. Nor is the scale: a drive that gives a constant part of its command
-looks as a sensor does that reads a constant part of the torque, so gain and offset are undone before anything is laid
-to the drive.
+looks as a sensor does that reads a constant part of the torque, so what gain and offset close is not laid to the drive.
 """
 
 from __future__ import annotations
@@ -19,22 +18,30 @@ from scipy.optimize import minimize_scalar
 from scipy.stats import t as student
 
 from stribeck.arm import unit_at
-from stribeck.gap.answer.verdict import AT_FLOOR, closes_estimate
+from stribeck.effects.registry import effect_named
+from stribeck.gap.answer.verdict import AT_FLOOR, closed_again, closure, with_interval
 from stribeck.gap.fitted.model import Model, retune
 from stribeck.gap.records.blocks import block_of_rows, block_sums, resampled
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.result import Delivered, Estimate
 from stribeck.identify.conditioning import Conditioned, condition
+from stribeck.model.layout import Placed
 from stribeck.run import Run
 
 Floats = NDArray[np.float64]
 
 LEAST = 1e-6  # of the larger torque's span: a smaller one is none, and tells nothing
 EARLIEST, LATEST, TRIES = -0.05, 0.15, 81  # s; how many delays are tried before the best is refined
+SCALE = "torque_gain", "torque_offset"
 
 
-def delivered(prepared: Prepared, base: Model, floor: Floats, seed: int = 0) -> tuple[Delivered, ...]:
+def delivered(
+    prepared: Prepared, base: Model, floor: Floats, seed: int = 0
+) -> tuple[tuple[Delivered, ...], Estimate | None]:
     """Compare measured with commanded torque, joint by joint; empty where a run lacks either.
+
+    Beside it stands the part of the gap, all joints scaled by their floor, that lies before the measurement: what one
+    drive does bends the values of other joints, too. None where there is no gap, or nothing that tells.
 
     Parameters
     ----------
@@ -45,31 +52,86 @@ def delivered(prepared: Prepared, base: Model, floor: Floats, seed: int = 0) -> 
     """
     runs = (*prepared.fit, *prepared.held)
     if not all(_has_it(run.run) for run in runs):
-        return ()
+        return (), None
     measured = tuple(_measured(prepared, run, np.zeros(prepared.arm.n)) for run in runs)
     related = [relation(runs, measured, j) for j in range(prepared.arm.n)]
-    # records may hold what was measured just before the new command: up to a sample is the logging's
-    late = np.array([delay.value for _, _, delay, _ in related])
-    late = np.nan_to_num(late)
-    early = np.where(np.abs(late) <= max(run.run.sample_time for run in runs), late, 0.0)
-    known = [gain.low * gain.high > 0.0 for gain, *_ in related]
-    scales = np.array([(gain.value, offset.value) for gain, offset, *_ in related]).T
-    gain_of, offset_of = np.where(known, scales, [[1.0], [0.0]])
-    fit, held = (
-        tuple(_measured(prepared, _in_units_of_command(run, gain_of, offset_of), early) for run in part)
-        for part in (prepared.fit, prepared.held)
-    )
-    behind = retune(replace(prepared, fit=fit, held=held), floor, base.placed)
-    block, draws = resampled(prepared.held, 400, seed)
+    known = np.array([gain.low * gain.high > 0.0 for gain, *_ in related])
+    instead = _stand_in(prepared, related, known)
+    scale = _scale(base, known)
+    asked, behind = (retune(one, floor, (*base.placed, *scale), known=base.fit) for one in (prepared, instead))
+    held = base.held, asked.held, behind.held
+    drawn = resampled(prepared.held, 400, seed)
+    apart = _apart(prepared.held, instead.held)
+    gap = (base.rms() > AT_FLOOR * floor) & known
     found = []
     for j, name in enumerate(prepared.arm.names):
         gain, offset, delay, left = related[j]
         offset = replace(offset, unit=unit_at("N m", prepared.arm.joints[j].kind))
-        here = slice(j, j + 1)
-        gap = base.rms()[j] > AT_FLOOR * floor[j] and known[j]
-        share = closes_estimate(base.held[:, here], behind.held[:, here], floor[here], block, draws) if gap else None
+        share = None
+        if gap[j] and apart[j] > floor[j]:
+            share = _share([rows[:, j : j + 1] for rows in held], floor[j : j + 1], *drawn)
+        elif gap[j]:  # what is gone there was another drive's
+            share = Estimate(0.0, 0.0, min(1.0, float(apart[j] ** 2 / (base.rms()[j] ** 2 - floor[j] ** 2))))
         found.append(Delivered(name, gain, offset, delay, left, share))
-    return tuple(found)
+    return tuple(found), _share(held, floor, *drawn) if np.any(gap) else None
+
+
+def told_lacking(prepared: Prepared) -> list[str]:
+    """Return a note on the runs that lack the measured torque that others hold: none is looked at then."""
+    holds = {run.name: _has_it(run.run) for run in (*prepared.fit, *prepared.held)}
+    if all(holds.values()) or not any(holds.values()):
+        return []
+    lacking = ", ".join(name for name, has in holds.items() if not has)
+    return [f"{lacking}: no measured torque, or not all along: that of the other runs is not compared with commands"]
+
+
+def _stand_in(
+    prepared: Prepared, related: Sequence[tuple[Estimate, Estimate, Estimate, float]], known: NDArray[np.bool_]
+) -> Prepared:
+    """Return recordings whose commands are the measured torque, in units of the command, where it follows that."""
+    scales = np.array([(gain.value, offset.value) for gain, offset, *_ in related]).T
+    gain_of, offset_of = np.where(known, scales, [[1.0], [0.0]])
+    late = np.nan_to_num([delay.value for _, _, delay, _ in related])
+    # records may hold what was measured just before the new command: up to a sample is the logging's
+    early = np.where(np.abs(late) <= max(run.run.sample_time for run in (*prepared.fit, *prepared.held)), late, 0.0)
+    fit, held = (
+        tuple(_measured(prepared, _in_units_of_command(run, gain_of, offset_of), early) for run in part)
+        for part in (prepared.fit, prepared.held)
+    )
+    return replace(prepared, fit=fit, held=held)
+
+
+def _scale(base: Model, known: NDArray[np.bool_]) -> tuple[Placed, ...]:
+    """Return a gain and an offset of the drive at each joint whose measured torque is ``known`` to follow its command.
+
+    Fitted to command and to measured torque alike, they are of neither.
+    """
+    there = {place.key for place in base.placed}
+    placed = (Placed(effect_named(name), int(j)) for j in np.flatnonzero(known) for name in SCALE)
+    return tuple(place for place in placed if place.key not in there)
+
+
+def _apart(asked: Sequence[Conditioned], given: Sequence[Conditioned]) -> Floats:
+    """Return how far (n,) the commands of some runs are from those of others, rms of what is looked at."""
+    pairs = zip(asked, given, strict=True)
+    rows = [np.stack([one.filtered(d) for d in (other.command - one.command).T], axis=1) for one, other in pairs]
+    return np.asarray(np.sqrt(np.mean(np.concatenate(rows) ** 2, axis=0)))
+
+
+def _share(held: Sequence[Floats], floor: Floats, block: NDArray[np.int_], draws: Floats) -> Estimate:
+    """Return the part of a gap that is gone with the measured torque, but for what gain and offset alone close.
+
+    Parameters
+    ----------
+    held : three arrays (M, k)
+        Residual of the re-tuned model, that with gains and offsets, and that along the measured torque with them.
+    """
+    base, *others = held
+    scaled, gone = (
+        np.array([closure(base, other, floor), *closed_again(base, other, floor, block, draws)]) for other in others
+    )
+    value, *drawn = np.minimum(gone - scaled, np.maximum(gone, 0.0))  # a scale that misleads has closed nothing
+    return with_interval(value, drawn)
 
 
 def as_commanded(run: Run, early: Floats | float = 0.0) -> Run:

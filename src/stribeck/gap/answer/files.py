@@ -92,6 +92,7 @@ def _gap(diagnosis: Diagnosis) -> dict[str, Any]:
         "horizon": _number(diagnosis.horizon),
         "stages": [_stage(stage) for stage in diagnosis.stages],
         "closed": _estimate(diagnosis.closed),
+        **({"before_measurement": _estimate(before)} if (before := diagnosis.before_measurement) else {}),
     }
 
 

@@ -15,17 +15,27 @@ FEW_BLOCKS = 1.3  # by which the intervals of 150 parameters of recordings with 
 OF_A_SAMPLE = 0.05  # standard deviation of a time, in samples: how well interpolation places an instant
 
 
-def widened(found: Mapping[str, Estimate], sample_time: float) -> dict[str, Estimate]:
+def widened(
+    found: Mapping[str, Estimate], bounds: Mapping[str, tuple[float, float]], sample_time: float
+) -> dict[str, Estimate]:
     """Return one joint's parameters of an effect with the intervals that hold.
 
     Parameters
     ----------
     found : mapping of str to Estimate
         With the intervals of the fit.
+    bounds : mapping of str to tuple of float
+        Between which each parameter can lie: a stiffness has a sign, the sine of a wave has none.
     sample_time : float
         Of the recordings, s.
     """
-    return {name: _widened(estimate, list(found.values()), sample_time) for name, estimate in found.items()}
+    together = list(found.values())
+    return {name: _within(_widened(one, together, sample_time), *bounds[name]) for name, one in found.items()}
+
+
+def _within(estimate: Estimate, lower: float, upper: float) -> Estimate:
+    low, high = max(estimate.low, lower), min(estimate.high, upper)
+    return replace(estimate, low=min(low, estimate.value), high=max(high, estimate.value))
 
 
 def _widened(estimate: Estimate, together: Sequence[Estimate], sample_time: float) -> Estimate:
@@ -35,6 +45,4 @@ def _widened(estimate: Estimate, together: Sequence[Estimate], sample_time: floa
     form = NORMAL * math.hypot(COUNTED.get(estimate.unit, FORM) * size, instant)
     low = estimate.value - math.hypot(FEW_BLOCKS * (estimate.value - estimate.low), form)
     high = estimate.value + math.hypot(FEW_BLOCKS * (estimate.high - estimate.value), form)
-    if estimate.low > 0.0:  # a stiffness, a mass: known to have a sign
-        low = max(low, 0.0)
     return replace(estimate, low=low, high=high)

@@ -7,21 +7,26 @@ from itertools import pairwise
 
 import numpy as np
 
+from stribeck.arm import Arm
 from stribeck.effects.registry import registry
 from stribeck.gap.fitted.model import Model
 from stribeck.gap.records.blocks import block_sums, resampled
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.records.regions import motion_masks
 from stribeck.gap.result import Estimate, Place
-from stribeck.model.effect import Effect
+from stribeck.model.layout import Placed
 
 DRAWS = 300
-LEAST_SHARE = 0.02
+LEAST_SHARE = 0.02  # but for what an effect surely takes at a joint at which it is named
 UNNAMED = "unknown"
 
 
 def places(
-    prepared: Prepared, models: Sequence[Model], noise: np.ndarray, alike: Mapping[str, Sequence[str]], seed: int
+    prepared: Prepared,
+    models: Sequence[Model],
+    noise: np.ndarray,
+    alike: Mapping[tuple[str, str], Sequence[str]],
+    seed: int,
 ) -> tuple[Place, ...]:
     """Return the shares of the re-tuned model's gap, largest first.
 
@@ -35,31 +40,33 @@ def places(
     noise : array (M, n)
         Noise floor, N m.
     alike : mapping
-        Named effect -> effects that the data cannot tell from it, whose stages of the path are possible as well.
+        Named effect and joint -> effects that the data cannot tell from it there, whose stages of the path are
+        possible as well.
     """
     block, draws = resampled(prepared.held, DRAWS, seed)
     floor = np.mean(noise**2, axis=0)
     excess = [(model.held**2 - noise**2) / floor for model in models]
     left = [np.maximum(rows.sum(axis=0), 0.0) for rows in excess]
     drawn = [np.maximum(draws @ block_sums(rows, block), 0.0) for rows in excess]
-    channels = [*(_channels(model.placed[-1].effect, alike) for model in models[1:]), (UNNAMED,)]
+    at = [*(model.placed[-1].joints(prepared.arm.n) for model in models[1:]), ()]
+    channels = [*(_channels(model.placed[-1], prepared.arm, alike) for model in models[1:]), (UNNAMED,)]
     rows = [*(before - after for before, after in pairwise(excess)), excess[-1]]
     share, shares = _parts(left), _parts(drawn)
     out = []
     for k, possible in enumerate(channels):
         for j, joint in enumerate(prepared.arm.names):
-            if share[k, j] < LEAST_SHARE:
-                continue
             low, high = np.quantile(shares[k, :, j], (0.025, 0.975))
+            if share[k, j] < LEAST_SHARE and not (j in at[k] and low > 0.0):
+                continue
             estimate = Estimate(float(share[k, j]), float(low), float(high))
             out.append(Place(joint, possible[0], _region(prepared, j, rows[k][:, j]), estimate, possible))
     return tuple(sorted(out, key=lambda place: -place.share.value))
 
 
-def _channels(effect: Effect, alike: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
-    """Return the stages of the path in which an effect may be, its own first."""
-    others = (registry()[name].channel for name in alike.get(effect.name, ()))
-    return tuple(dict.fromkeys((effect.channel, *others)))
+def _channels(place: Placed, arm: Arm, alike: Mapping[tuple[str, str], Sequence[str]]) -> tuple[str, ...]:
+    """Return the stages of the path in which a placed effect may be, its own first."""
+    others = (registry()[name].channel for name in alike.get((place.effect.name, arm.names[place.joint]), ()))
+    return tuple(dict.fromkeys((place.effect.channel, *others)))
 
 
 def _parts(left: Sequence[np.ndarray]) -> np.ndarray:

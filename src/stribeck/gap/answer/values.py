@@ -33,6 +33,7 @@ def parameters_of(cause: Cause, model: Model, prepared: Prepared, floor: np.ndar
     """
     bounds = intervals(model.fit, weights_of(model, prepared, floor), block_of_rows(prepared.fit))
     parameters: dict[str, dict[str, Estimate]] = {}
+    limits: dict[str, dict[str, tuple[float, float]]] = {}
     for i, entry in enumerate(model.fit.entries):
         place = model.placed[entry.owner] if isinstance(entry.owner, int) else None
         if place is None or place.effect.name != cause.effect:
@@ -41,8 +42,9 @@ def parameters_of(cause: Cause, model: Model, prepared: Prepared, floor: np.ndar
         for joint in _joints_of(place, prepared.arm):
             if joint in cause.joints:
                 parameters.setdefault(joint, {})[entry.name] = estimate
+                limits.setdefault(joint, {})[entry.name] = entry.lower, entry.upper
     step = prepared.fit[0].run.t
-    return {joint: widened(own, float(step[1] - step[0])) for joint, own in parameters.items()}
+    return {joint: widened(own, limits[joint], float(step[1] - step[0])) for joint, own in parameters.items()}
 
 
 def laws_of(cause: Cause, added: Sequence[Placed], arm: Arm) -> dict[str, str]:
@@ -89,7 +91,8 @@ def _of_effects(base: Model, prepared: Prepared, found: Mapping[str, Estimate]) 
     typical = effect_scales(SignalPath(arm, base.placed), prepared)
     for k in range(len(base.placed)):  # what re-tuning took in beside them is told in a note
         own = [entry for entry in base.fit.entries if entry.owner == k and entry.key in stated]
-        values = widened({entry.name: found[entry.key] for entry in own}, step)
+        limits = {entry.name: (entry.lower, entry.upper) for entry in own}
+        values = widened({entry.name: found[entry.key] for entry in own}, limits, step)
         for entry in own:
             value, nominal = values[entry.name], stated[entry.key]
             size = math.hypot(*(stated[other.key] for other in own if other.unit == entry.unit)) or typical[entry.key]

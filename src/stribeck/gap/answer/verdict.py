@@ -69,11 +69,10 @@ def causes_of(steps: Sequence[Step], names: Sequence[str], scales: Sequence[Scal
         surest = max(one.presence for one in telling)
         telling = [one for one in telling if one.presence > NAMED_OVER] or telling  # a joint is named as an effect is
         part = sum(one.share for one in all_of_it) / whole
-        equivalent = tuple(dict.fromkeys(name for one in telling for name in one.equivalent))
-        if effect in late:
-            equivalent = tuple(dict.fromkeys((*equivalent, *late)))
-        joints = tuple(dict.fromkeys(names[j] for one in telling for j in one.place.joints(len(names))))
-        causes.append(Cause(effect, surest * part, joints, equivalent, presence=surest))
+        common = late if effect in late else ()
+        equivalent = tuple(dict.fromkeys((*(name for one in telling for name in one.equivalent), *common)))
+        at = {names[j]: (*one.equivalent, *common) for one in telling for j in one.place.joints(len(names))}
+        causes.append(Cause(effect, surest * part, tuple(at), equivalent, presence=surest, alike=at))
     left_over = 1.0 - sum(cause.probability for cause in causes)
     return causes, max(left_over, 0.0)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -32,17 +33,16 @@ def regions(
     for j, joint in enumerate(prepared.arm.names):
         excess = before[:, j] ** 2 - noise[:, j] ** 2
         for family, masks in region_masks(prepared.held, j, prepared.arm.joints[j].kind).items():
-            for region, mask in masks.items():
-                share = _share(np.where(mask, excess, 0.0), excess, block, draws)
+            shares = _shares([np.where(mask, excess, 0.0) for mask in masks.values()], block, draws)
+            for (region, mask), share in zip(masks.items(), shares, strict=True):
                 out.append(
                     Region(
                         joint, family, region, share, float(mask.mean()), _rms(before[mask, j]), _rms(after[mask, j])
                     )
                 )
         bands = _bands(prepared, before[:, j]), _bands(prepared, after[:, j])
-        whole = np.sum([rows**2 for rows in bands[0].values()], axis=0)
-        for band, rows in bands[0].items():
-            share = _share(rows**2, whole, block, draws)
+        shares = _shares([rows**2 for rows in bands[0].values()], block, draws)
+        for (band, rows), share in zip(bands[0].items(), shares, strict=True):
             out.append(Region(joint, "frequency", band, share, 1.0, _rms(rows), _rms(bands[1][band])))
     return tuple(out)
 
@@ -51,13 +51,21 @@ def _rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
 
 
-def _share(inside: np.ndarray, whole: np.ndarray, block: np.ndarray, draws: np.ndarray) -> Estimate:
-    """Return the part of a power (M,) in another one (M,) that holds it, with its interval."""
-    total, part = float(whole.sum()), float(inside.sum())
-    drawn = draws @ block_sums(whole, block)
-    share = draws @ block_sums(inside, block) / np.where(drawn > 0.0, drawn, np.inf)  # of no power there is no part
-    low, high = np.quantile(np.clip(share, 0.0, 1.0), (0.025, 0.975))
-    return Estimate(float(np.clip(part / total, 0.0, 1.0)) if total > 0.0 else 0.0, float(low), float(high))
+def _shares(parts: Sequence[np.ndarray], block: np.ndarray, draws: np.ndarray) -> list[Estimate]:
+    """Return what each part (M,) of a power has of all of them, with its interval."""
+    value = _of_all(np.array([part.sum() for part in parts]))
+    drawn = _of_all(np.array([draws @ block_sums(part, block) for part in parts]))
+    low, high = np.quantile(drawn, (0.025, 0.975), axis=1)
+    return [Estimate(float(v), float(a), float(b)) for v, a, b in zip(value, low, high, strict=True)]
+
+
+def _of_all(parts: np.ndarray) -> np.ndarray:
+    """Return the shares of parts (R, ...) in their sum, those that are less than their noise left out.
+
+    There are none where all together are no more than their noise.
+    """
+    above = np.maximum(parts, 0.0)
+    return np.asarray(above / np.where(parts.sum(axis=0) > 0.0, above.sum(axis=0), np.inf))
 
 
 def _bands(prepared: Prepared, rows: np.ndarray) -> dict[str, np.ndarray]:

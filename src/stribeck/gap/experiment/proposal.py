@@ -22,7 +22,8 @@ MOST = 4  # candidates
 TOLD_APART, WIDTH = 6.0, 3.0  # t value at which every other pair is told apart, and how fast that turns
 WORTH = 0.75  # probability of that from which no more is asked of the arm
 FAINT = 1.0  # t value up to which two models are as good as not set apart
-MORE, CHANGED = 0.05, 0.2  # of it, that motions beyond the recorded ones must add, and what is laborious: a change
+# of it, what motions beyond the recorded ones must add, and what is laborious, a change: that must promise it, too
+MORE, CHANGED = 0.05, 0.2
 
 
 @dataclass(frozen=True)
@@ -138,8 +139,11 @@ def next_experiment(
 def _better(choice: Choice, best: Choice) -> bool:
     """Return whether a choice promises enough beyond the best one so far for what it asks.
 
-    Any more is enough for one that sets the likeliest model apart where the other one does not.
+    Any more is enough for one that sets the likeliest model apart where the other one does not, if it is not laborious
+    for next to nothing.
     """
+    if choice.change is not AS_IT_IS and resolved(choice.nearest) < CHANGED:
+        return False
     laborious = best.change is AS_IT_IS and choice.change is not AS_IT_IS
     enough = 0.0 if best.apart <= FAINT < choice.apart else CHANGED if laborious else MORE
     return resolved(choice.nearest) > resolved(best.nearest) + enough

@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from stribeck.arm import Arm, Joint
+from stribeck.arm import Arm, Joint, with_unit
 from stribeck.gap.result import Tuned
 from stribeck.model.scale import Scale
 
@@ -45,8 +45,8 @@ def told_of(tuned: Sequence[Tuned]) -> list[str]:
     And for each value of its effects, which the file says no tolerance of, that has moved far.
     """
     return [
-        f"{value.key}: {value.nominal:.3g} in the arm file, {value.tuned.value:.3g} {value.unit} by the recordings; "
-        "re-tuning took it in"
+        f"{value.key}: {value.nominal:.3g} in the arm file, {with_unit(f'{value.tuned.value:.3g}', value.unit)} by the "
+        "recordings; re-tuning took it in"
         for value in tuned
         if value.moved or _was_missing(value)
     ]

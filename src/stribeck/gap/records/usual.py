@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stribeck.arm import Arm, unit_at
+from stribeck.arm import Arm, unit_at, with_unit
 from stribeck.model.layout import Placed
 
 
@@ -12,7 +12,6 @@ def no_more_than_any(place: Placed, arm: Arm) -> str:
         return f"{1e3 * place.values['time']:.2g} ms late, as any drive may be"
     kind = arm.joints[place.joint].kind
     values = ", ".join(
-        f"{p.description} {place.values[p.name]:.3g} {'' if p.unit == '1' else unit_at(p.unit, kind)}".strip()
-        for p in place.effect.parameters
+        with_unit(f"{p.description} {place.values[p.name]:.3g}", unit_at(p.unit, kind)) for p in place.effect.parameters
     )
     return f"{place.effect.label} ({values}), no more than any joint has"
