@@ -8,7 +8,7 @@ import pytest
 from stribeck.arm import Arm
 from stribeck.gap.answer.motion import motion_gap
 from stribeck.gap.records.prepare import prepare
-from stribeck.identify.braked import braked
+from stribeck.identify.braked import braked, unmoved
 from stribeck.identify.conditioning import Conditioned, condition, shaken
 from stribeck.identify.cutoff import cutoff_frequency
 from stribeck.identify.residual import Residual
@@ -48,6 +48,15 @@ def ways() -> dict[str, tuple[np.ndarray | float, np.ndarray | float]]:
 def test_what_neither_moves_nor_is_driven(way: str) -> None:
     run = beside(recorded(), *ways()[way])
     assert braked(TWO, run, np.full(2, NOISE)).tolist() == [False, way.startswith("braked")]
+
+
+def test_what_stands_still_at_any_torque() -> None:
+    """A joint that trembles to and fro moves, though it is where it was in every window."""
+    t = np.arange(3000) / 500.0
+    trembling = 0.7 + 20.0 * NOISE * np.sin(2.0 * np.pi * 40.0 * t)
+    told = {way: beside(recorded(), *values) for way, values in {**ways(), "trembling": (trembling, 0.0)}.items()}
+    still = {way for way, run in told.items() if unmoved(run, np.full(2, NOISE))[1]}
+    assert still == {way for way in ways() if way.startswith("braked")} | {"held by its drive"}
 
 
 def braked_run(arm: Arm = TWO) -> Conditioned:

@@ -18,6 +18,7 @@ from stribeck.gap.records.floor import noise_of_rows
 from stribeck.gap.records.observed import observe
 from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.records.spread import Noise
+from stribeck.gap.records.standing import check_motion
 from stribeck.gap.result import Diagnosis, Recording
 from stribeck.gap.search.lateness import on_time
 from stribeck.gap.search.search import search
@@ -61,14 +62,16 @@ def diagnose(
     Raises
     ------
     InputError
-        When a run has not the arm's joints, or is there twice, or has the name of another.
+        When a run has not the arm's joints, or is there twice, or has the name of another, or no joint moves in any.
     """
     check_apart((*runs, *held_out))
     for run in (*runs, *held_out):
         if run.n != arm.n:
             raise InputError(f"{run.name}: not a recording of this arm", f"{run.n} joints", f"the arm has {arm.n}")
     progress("conditioning the recordings")
-    tuned = retuned(prepare(arm, runs, held_out), seed=seed, leave_out=leave_out, progress=progress)
+    prepared = prepare(arm, runs, held_out)
+    check_motion(arm, (*prepared.fit, *prepared.held))
+    tuned = retuned(prepared, seed=seed, leave_out=leave_out, progress=progress)
     first = recordings_of(tuned.prepared, tuned.base, tuned.base, tuned.noise.rms)
     found = None
     if not held_out:

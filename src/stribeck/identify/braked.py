@@ -14,6 +14,7 @@ from stribeck.run import Run
 DRIVEN = 0.1  # of its Coulomb friction, that the torque of a joint comes to whose drive does anything
 WINDOW = 0.1  # s, whose mean positions are compared
 WITHIN = 4.0  # standard deviations of noise, within which they all lie: one step of an encoder
+STRAYS = 20.0  # standard deviations of its noise, from end to end, that no record of a joint at rest strays
 
 
 def braked(arm: Arm, run: Run, noise: np.ndarray) -> np.ndarray:
@@ -27,9 +28,12 @@ def braked(arm: Arm, run: Run, noise: np.ndarray) -> np.ndarray:
     noise : array (n,)
         Of the recorded positions, rad.
     """
-    means, _ = window_means(run)
-    still = np.ptp(means, axis=0) <= WITHIN * noise
-    return np.asarray(still & (undriven(arm, run) | (np.ptp(run.tau, axis=0) == 0.0)))
+    return np.asarray(_still(run, noise) & (undriven(arm, run) | (np.ptp(run.tau, axis=0) == 0.0)))
+
+
+def unmoved(run: Run, noise: np.ndarray) -> np.ndarray:
+    """Return which joints (n,) stand still all along, at any torque: none that trembles to and fro within a window."""
+    return np.asarray(_still(run, noise) & (np.ptp(run.q, axis=0) <= STRAYS * noise))
 
 
 def window_means(run: Run) -> tuple[np.ndarray, int]:
@@ -43,3 +47,8 @@ def undriven(arm: Arm, run: Run) -> np.ndarray:
     """Return at which joints (n,) a run has no torque, or next to none beside friction."""
     least = DRIVEN * np.array([joint.friction.C0 for joint in arm.joints])
     return np.asarray(np.sqrt(np.mean(run.tau**2, axis=0)) <= least)
+
+
+def _still(run: Run, noise: np.ndarray) -> np.ndarray:
+    means, _ = window_means(run)
+    return np.asarray(np.ptp(means, axis=0) <= WITHIN * noise)

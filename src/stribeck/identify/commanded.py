@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from stribeck.arm import Arm, unit_at
+from stribeck.identify.braked import STRAYS
 from stribeck.run import Run
 
-STRAYS = 20.0  # standard deviations of its noise, from end to end, that no record of a joint at rest strays
 ROUNDED = 1.001  # of a limit: what rounding in a log adds
 CHECK = "check the limit, and the torque's unit; a drive that gives no more saturates"
 

@@ -16,6 +16,7 @@ from stribeck.gap.records.rests import without_long_rests
 from stribeck.gap.records.sequence import distance_gone, in_sequence, order
 from stribeck.gap.records.split import split
 from stribeck.gap.records.spread import Noise
+from stribeck.gap.records.standing import driven_in_vain
 from stribeck.gap.records.unsaid import with_unsaid
 from stribeck.grid import uniform
 from stribeck.identify.braked import DRIVEN
@@ -125,7 +126,7 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = (), fitted:
         _check_length(one.name, len(one.time), len(one.taps))
     notes += [f"{run.name}: {text}" for run in conditioned for text in _held(arm, run)]
     doubts = dict.fromkeys(f"{run.name}: {text}" for run in every for text in run.warnings)
-    warnings = (*doubts, *doubtful_torques(arm, every, noise))
+    warnings = (*doubts, *driven_in_vain(arm, conditioned), *doubtful_torques(arm, every, noise))
     gone = sum(distance_gone(run.q, run.sample_time) for run in [*even, *kept_back])
     scales = typical(arm, learnt, inertia, np.asarray(gone))
     said = _together(notes)
