@@ -4,6 +4,7 @@ One thread a matrix product: threads that wait for each other take most of a fit
 a property: the first may wait for an import, or for whoever else is using the machine. And one cache of compiled code.
 """
 
+import gc
 import os
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # read when numpy is first imported
@@ -15,6 +16,12 @@ from hypothesis import settings
 
 settings.register_profile("patient", deadline=None)
 settings.load_profile("patient")
+
+
+def pytest_collection_finish() -> None:
+    """Spare the collector what is imported by now and stays: it would go through all of it again and again."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -97,7 +97,7 @@ def test_in_initialization(nominal: Fmu, parameter: str) -> None:
     it.free()
 
 
-@pytest.mark.parametrize("fmi", [2, 3])
+@pytest.mark.parametrize("fmi", [pytest.param(2, marks=pytest.mark.slow), 3])  # 3 has adjoints besides
 def test_a_delayed_input_is_none_of_the_present(made: Callable[[Arm, int], Path], fmi: int) -> None:
     """But it is while all begins, where it has always been there, and where the delay is tuned away."""
     it = Fmu(made(DELAYED, fmi)).instance()

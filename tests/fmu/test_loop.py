@@ -20,6 +20,9 @@ from .conftest import HERE, MODELS
 from .master import slave
 from .test_folders import table
 
+# what is of the command and of the loop does not hang on the version; what is of the FMU is tested in both
+ONE_VERSION = pytest.mark.parametrize("fmi", [2, pytest.param(3, marks=pytest.mark.slow)], indirect=True)
+
 
 def test_loop_around_the_fmu_is_the_loop_around_the_engine(arm_fmu: Path, arm: Arm, loop: Loop) -> None:
     expected = table(MODELS / "two_link_nominal" / "loop_reference.csv")
@@ -163,6 +166,7 @@ def test_every_law_and_reference_in_a_controller_fmu(arm: Arm, tmp_path: Path, a
             np.testing.assert_allclose(plant.get("q", 2), expected.motion.q[-1], rtol=0.0, atol=1e-6, err_msg=law.kind)
 
 
+@ONE_VERSION
 def test_command_writes_a_run_of_the_fmu(
     arm_fmu: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -180,6 +184,7 @@ def test_command_writes_a_run_of_the_fmu(
     assert not (tmp_path / "no").exists()
 
 
+@ONE_VERSION
 def test_nominal_arm_may_differ_from_the_fmu(arm_fmu: Path, arm: Arm, loop: Loop) -> None:
     """Less friction known than there is: the error that compensation leaves grows."""
     joints = (replace(arm.joints[0], friction=replace(arm.joints[0].friction, C0=3.0)), arm.joints[1])

@@ -73,7 +73,7 @@ def test_a_coulomb_cycle_by_every_method() -> None:
     ("effect", "values", "linear"),
     [
         ("torque_dead_zone", {"width": 0.3}, False),
-        ("torque_saturation", {"limit": 20.0}, False),
+        pytest.param("torque_saturation", {"limit": 20.0}, False, marks=pytest.mark.slow),
         ("joint_flexibility", {"stiffness": 2e3, "damping": 1.0}, True),
     ],
 )

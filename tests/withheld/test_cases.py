@@ -29,7 +29,7 @@ def quiet():
 
 
 def test_same_seed_same_case(quiet):
-    a, b = made(11, "delay", "clear", 1), make_case(11, "delay", "clear", 1)
+    a, b = made(11, "torque_gain", "weak", 1), make_case(11, "torque_gain", "weak", 1)
     assert a.arm_nominal == b.arm_nominal
     assert a.truth == b.truth
     assert all(x.q.tobytes() == y.q.tobytes() for x, y in zip(a.runs, b.runs, strict=True))

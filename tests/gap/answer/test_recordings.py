@@ -83,6 +83,7 @@ def test_what_one_recording_alone_shows_is_learnt_from_it() -> None:
     assert (told.named, told.held_out_runs) == ((), (wall,))
 
 
+@pytest.mark.slow
 def test_what_one_recording_alone_shows_may_be_hidden_by_what_all_show() -> None:
     """It stands out only where that is modelled; then it is learnt from, and not advised against."""
     runs, others = recorded(WALL, BENT), [name for name in registry() if name not in ("contact", "torque_offset")]

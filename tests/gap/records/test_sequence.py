@@ -153,6 +153,7 @@ def test_what_comes_after_comes_after_all() -> None:
     assert told.recorded == pytest.approx(12.0, abs=0.1)
 
 
+@pytest.mark.slow
 def test_the_written_arm_is_as_worn_as_the_recordings_found_it() -> None:
     """What is told is the change at the start of the first recording; a file that knows no past holds the mean."""
     others = [name for name in registry() if name != "history"]

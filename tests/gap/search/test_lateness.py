@@ -30,6 +30,7 @@ def test_only_what_any_drive_has_is_taken_up(delay: float, taken: bool) -> None:
     assert on_time(prepared, base, FLOOR, 0, leave_out=["delay"]) is base
 
 
+@pytest.mark.slow
 def test_a_model_that_leaves_lateness_out_is_fitted_by_its_own_weights() -> None:
     """By those of the whole gap, presliding left 0.38 N m; what it leaves beside the lateness is a quarter of that."""
     hidden = (("delay", {"time": 0.001}), ("presliding", {"stiffness": 200.0, "damping": 1.0}))

@@ -55,6 +55,7 @@ def crossed(runs: list[Run]) -> list[Run]:
     return [replace(run, tau=run.tau @ np.linalg.inv(mixing).T) for run in runs]
 
 
+@pytest.mark.slow
 def test_cross_talk_of_drives_is_no_torque_gain() -> None:
     found = diagnose(NOMINAL, crossed(recordings()), leave_out=OTHERS, jobs=1)
     assert not found.named

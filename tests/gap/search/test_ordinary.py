@@ -108,6 +108,7 @@ def test_what_is_hidden_beside_a_texture_of_friction_is_named() -> None:
     assert beside.named == ("delay",)
 
 
+@pytest.mark.slow
 def test_a_texture_of_friction_is_no_cause() -> None:
     slight = diagnose(NOMINAL, recorded(TEXTURE, noise=1e-6), jobs=1, leave_out=OTHERS)
     assert (slight.verdict, slight.named) == ("no_gap", ())

@@ -127,6 +127,7 @@ def test_coupled_cycles(level_arm):
     assert cycling == 4
 
 
+@pytest.mark.slow
 def test_a_joint_that_winds_up_is_not_at_rest(level_arm):
     """Coupled hunting need not repeat: a joint that stuck while the other settled is left open, not called rest."""
     rng, inertia = np.random.default_rng(1), level_arm.moved_inertia(np.zeros(2))
