@@ -155,6 +155,18 @@ def test_fault_far_down_a_long_file_keeps_its_row(tmp_path: Path) -> None:
         load_lines(tmp_path, lines)
 
 
+def test_a_row_of_names_may_be_long(tmp_path: Path) -> None:
+    """Of a logger of everything: what it lists last is read as well."""
+    more = 1000
+    lines = [",".join(["t", *(f"{i:0200}" for i in range(more)), "tau1", "q1"])]
+    lines += [f"{0.01 * i}{',' * (more + 1)}1,{i}" for i in range(16)]
+    assert len(lines[0]) > 200_000
+    run = load_lines(tmp_path, lines)
+    assert run.q[:, 0].tolist() == list(range(16))
+    assert run.extra is not None
+    assert run.extra.num_columns == more
+
+
 @pytest.mark.parametrize(
     ("content", "says"),
     [
@@ -167,6 +179,8 @@ def test_fault_far_down_a_long_file_keeps_its_row(tmp_path: Path) -> None:
         ("t,q1,tau1\n".encode("utf-16"), "is not a CSV file"),
         (b"t,q1,tau1,Grad \xb0\n", "the header is not text in UTF-8"),
         (b"t,q1,tau1,note\n" + b"0,0,0,\xb0\n" * 20, "invalid UTF8"),
+        (b"t,q1,tau1," + b"x" * (1 << 20), "run.csv: row 1 is longer than 1 MiB; give a CSV file"),
+        (b"t,q1,tau1,q1\n0,0,0,0\n", "two columns have the same name: found 'q1'"),
     ],
 )
 def test_files_that_are_no_recording(tmp_path: Path, content: bytes, says: str) -> None:

@@ -18,7 +18,7 @@ from stribeck.errors import InputError
 from stribeck.run.values import Floats
 from stribeck.textfile import explain_unreadable
 
-_HEAD = 1 << 16
+_LONGEST_HEADER = 1 << 20
 _BLOCK = 1 << 22
 _ROWS = 1 << 17
 
@@ -66,9 +66,7 @@ def read_table(path: Path, choose: Chooser) -> tuple[dict[str, Floats], pa.Table
 def _collect(
     path: Path, names: list[str], batches: Iterable[pa.RecordBatch], choose: Chooser, first_row: int
 ) -> tuple[dict[str, Floats], pa.Table | None]:
-    double = next((name for i, name in enumerate(names) if name in names[:i]), None)
-    if double is not None:
-        raise InputError(f"{path}: two columns have the same name", repr(double), "rename or remove one")
+    _check_apart(path, names)
     chosen = choose(names)
     chunks: dict[str, list[Floats]] = {name: [] for name in names if name in chosen}
     others = [name for name in names if name not in chosen]
@@ -83,6 +81,14 @@ def _collect(
         row += batch.num_rows
     numbers = {name: np.concatenate([np.empty(0), *chunks.pop(name)]) for name in list(chunks)}
     return numbers, pa.Table.from_batches(extra) if extra else None
+
+
+def _check_apart(path: Path, names: list[str]) -> None:
+    seen: set[str] = set()
+    for name in names:
+        if name in seen:
+            raise InputError(f"{path}: two columns have the same name", repr(name), "rename or remove one")
+        seen.add(name)
 
 
 def _numbers(column: pa.Array, where: str, row: int) -> Floats:
@@ -142,7 +148,7 @@ def _explain_arrow(path: Path, error: Exception) -> InputError:
 
 def _header(path: Path) -> list[str]:
     with path.open("rb") as stream:
-        head = stream.read(_HEAD)
+        head = stream.read(_LONGEST_HEADER + 1)
     if not head.strip():
         raise InputError(f"{path}: the file is empty", "", "give a recording with a header row and one row a sample")
     if head.startswith(b"PAR1"):
@@ -150,6 +156,8 @@ def _header(path: Path) -> list[str]:
     if b"\0" in head:
         raise InputError(f"{path}: is not a CSV file", "binary data", "export the recording as CSV in UTF-8")
     line = re.split(rb"[\r\n]", head, maxsplit=1)[0]
+    if len(line) > _LONGEST_HEADER:
+        raise InputError(f"{path}: row 1 is longer than 1 MiB", "", "give a CSV file with one row a sample")
     try:
         names = [name.strip() for name in next(csv.reader([line.decode("utf-8-sig")]), [])]
     except (UnicodeDecodeError, csv.Error) as error:
