@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from stribeck.arm import Arm, EffectEntry, Friction, Joint, Tolerance, arm_to_toml, load_arm, save_arm
 from stribeck.arm.file import TOLERATED
 from stribeck.errors import InputError, StribeckError
+from stribeck.textfile import load_toml
 
 TEXT = """\
 schema = "stribeck.arm/1"
@@ -170,6 +171,32 @@ def test_files_that_are_no_arm(tmp_path: Path, content: bytes, says: str) -> Non
     path.write_bytes(content)
     with pytest.raises(InputError, match=says):
         load_arm(path)
+
+
+DOTS = "." * 120
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f"a = 1 # {DOTS}",
+        f'a = "{DOTS}"',
+        f"a = '{DOTS}'",
+        f'a = "\\"{DOTS}"',
+        f'a = """\n{DOTS}\n\\"""{DOTS}"""""',
+        f"a = '''\n{DOTS}\n'{DOTS}'''''",
+        f"'{DOTS}' = 1",
+        f"a = '\\' # {DOTS}",
+    ],
+)
+def test_dots_of_texts_and_comments_are_none_of_keys(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "any.toml"
+    path.write_text(text)
+    assert len(load_toml(path)) == 1
+    deep = ".".join(["a"] * 120)
+    path.write_text(f"{text}\nb = {{ c = 1, {deep} = 1 }}")
+    with pytest.raises(InputError, match="a key of more than 100 names"):
+        load_toml(path)
 
 
 def test_unreadable_paths(tmp_path: Path) -> None:

@@ -17,6 +17,16 @@ from stribeck.errors import InputError
 LARGEST_TEXT_FILE = 1 << 20
 """Bytes; a file of parameters larger than this is taken for a mistake."""
 DEEPEST_KEY = 100  # names joined by dots; the parser's time grows with the square of their number
+_NO_KEY = re.compile(  # texts and comments; without an end, to that of the file or the line
+    r"""
+    "{3} (?: \\.? | [^\\] )*? (?: "{3,5} | \Z )
+    | '{3} .*? (?: '{3,5} | \Z )
+    | " (?: \\. | [^"\\\n] )* "?
+    | ' [^'\n]* '?
+    | \# [^\n]*
+    """,
+    re.DOTALL | re.VERBOSE,
+)
 
 _T = TypeVar("_T")
 
@@ -69,7 +79,7 @@ def load_toml(path: Path) -> dict[str, Any]:
         )
     try:
         text = raw.decode("utf-8")
-        if any(part.count(".") > DEEPEST_KEY for part in re.split("[=,{\n]", text)):
+        if any(part.count(".") > DEEPEST_KEY for part in re.split("[=,{\n]", _NO_KEY.sub("", text))):
             raise ValueError(f"a key of more than {DEEPEST_KEY} names")
         return tomllib.loads(text)
     except UnicodeDecodeError as error:
