@@ -103,9 +103,19 @@ def test_noise_is_no_grid() -> None:
         assert EncoderQuantisation().observed(Record((record_of_it,), (), (STEP,), 1e-5)) is None
 
 
-@pytest.mark.parametrize("resolution", [1e-5, None])
-def test_steps_that_the_arm_file_states_are_no_news(resolution: float | None) -> None:
-    assert EncoderQuantisation().observed(record(step=1e-5, resolution=resolution)) is None
+@pytest.mark.parametrize(
+    ("step", "stated", "news"),
+    [
+        (2e-3, 2e-3, False),
+        (2e-3, 1.5e-3, False),
+        (2e-3, 1.2e-3, True),
+        (1e-4, 1e-5, True),
+        (1e-5, 1e-5, False),
+        (1e-3, None, False),
+    ],
+)
+def test_steps_that_the_arm_file_states_are_no_news(step: float, stated: float | None, news: bool) -> None:
+    assert (EncoderQuantisation().observed(record(step=step, resolution=stated)) is not None) == news
 
 
 @pytest.mark.parametrize("lag", [0.004, 0.01, 0.05])
