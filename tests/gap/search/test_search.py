@@ -61,6 +61,7 @@ def test_candidates() -> None:
     assert names.count("presliding") == 2  # every law of a family
     assert "negative_damping" not in names  # the nominal model has a falling part
     assert set(names) <= set(registry())
+    assert not any(effect.direct for effect in found)  # no torque shows them
     assert {"delay", "payload", "backlash"} <= set(names)
 
 
