@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from stribeck.identify.blur import blur
 from stribeck.identify.conditioning import condition
@@ -20,6 +21,6 @@ def test_blur_is_what_a_perfect_model_leaves_and_lies_around_reversals() -> None
     p = values_of(path.entries)
     residual = Residual(path, [run], ())
     found, left = blur(residual, p, CUTOFF)[:, 0], residual.value(p)[:, 0]
-    assert 0.5 < np.sqrt(np.mean(left**2) / np.mean(found**2)) < 2.0
+    assert np.sqrt(np.mean(left**2) / np.mean(found**2)) == pytest.approx(1.0, rel=0.15)
     fast = np.abs(run.velocity[run.analysis_index, 0]) > 0.5 * np.abs(run.velocity).max()
     assert np.std(found[fast]) < 0.3 * np.std(found[~fast])
