@@ -180,4 +180,6 @@ def test_friction_jumps_stay_within_their_size(bench):
     t = np.arange(20000) * 1e-3
     x = Disturbance("factor", {"change": 0.3, "rate": 2.0}).signal(t, np.random.default_rng(1))
     assert np.all(np.abs(x - 1.0) <= 0.3)
+    assert x.min() < 0.8
+    assert x.max() > 1.2
     assert 20 < np.count_nonzero(np.diff(x)) < 65
