@@ -1,8 +1,10 @@
 """The paper's experiment as a loop of FMUs, against the loop inside the engine."""
 
+import zipfile
 from dataclasses import replace
 from pathlib import Path
 
+import fmpy
 import numpy as np
 import pytest
 from fmpy.ssp.simulation import simulate_ssp
@@ -11,11 +13,12 @@ from stribeck.arm import Arm, load_arm
 from stribeck.cli import main
 from stribeck.errors import InputError
 from stribeck.export.controller import export_controller, export_system
-from stribeck.export.use import simulate_fmu
+from stribeck.export.use import load_fmu_loop, simulate_fmu
 from stribeck.export.validate import check_fmu
 from stribeck.run import load_run
 from stribeck.simulate import Compensation, JointLoop, Loop, Reference, simulate
 
+from ..export.validate.test_ours import changed, swap
 from .conftest import HERE, MODELS
 from .master import slave
 from .test_folders import table
@@ -192,3 +195,18 @@ def test_nominal_arm_may_differ_from_the_fmu(arm_fmu: Path, arm: Arm, loop: Loop
     aware = simulate_fmu(arm_fmu, arm, loop)
     assert np.abs(unaware.error[-1, 0]) > 2.0 * np.abs(aware.error[-1, 0])
     assert load_arm(MODELS / "two_link_nominal" / "arm.toml") == arm
+
+
+def test_what_is_wrong_with_an_fmu_is_said_of_its_own_files(
+    arm_fmu: Path, arm: Arm, loop: Loop, tmp_path: Path, fmi: int
+) -> None:
+    file = str(MODELS / "two_link_nominal" / "loop.toml")
+    odd = changed(arm_fmu, tmp_path / "odd.fmu", {"resources/arm.toml": swap("stribeck.arm/1", "stribeck.arm/9")})
+    with pytest.raises(InputError, match=r"odd.fmu: resources/arm.toml: schema must be .*found 'stribeck.arm/9'"):
+        load_fmu_loop(odd, None, Path(file))
+    here = f"binaries/{fmpy.platform if fmi == 2 else fmpy.platform_tuple}/"
+    with zipfile.ZipFile(arm_fmu) as archive:
+        (binary,) = (name for name in archive.namelist() if name.startswith(here))
+    spoilt = changed(arm_fmu, tmp_path / "spoilt.fmu", {binary: lambda data: b"no library"})
+    with pytest.raises(InputError, match=f"spoilt.fmu: cannot be loaded: found {binary}: "):
+        simulate_fmu(spoilt, arm, loop)

@@ -78,8 +78,7 @@ class FmuPlant:
 
     def _begin(self, q: Floats) -> None:
         self.close()
-        description = self._fmu.description
-        self._instance = instantiate_fmu(str(self._fmu.folder), description, "CoSimulation")
+        self._instance = _loaded(self._fmu)
         if self._fmu.version == 2:
             self._instance.setupExperiment(tolerance=self._tolerance, startTime=0.0)
             self._place(q)
@@ -152,6 +151,15 @@ def _check_runs(fmu: Opened, n: int) -> None:
     for k in range(n):
         if f"q[{k + 1}]" not in outputs:
             raise InputError(f"{fmu.source}: the FMU has no output q[{k + 1}]", "", "name its outputs as the arm's FMU")
+
+
+def _loaded(fmu: Opened) -> Any:
+    """Return an instance of an FMU; raise `InputError` where its binary does not even give one."""
+    try:
+        return instantiate_fmu(str(fmu.folder), fmu.description, "CoSimulation")
+    except Exception as error:
+        why = fmu.inside(str(error.__context__ or error))  # the linker's words, which fmpy repeats
+        raise InputError(f"{fmu.source}: cannot be loaded", why, "export it for this platform") from error
 
 
 @contextmanager

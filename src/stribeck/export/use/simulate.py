@@ -41,7 +41,10 @@ def arm_inside(fmu: Path | str) -> Arm:
     with opened(fmu) as held:
         if not held.ours:
             raise InputError(f"{fmu}: the FMU holds no arm file", "", "give one: stribeck simulate --fmu FILE ARM LOOP")
-        return load_arm(held.folder / ARM)
+        try:
+            return load_arm(held.folder / ARM)
+        except InputError as error:
+            raise InputError(f"{fmu}: {held.inside(error.what)}", error.found, error.do) from error
 
 
 def load_fmu_loop(fmu: Path | str, arm: Path | None, loop: Path) -> tuple[Arm, Loop]:

@@ -105,7 +105,7 @@ def _arm(fmu: Opened, found: list[str]) -> Arm | None:
     try:
         return load_arm(fmu.folder / ARM)
     except StribeckError as error:
-        found.append(str(error).replace(str(fmu.folder) + "/", ""))
+        found.append(fmu.inside(str(error)))
         return None
 
 

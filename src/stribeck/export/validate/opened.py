@@ -64,6 +64,10 @@ class Opened:
         """Whether it says that it holds an arm of this package."""
         return ARM in self.files
 
+    def inside(self, text: str) -> str:
+        """Return a message with the paths of its files as they are in the FMU."""
+        return text.replace(f"{self.folder}/", "")
+
 
 @contextmanager
 def opened(path: Path | str) -> Iterator[Opened]:
