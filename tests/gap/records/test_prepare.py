@@ -109,6 +109,17 @@ def test_uneven_clock_is_noted() -> None:
     assert np.ptp(np.diff(prepared.fit[0].time)) < 1e-9
 
 
+def test_degrees_narrow_what_is_analysed_until_it_is_too_short() -> None:
+    """Beside the same torque, noise in them is 57 times as much."""
+    rng, long = np.random.default_rng(0), sines(4.0, size=0.005)
+    long = replace(long, q=long.q + 1e-5 * rng.standard_normal(long.q.shape))
+    short = replace(part(long, 0, 60), name="short")
+    assert prepare(TRUE, [long], [short])
+    long, short = (replace(run, q=np.rad2deg(run.q)) for run in (long, short))
+    with pytest.raises(InputError, match=r"found 60 samples, 0.3 s, where .* 5 Hz takes 0.645 s.* units of q and tau"):
+        prepare(TRUE, [long], [short])
+
+
 @pytest.mark.parametrize("samples", [1, 2, 3, 5, 6, 12, 22])
 def test_a_run_shorter_than_the_filter_is_refused(samples: int) -> None:
     """Nothing of it would be analysed; better to say so than to fail on it, then or later."""

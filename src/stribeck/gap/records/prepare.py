@@ -123,7 +123,7 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = (), fitted:
     conditioned = in_sequence([condition(arm, run, cutoff, noise, thin=True) for run in every], [*even, *kept_back])
     learnt, kept = conditioned[: len(fit)], conditioned[len(fit) :]
     for one in conditioned:
-        _check_length(one.name, len(one.time), len(one.taps))
+        _check_filtered(one, cutoff)
     notes += [f"{run.name}: {text}" for run in conditioned for text in _held(arm, run)]
     doubts = dict.fromkeys(f"{run.name}: {text}" for run in every for text in run.warnings)
     warnings = (*doubts, *driven_in_vain(arm, conditioned), *doubtful_torques(arm, every, noise))
@@ -149,6 +149,15 @@ def _even(runs: Sequence[Run], held_out: Sequence[Run], notes: list[str]) -> tup
 def _check_length(name: str, samples: int, least: int) -> None:
     if samples < least:
         raise InputError(f"{name}: too short to be analysed", f"{samples} samples", "leave it out")
+
+
+def _check_filtered(one: Conditioned, cutoff: float) -> None:
+    if len(one.time) < len(one.taps):
+        seconds = len(one.run.t) * one.run.sample_time
+        least = seconds * len(one.taps) / len(one.time)
+        found = f"{len(one.run.t)} samples, {seconds:.3g} s, where the filter for {cutoff:.3g} Hz takes {least:.3g} s"
+        do = "leave it out, or check the units of q and tau: noise in q beside the torque sets that frequency"
+        raise InputError(f"{one.name}: too short to be analysed", found, do)
 
 
 def _held(arm: Arm, run: Conditioned) -> list[str]:
