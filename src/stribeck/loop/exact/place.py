@@ -101,6 +101,11 @@ class Layout:
         return self._after(1, 1)
 
     @property
+    def torque(self) -> slice:
+        """Commanded torque of each joint, N m."""
+        return self._after(2, 1)
+
+    @property
     def memory(self) -> slice:
         """Memory of a sampled controller: last position, filter, integral, held direction, theta (3)."""
         return self._after(3, _MEMORY)
