@@ -218,7 +218,9 @@ def _notes(loop: Loop, entry: JointLoop, inertia: float, stable: bool, why: str)
 
 
 def _shown(loop: Loop, cycles: list[Cycle]) -> Loop:
-    """Return the loop over a time in which its cycles can be seen."""
+    """Return the loop over a time in which its cycles can be seen, without steps that its own time does not reach."""
+    kept = (replace(entry, reference=entry.reference.within(loop.duration)) for entry in loop.joints)
+    loop = replace(loop, joints=tuple(kept))
     longest = max((cycle.period or 0.0 for cycle in cycles), default=0.0)
     most = min(LONGEST, MOST_ROWS * loop.sample_time) if loop.sample_time > 0.0 else LONGEST
     duration = max(loop.duration, min(ROUNDS * longest, most))
