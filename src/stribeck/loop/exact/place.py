@@ -97,7 +97,7 @@ class Layout:
 
     @property
     def held(self) -> slice:
-        """Direction of each joint's last slide."""
+        """The last sign, other than 0, of each joint's velocity as a continuous law takes it."""
         return self._after(1, 1)
 
     @property

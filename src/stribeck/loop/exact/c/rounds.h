@@ -309,7 +309,7 @@ SB_EXPORT int sb_run_rounds(const sb_wish *wish, const double *p, const sb_axis 
         sb_rounds_start(&w, &s, &loop, marks);
         why = sb_rounds_sampled(&w, &loop, memory, computed, (long)wish->first, record, (long)wish->calm, out + 1);
     } else {
-        s.control = sb_continuous, s.ny = SB_NS + SB_NZ;
+        s.control = sb_continuous, s.remember = sb_hold_signs, s.ny = SB_NS + SB_NZ;
         sb_bound_steps(&s, axis);
         if (unsettled) sb_settle(&s);
         sb_rounds_start(&w, &s, &loop, marks);
