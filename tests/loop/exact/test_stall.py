@@ -50,3 +50,15 @@ def test_a_joint_beside_one_that_stalls_has_its_own_answer(sample_time):
 def test_the_record_of_a_joint_that_never_moves_says_so(loop_of):
     seen = watched(simulate(weak(one_joint(A)), loop_of(sample_time=0.005, velocity=0.05)), 0)
     assert seen == "it stands still while its reference moves:"
+
+
+@pytest.mark.parametrize("sample_time", [0.0, 0.005])
+@pytest.mark.parametrize("answer", [settle, shoot])
+def test_a_ramp_ends_at_a_wall_within_the_duration(loop_of, sample_time, answer):
+    wall = EffectEntry("contact", ("A",), {"A": {"stiffness": 2000.0, "position": 0.3}}, "linear")
+    joint = replace(one_joint(A).joints[0], torque_limit=20.0)
+    arm = replace(one_joint(A), joints=(joint,), effects=(wall,))
+    loop = loop_of(kp=200.0, sample_time=sample_time, velocity=0.1)
+    before, after = (answer(arm, replace(loop, duration=duration))["A"] for duration in (2.0, 10.0))
+    assert (before.verdict, after.verdict) == ("rest", "undetermined")
+    assert after.status == "the drive cannot move it: it gives 20 N m and no more"

@@ -22,6 +22,7 @@ from stribeck.compiler import build, load
 from stribeck.effects.placing import placed_effects
 from stribeck.errors import InputError
 from stribeck.loop.exact.place import Layout, Place, Stretch
+from stribeck.model.effect import ExternalEffect
 from stribeck.simulate import Engine, JointLoop, Loop, Reference, path_of
 from stribeck.simulate.axis import axes_of, start_position
 from stribeck.simulate.closed import BOUND
@@ -64,6 +65,11 @@ class RoundsEngine(Engine):
     def driven(self) -> bool:
         """Whether time itself moves the arm."""
         return self.forward.driven
+
+    @cached_property
+    def meets(self) -> bool:
+        """Whether something stands around the arm, which it meets at one place and not at another."""
+        return any(isinstance(place.effect, ExternalEffect) for place in self.path.placed)
 
     @cached_property
     def rounds_library(self) -> ctypes.CDLL:

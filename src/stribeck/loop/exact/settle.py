@@ -9,8 +9,8 @@ from stribeck.arm import Arm
 from stribeck.loop.cycle import Cycle
 from stribeck.loop.exact.ending import Ending, all_die, answers, gather
 from stribeck.loop.exact.place import Place, Stretch
-from stribeck.loop.exact.rest import follow, winding
-from stribeck.loop.exact.rounds import ANY, Rounds, RoundsEngine
+from stribeck.loop.exact.rest import ahead, follow, winding
+from stribeck.loop.exact.rounds import ANY, NONE, Rounds, RoundsEngine
 from stribeck.loop.exact.stall import stalled
 from stribeck.loop.exact.starts import starts
 from stribeck.loop.exact.turns import TINY, weighted, whole_rounds
@@ -70,7 +70,10 @@ def settle_from(rounds: Rounds, place: Place) -> Ending:
             seconds *= 4.0
             continue
         if all_die(rounds, place, done.turns):
-            return Ending("rest", place)
+            if (way := ahead(rounds, place)) <= 0.0:
+                return Ending("rest", place)
+            place, before = rounds.run(place, NONE, duration=way, quiet=False).place, None
+            continue
         now = _averages(rounds, done.turns)
         enough = max(len(done.turns[done.turns["joint"] == j]) for j in range(rounds.n)) >= _LEAST[kind]
         moving = _moving(rounds, done)
