@@ -14,7 +14,7 @@ from stribeck.arm import Arm
 from stribeck.errors import StribeckError
 from stribeck.loop.answers import Analysis, JointAnswer, Method
 from stribeck.loop.approximate import Approximation, approximate
-from stribeck.loop.cycle import Cycle
+from stribeck.loop.cycle import WORDS, Cycle
 from stribeck.loop.exact.critical import fold_velocity, k_critical
 from stribeck.loop.exact.rounds import RoundsEngine, check_autonomous
 from stribeck.loop.exact.settle import settle
@@ -175,7 +175,7 @@ def _exact_method(cycle: Cycle, reference: Cycle) -> Method:
         return Method("undetermined", None, False, cycle.status)
     if cycle.verdict == "unbounded":
         return Method("unbounded", None, True, "grows without bound")
-    why = cycle.verdict.replace("_", " ")
+    why = WORDS.get(cycle.verdict, cycle.verdict)
     why = why if cycle.status == "ok" else f"{why}: {cycle.status}"
     errors = _errors(cycle.amplitude, cycle.period, reference)
     return Method("ok", cycle.cycles, True, why, cycle.amplitude, cycle.period, *errors, cycle.stable)
