@@ -59,6 +59,7 @@ def test_a_coulomb_cycle_by_every_method() -> None:
     root = math.sqrt(1.0 - zeta**2)
     amplitude = 0.3 * 5.0 / 30.0 / math.tanh(math.pi * zeta / (2.0 * root))
     period = 2.0 * math.pi / (math.sqrt(30.0) * root)
+    assert found.notes == ()
     assert found.cycle.verdict == "sliding_cycle"
     assert list(found.methods) == METHODS
     for name, close in zip(METHODS, (0.03, 1e-4, 1e-6, 1e-6), strict=True):
@@ -141,6 +142,12 @@ def test_doubts_are_said_in_words_of_what_the_joint_does(exact: Cycle, says: str
     assert (method.cycle, method.trusted) == (False, False)
     assert says in method.why
     assert "_" not in method.why
+
+
+def test_a_joint_with_bristles_is_said_to_have_no_time_stuck() -> None:
+    stiff = EffectEntry("presliding", ("A",), {"A": {"stiffness": 2e4, "damping": 60.0}}, "lugre")
+    found = analyse(replace(arm(), effects=(stiff,)), loop(0.0125), grid=Grid(wanted=False))
+    assert found.joints[0].notes == (module.BRISTLES,)
 
 
 @pytest.mark.slow

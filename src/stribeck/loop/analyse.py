@@ -31,6 +31,7 @@ Told = Callable[[str], None]
 T = TypeVar("T")
 
 LONGEST, MOST_ROWS = 2000.0, 200_000  # s and rows of the plain simulation
+BRISTLES = "friction with bristles gives way before it slides: no time counts as stuck, however long the joint stands"
 ROUNDS = 12.0  # periods that it lasts at least, where that is not too long
 
 
@@ -107,6 +108,8 @@ def _joint(
     zones = sorted({place.effect.name for place in engine.path.placed if place.effect.zone})
     if zones:
         notes.append(f"margins and largest gains are those beyond what this loses: {', '.join(zones)}")
+    if engine.forward.bristles[assembly.index(name)]:
+        notes.append(BRISTLES)
     told(f"{name}: describing function and harmonic balance")
     approximation = _approximation(arm, loop, name, best, notes)
     methods = {
