@@ -9,12 +9,15 @@ import numpy as np
 import pytest
 from fmpy.ssp.simulation import simulate_ssp
 
-from stribeck.arm import Arm, load_arm
+from stribeck.arm import Arm, EffectEntry, load_arm, save_arm
 from stribeck.cli import main
 from stribeck.errors import InputError
+from stribeck.export import export_fmu
 from stribeck.export.controller import export_controller, export_system
 from stribeck.export.use import load_fmu_loop, simulate_fmu
+from stribeck.export.use.plant import FmuPlant
 from stribeck.export.validate import check_fmu
+from stribeck.export.validate.opened import ARM, opened
 from stribeck.run import load_run
 from stribeck.simulate import Compensation, JointLoop, Loop, Reference, simulate
 
@@ -37,6 +40,29 @@ def test_loop_around_the_fmu_is_the_loop_around_the_engine(arm_fmu: Path, arm: A
     assert np.abs(found.measured[-1, 0]) > 0.1
     stuck = simulate(arm, loop).motion.stuck_time[-1]
     np.testing.assert_allclose(found.motion.stuck_time[-1], stuck, rtol=0.0, atol=3 * loop.sample_time)
+
+
+def test_steps_of_a_sample_are_as_many_as_a_delay_takes(arm: Arm, arm_fmu: Path) -> None:
+    late = replace(arm, effects=(EffectEntry("delay", ("A",), {"A": {"time": 0.2}}),))
+    with opened(arm_fmu) as fmu:
+        assert FmuPlant(fmu, arm.n).most_steps(1e-3) == 2048
+        save_arm(late, fmu.folder / ARM)
+        assert FmuPlant(fmu, arm.n).most_steps(1e-3) == 20
+        assert FmuPlant(fmu, arm.n).most_steps(1e-5) == 1
+        (fmu.folder / ARM).write_text("of another version")
+        assert FmuPlant(fmu, arm.n).most_steps(1e-3) == 2048
+
+
+@pytest.mark.slow
+def test_a_long_delay_and_a_short_lag_go_together(arm: Arm, tmp_path: Path) -> None:
+    """What is on its way to a late arm must not be more than the FMU keeps."""
+    late = replace(arm, effects=(EffectEntry("delay", ("A",), {"A": {"time": 0.2}}),))
+    export_fmu(late, tmp_path / "late.fmu", platforms=HERE)
+    entry = JointLoop("A", 60.0, Reference("regulate", initial_error=0.3), kv=5.0, actuator_lag=2e-4)
+    loop = Loop(1e-3, 0.4, (entry, replace(entry, joint="B", kp=20.0, actuator_lag=1e-3)))
+    found = simulate_fmu(tmp_path / "late.fmu", late, loop)
+    assert (found.motion.status, found.ended) == ("ok", 0.4)
+    np.testing.assert_allclose(found.measured, simulate(late, loop).measured, rtol=0.0, atol=1e-5)
 
 
 def test_controller_first_then_the_arm_loses_no_time(arm_fmu: Path, controller_fmu: Path, loop: Loop) -> None:

@@ -18,6 +18,8 @@ from stribeck.loop import analyse as module
 from stribeck.loop import surroundings
 from stribeck.loop.analyse import analyse
 from stribeck.loop.answers import Analysis, JointAnswer
+from stribeck.loop.approximate import approximate
+from stribeck.loop.cycle import Cycle
 from stribeck.loop.exact.critical import k_critical
 from stribeck.loop.exact.rounds import RoundsEngine
 from stribeck.loop.files import limit_cycle_json, write_limit_cycle
@@ -57,6 +59,7 @@ def test_a_coulomb_cycle_by_every_method() -> None:
     root = math.sqrt(1.0 - zeta**2)
     amplitude = 0.3 * 5.0 / 30.0 / math.tanh(math.pi * zeta / (2.0 * root))
     period = 2.0 * math.pi / (math.sqrt(30.0) * root)
+    assert found.notes == ()
     assert found.cycle.verdict == "sliding_cycle"
     assert list(found.methods) == METHODS
     for name, close in zip(METHODS, (0.03, 1e-4, 1e-6, 1e-6), strict=True):
@@ -121,6 +124,30 @@ def test_damping_costs_the_describing_function_its_trust() -> None:
     assert found.methods["harmonic_balance"].trusted
     exact = 0.05 / math.tanh(math.pi * 0.5 / (2.0 * math.sqrt(0.75)))
     assert found.cycle.amplitude == pytest.approx(exact, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("exact", "says"),
+    [
+        (Cycle("rest", steady_error=0.0), "the integral would wind up where the joint sticks"),
+        (
+            Cycle("sliding_cycle", 0.1, 1.0, stick_fraction=0.0),
+            "predicts no cycle where there is a sliding cycle; the ",
+        ),
+        (Cycle("hunting", 0.1, 9.0, stick_fraction=0.9), "the integral winds up while the joint sticks"),
+    ],
+)
+def test_doubts_are_said_in_words_of_what_the_joint_does(exact: Cycle, says: str) -> None:
+    method = approximate(arm(), loop(ki=30.0, kv=8.0), "A", exact, 0.7).describing_function
+    assert (method.cycle, method.trusted) == (False, False)
+    assert says in method.why
+    assert "_" not in method.why
+
+
+def test_a_joint_with_bristles_is_said_to_have_no_time_stuck() -> None:
+    stiff = EffectEntry("presliding", ("A",), {"A": {"stiffness": 2e4, "damping": 60.0}}, "lugre")
+    found = analyse(replace(arm(), effects=(stiff,)), loop(0.0125), grid=Grid(wanted=False))
+    assert found.joints[0].notes == (module.BRISTLES,)
 
 
 @pytest.mark.slow

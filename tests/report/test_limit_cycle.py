@@ -110,6 +110,7 @@ def test_the_nyquist_curves_meet_where_the_root_is(cycling: Analysis) -> None:
     ("cycle", "says"),
     [
         (Cycle("rest", steady_error=-0.05), "comes to rest 50.0 mrad from its reference"),
+        (Cycle("rest", steady_error=-1.9e-31), "comes to rest at its reference"),
         (Cycle("unbounded", stable=False), "unbounded"),
         (Cycle("undetermined", status="not settled"), "undetermined (not settled)"),
         (Cycle("hunting", 0.01, 6.0, 0.1, 0.75, (), True), "hunting of ±10.0 mrad every 6.00 s, stuck 75 % of"),
@@ -121,6 +122,7 @@ def test_every_verdict_has_words_tables_and_figures(cycling: Analysis, cycle: Cy
     changed = replace(cycling, joints=(answer,))
     assert says in headline(answer).replace("\u00a0", " ")
     assert len(answer_sentences(answer, several=True)) == 3
+    assert "10⁻" not in "".join(str(cell) for cell in verdict_table(changed).rows[0].cells)
     assert len(verdict_table(changed).rows[0].cells) == len(verdict_table(changed).columns)
     assert all(len(row.cells) == len(method_table(answer).columns) for row in method_table(answer).rows)
     assert [figure(answer) for figure in (nyquist_figure, branch_figure, map_figure)] == [None, None, None]

@@ -1,5 +1,7 @@
 """The sampled loop around a plant from outside, against the loop inside the engine: the plant here is the engine."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
@@ -19,6 +21,9 @@ class EnginePlant:
     def __init__(self, engine: Engine) -> None:
         self.engine, self.breaks, self.shows_mode = engine, np.inf, True
 
+    def most_steps(self, sample_time: float) -> int:
+        return 1000
+
     def start(self, q: np.ndarray) -> Reading:
         self.state, self.mode = self.engine.start(self.engine.p, q), np.zeros(self.engine.n)
         self.mode[:] = 0.0
@@ -32,6 +37,21 @@ class EnginePlant:
         self.state, self.mode = moved.state[-1], moved.modes[-1]
         shown = self.mode if self.shows_mode else np.full(self.engine.n, np.nan)
         return Reading(moved.q[-1], moved.dq[-1], shown, moved.friction[-1])
+
+
+class Counting(EnginePlant):
+    """The engine, which takes so many steps in a sample time."""
+
+    def __init__(self, engine: Engine, most: int) -> None:
+        super().__init__(engine)
+        self.most, self.taken = most, 0
+
+    def most_steps(self, sample_time: float) -> int:
+        return self.most
+
+    def step(self, time: float, step: float, torque: np.ndarray) -> Reading:
+        self.taken += 1
+        return super().step(time, step, torque)
 
 
 def joint(name: str, **values: object) -> JointLoop:
@@ -80,6 +100,18 @@ def test_lag_of_the_drive_is_followed_to_second_order(level_arm: Engine, monkeyp
         errors.append(np.abs(outside.measured - inside.measured).max())
     assert errors[1] < 1e-4
     assert errors[2] < 0.35 * errors[1] < 0.35 * 0.35 * errors[0] * 1.5
+
+
+@pytest.mark.parametrize(("most", "steps"), [(1000, 40), (9, 8), (1, 1)])
+def test_a_short_lag_wants_no_more_steps_than_the_plant_takes(level_arm: Engine, most: int, steps: int) -> None:
+    """Two lags, each followed in up to 20 steps of one sample, but in one at least."""
+    loop = replace(both(joint("A", actuator_lag=1e-4), joint("B", actuator_lag=2e-3)), duration=0.5)
+    plant = Counting(level_arm, most)
+    outside = close_around(plant, level_arm.path.arm, loop)
+    assert outside.motion.status == "ok"
+    assert plant.taken <= 40 * steps
+    inside = close_loop(level_arm, loop, tolerance=1e-9)
+    assert_allclose(outside.measured, inside.measured, rtol=0.0, atol={1000: 2e-5, 9: 1e-3, 1: 2e-3}[most])
 
 
 def test_time_stuck_and_failures(level_arm: Engine) -> None:

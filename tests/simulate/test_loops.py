@@ -1,11 +1,25 @@
 """Closed loops against what is known: ramp errors, limit cycles in closed form, thresholds, remedies."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from stribeck.simulate import Closed, Compensation, Engine, JointLoop, Loop, Reference, close_loop, simulate_many
+from stribeck.arm import EffectEntry, Friction
+from stribeck.simulate import (
+    Closed,
+    Compensation,
+    Engine,
+    JointLoop,
+    Loop,
+    Reference,
+    close_loop,
+    path_of,
+    simulate_many,
+)
+
+from .conftest import one_joint
 
 RATE = 0.0125
 
@@ -58,6 +72,35 @@ def test_ramp_error(
     for ratio in (0.9, 1.0, 1.1):
         helped = run(engine, ramp, Compensation("feedforward", ratio), kp=kp, sample_time=sample_time)
         assert 1e3 * second_half(helped.error).mean() == pytest.approx((1 - ratio) * error, rel=5e-3, abs=1e-3)
+
+
+@pytest.mark.parametrize("bristle", [False, True])
+@pytest.mark.parametrize(("at_zero", "settings"), [("hold", {}), ("hold", {"velocity_filter": 0.02}), ("zero", {})])
+def test_a_dead_band_holds_the_sign_with_which_it_was_entered(
+    bristle: bool, at_zero: str, settings: dict[str, float]
+) -> None:
+    """A continuous controller is the limit of a sampled one, whose own memory holds the sign."""
+    stiff = EffectEntry("presliding", ("A",), {"A": {"stiffness": 3000.0, "damping": 20.0}}, "lugre")
+    arm = replace(one_joint(Friction(5.0, 0.0, 0.0, 0.05)), effects=(stiff,) if bristle else ())
+    law = Compensation("feedback", 0.9, at_zero, dead_band=0.05)  # type: ignore[arg-type]
+    sine = Reference("sine", amplitude=0.2, frequency=0.5)
+    exact, sampled = (
+        run(
+            Engine(path_of(arm)),
+            sine,
+            law,
+            kp=60.0,
+            kv=3.0,
+            sample_time=step,
+            duration=4.0,
+            velocity="true",
+            **settings,
+        )  # type: ignore[arg-type]
+        for step in (0.0, 1e-4)
+    )
+    assert (exact.motion.status, sampled.motion.status) == ("ok", "ok")
+    wide, narrow = (float(np.sqrt(np.mean(found.error**2))) for found in (exact, sampled))
+    assert wide == pytest.approx(narrow, rel=5e-3)
 
 
 @pytest.mark.parametrize("at_zero", ["set_valued", "error_sign"])

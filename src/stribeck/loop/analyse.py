@@ -14,7 +14,7 @@ from stribeck.arm import Arm
 from stribeck.errors import StribeckError
 from stribeck.loop.answers import Analysis, JointAnswer, Method
 from stribeck.loop.approximate import Approximation, approximate
-from stribeck.loop.cycle import Cycle
+from stribeck.loop.cycle import WORDS, Cycle
 from stribeck.loop.exact.critical import fold_velocity, k_critical
 from stribeck.loop.exact.rounds import RoundsEngine, check_autonomous
 from stribeck.loop.exact.settle import settle
@@ -31,6 +31,7 @@ Told = Callable[[str], None]
 T = TypeVar("T")
 
 LONGEST, MOST_ROWS = 2000.0, 200_000  # s and rows of the plain simulation
+BRISTLES = "friction with bristles gives way before it slides: no time counts as stuck, however long the joint stands"
 ROUNDS = 12.0  # periods that it lasts at least, where that is not too long
 
 
@@ -107,6 +108,8 @@ def _joint(
     zones = sorted({place.effect.name for place in engine.path.placed if place.effect.zone})
     if zones:
         notes.append(f"margins and largest gains are those beyond what this loses: {', '.join(zones)}")
+    if engine.forward.bristles[assembly.index(name)]:
+        notes.append(BRISTLES)
     told(f"{name}: describing function and harmonic balance")
     approximation = _approximation(arm, loop, name, best, notes)
     methods = {
@@ -175,7 +178,7 @@ def _exact_method(cycle: Cycle, reference: Cycle) -> Method:
         return Method("undetermined", None, False, cycle.status)
     if cycle.verdict == "unbounded":
         return Method("unbounded", None, True, "grows without bound")
-    why = cycle.verdict.replace("_", " ")
+    why = WORDS.get(cycle.verdict, cycle.verdict)
     why = why if cycle.status == "ok" else f"{why}: {cycle.status}"
     errors = _errors(cycle.amplitude, cycle.period, reference)
     return Method("ok", cycle.cycles, True, why, cycle.amplitude, cycle.period, *errors, cycle.stable)
@@ -218,7 +221,9 @@ def _notes(loop: Loop, entry: JointLoop, inertia: float, stable: bool, why: str)
 
 
 def _shown(loop: Loop, cycles: list[Cycle]) -> Loop:
-    """Return the loop over a time in which its cycles can be seen."""
+    """Return the loop over a time in which its cycles can be seen, without steps that its own time does not reach."""
+    kept = (replace(entry, reference=entry.reference.within(loop.duration)) for entry in loop.joints)
+    loop = replace(loop, joints=tuple(kept))
     longest = max((cycle.period or 0.0 for cycle in cycles), default=0.0)
     most = min(LONGEST, MOST_ROWS * loop.sample_time) if loop.sample_time > 0.0 else LONGEST
     duration = max(loop.duration, min(ROUNDS * longest, most))

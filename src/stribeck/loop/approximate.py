@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from stribeck.arm import Arm, Friction
 from stribeck.effects.placing import placed_effects
 from stribeck.loop.answers import Method, Nyquist
-from stribeck.loop.cycle import Cycle
+from stribeck.loop.cycle import WORDS, Cycle
 from stribeck.loop.describing import (
     Compensator,
     Harmonics,
@@ -151,7 +151,8 @@ def _none_found(status: str, doubts: list[str], exact: Cycle) -> Method:
     if exact.verdict == "undetermined":
         return Method(status, False, False, "; ".join([*doubts, "no exact answer to compare with"]))
     if exact.cycles:
-        return Method(status, False, False, "; ".join([f"predicts no cycle where there is {exact.verdict}", *doubts]))
+        missed = f"predicts no cycle where there is {WORDS.get(exact.verdict, exact.verdict)}"
+        return Method(status, False, False, "; ".join([missed, *doubts]))
     none = "predicts no cycle, and there is none"
     none += ": the motion grows without bound" if exact.verdict == "unbounded" else ""
     return Method(status, False, not doubts, "; ".join(doubts) or none)
@@ -176,7 +177,8 @@ def _doubts(case: _Case, exact: Cycle) -> list[str]:
     if exact.stick_fraction:
         doubts.append(f"the joint sticks for {100.0 * exact.stick_fraction:.3g} % of the cycle")
     if case.entry.ki > 0.0:
-        doubts.append("the integral winds up while the joint sticks")
+        sticks = exact.stick_fraction or exact.verdict == "undetermined"
+        doubts.append(f"the integral {'winds up while' if sticks else 'would wind up where'} the joint sticks")
     if case.entry.encoder_noise > 0.0 or case.entry.encoder_resolution > 0.0:
         doubts.append("leaves out the encoder's noise and resolution")
     return doubts

@@ -13,6 +13,7 @@ Floats = NDArray[np.float64]
 
 Verdict = Literal["rest", "stick_slip", "hunting", "sliding_cycle", "chatter", "unbounded", "undetermined"]
 VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
+WORDS: dict[str, str] = {"stick_slip": "stick-slip", "sliding_cycle": "a sliding cycle"}  # others are their own
 CYCLES: frozenset[str] = frozenset({"stick_slip", "hunting", "sliding_cycle", "chatter"})
 
 

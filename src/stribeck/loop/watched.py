@@ -32,6 +32,8 @@ def watched(closed: Closed, joint: int) -> tuple[float, float] | str:
     error, time = _true_error(closed, joint)[half:end], closed.motion.t[half:end]
     if len(error) < 8 or 0.5 * np.ptp(error) < TINY:
         return "rest"
+    if np.ptp(closed.motion.q[half:end, joint]) < TINY:
+        return "it stands still while its reference moves:"
     starts = _crossings(error)
     if len(starts) < 3:
         return "too short to see it repeat:"

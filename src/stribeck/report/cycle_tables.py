@@ -7,7 +7,7 @@ from stribeck.loop.answers import Analysis, JointAnswer, Method
 from stribeck.loop.linear import KpMax
 from stribeck.report import words
 from stribeck.report.cycle_words import METHOD, VERDICT, gain_unit, small_unit, speed_unit
-from stribeck.report.numbers import MINUS, NBSP, number, percent, unit_text, with_unit
+from stribeck.report.numbers import MINUS, NBSP, milli, number, percent, unit_text, with_unit
 from stribeck.report.page import Facts, Row, Table
 
 _DASH = "–"
@@ -136,7 +136,7 @@ def _error(value: float | None) -> str:
 
 
 def _milli(value: float | None) -> str:
-    return _DASH if value is None else number(1e3 * value, 4)
+    return _DASH if value is None else milli(value, 4)
 
 
 def _value(value: float | None) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from stribeck.arm import unit_at
 from stribeck.loop.answers import JointAnswer
 from stribeck.report import words
-from stribeck.report.numbers import NBSP, number, percent, unit_text, with_unit
+from stribeck.report.numbers import NBSP, NOTHING, milli, number, percent, unit_text, with_unit
 
 VERDICT = {
     "rest": "Comes to rest",
@@ -26,7 +26,7 @@ METHOD = {
 
 def rotation(answer: JointAnswer, value: float, digits: int = 3) -> str:
     """Return a position in mrad, or mm for a prismatic axis."""
-    return f"{number(1e3 * value, digits)}{NBSP}{small_unit(answer)}"
+    return f"{milli(value, digits)}{NBSP}{small_unit(answer)}"
 
 
 def small_unit(answer: JointAnswer) -> str:
@@ -71,11 +71,11 @@ def _finding(answer: JointAnswer) -> str:
 
 
 def _steady(answer: JointAnswer, error: float) -> str:
-    away = rotation(answer, abs(error))
+    away, on = rotation(answer, abs(error)), abs(error) <= NOTHING
     if on_a_ramp(answer):
         side = "behind" if error * answer.entry.reference.velocity > 0.0 else "ahead of"
-        return f"slides steadily along its ramp, {away} {side} it"
-    return f"comes to rest {away} from its reference"
+        return "slides steadily along its ramp, on it" if on else f"slides steadily along its ramp, {away} {side} it"
+    return "comes to rest at its reference" if on else f"comes to rest {away} from its reference"
 
 
 def answer_sentences(answer: JointAnswer, several: bool) -> tuple[tuple[str, str], ...]:

@@ -9,6 +9,7 @@ from stribeck.gap.result import Estimate
 NBSP = "\u00a0"
 MINUS = "\u2212"
 MOST = 6  # digits of a value, however narrow its interval: those of the files
+NOTHING = 1e-12  # rad or m; a smaller error is rounding
 _POWERS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -19,6 +20,11 @@ def number(value: float, digits: int = 3) -> str:
     if value == 0.0:
         return "0"
     return _fixed(value, digits - 1 - _exponent(value, digits))
+
+
+def milli(value: float, digits: int = 3) -> str:
+    """Return a position or an error in thousandths of its unit, rad or m; what is rounding is 0."""
+    return number(1e3 * value if abs(value) > NOTHING else 0.0, digits)
 
 
 def as_written(value: float) -> str:

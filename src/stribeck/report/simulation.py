@@ -9,13 +9,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stribeck.arm import Arm, unit_at
-from stribeck.report.numbers import percent
+from stribeck.report.numbers import NOTHING, percent
 from stribeck.report.style import COLOUR, MUTED, RULE, drawn, grid, heading, key, new_figure, png, title
 from stribeck.simulate.closed import Closed
 from stribeck.simulate.metrics import measures
 
 MOST_POINTS = 20_000  # of one line; more than pixels, so that nothing is lost
-NOTHING = 1e-12  # rad or m; a smaller mean error is rounding
 
 
 def write_figures(closed: Closed, arm: Arm, folder: Path) -> None:

@@ -19,7 +19,7 @@ from stribeck.simulate.motion import EVENT, Trajectory
 Floats = NDArray[np.float64]
 
 BOUND = 1e4  # rad and rad/s; a loop beyond it is unbounded
-_LAG_STEPS = 20  # in which a drive's lag is followed within one of its time constants
+_LAG_STEPS = 20  # in which a drive's lag is followed all the way to a new command
 
 
 @dataclass(frozen=True)
@@ -48,6 +48,9 @@ class Plant(Protocol):
     @property
     def shows_velocity(self) -> bool:
         """Whether readings have velocities."""
+
+    def most_steps(self, sample_time: float) -> int:
+        """Return the number of steps that a sample time (s) may be cut into."""
 
     def start(self, q: Floats) -> Reading:
         """Begin at rest at time 0 in a position (n,), rad."""
@@ -92,7 +95,7 @@ def close_around(plant: Plant, arm: Arm, loop: Loop) -> Closed:
     count = int(np.floor(loop.duration / loop.sample_time * (1.0 + 1e-12))) + 1
     times = loop.sample_time * np.arange(count, dtype=np.float64)
     noise = encoder_noise(arm, loop, count)
-    drive = _Drive(arm, loop)
+    drive = _Drive(arm, loop, plant.most_steps(loop.sample_time))
     delay = np.array([controller.axes[j].delay for j in range(arm.n)])
     computed, (command, measured) = np.zeros((count, arm.n)), np.full((2, count, arm.n), np.nan)
     readings: list[Reading] = []
@@ -123,26 +126,37 @@ def close_around(plant: Plant, arm: Arm, loop: Loop) -> Closed:
 class _Drive:
     """The lag of each joint's drive, between the sampled command and the plant."""
 
-    def __init__(self, arm: Arm, loop: Loop) -> None:
-        self.step = loop.sample_time
+    def __init__(self, arm: Arm, loop: Loop, most_steps: int) -> None:
         self.lag = np.zeros(arm.n)
         for entry in loop.joints:
             self.lag[arm.names.index(entry.joint)] = entry.actuator_lag
         self.torque = np.zeros(arm.n)
+        self.ends = _ends(loop.sample_time, np.unique(self.lag[self.lag > 0.0]), most_steps)
 
     def through(self, plant: Plant, time: float, command: Floats) -> Reading:
         """Step the plant over one sample, under the mean of the lagged torque over each of many short steps."""
-        if not self.lag.any():
-            return plant.step(time, self.step, command)
-        steps = min(200, math.ceil(_LAG_STEPS * self.step / self.lag[self.lag > 0.0].min()))
-        h = self.step / steps
-        ratio = np.divide(h, self.lag, out=np.full_like(self.lag, np.inf), where=self.lag > 0.0)
-        share = np.where(self.lag > 0.0, -np.expm1(-ratio) / ratio, 0.0)
-        for i in range(steps):
+        begin = 0.0
+        for end in self.ends:
+            h = end - begin
+            ratio = np.divide(h, self.lag, out=np.full_like(self.lag, np.inf), where=self.lag > 0.0)
+            share = np.where(self.lag > 0.0, -np.expm1(-ratio) / ratio, 0.0)
             away = self.torque - command
-            now = plant.step(time + i * h, h, command + away * share)
-            self.torque = command + away * np.exp(-ratio)
+            now = plant.step(time + begin, h, command + away * share)
+            self.torque, begin = command + away * np.exp(-ratio), end
         return now
+
+
+def _ends(sample_time: float, lags: Floats, most: int) -> list[float]:
+    """Return where the steps of one sample end, s: each lag goes an equal part of its way in each of its own."""
+    ends = np.array([sample_time])
+    parts = min(_LAG_STEPS, max(most // max(len(lags), 1), 1))
+    for lag in lags:
+        way = -math.expm1(-sample_time / lag)
+        count = math.ceil(parts * way)
+        ends = np.append(ends, -lag * np.log1p(-way * np.arange(1, count) / count))
+    ends = np.sort(ends[ends > 0.0])
+    apart = np.diff(ends, append=np.inf) > 1e-9 * sample_time
+    return [*ends[apart & (ends < sample_time * (1.0 - 1e-9))].tolist(), sample_time]
 
 
 def _trajectory(times: Floats, readings: list[Reading], status: str) -> Trajectory:

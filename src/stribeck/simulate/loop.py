@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field
@@ -88,6 +88,13 @@ class Reference:
     times: Numbers = ()
     values: Numbers = ()
     file: str = ""
+
+    def within(self, duration: float) -> Reference:
+        """Return the reference without the steps that a duration (s) does not reach."""
+        if self.kind != "steps":
+            return self
+        count = sum(time < duration for time in self.times)
+        return replace(self, times=self.times[:count], values=self.values[:count])
 
 
 @dataclass(frozen=True)

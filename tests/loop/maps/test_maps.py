@@ -24,6 +24,8 @@ LIGHT = Friction(2.2, 0.6, 0.8, 0.04)
 FAMILIES = {
     "set-valued": ({"at_zero": "set_valued"}, {"k": RATIOS, "kp": GAINS, "zeta": DAMPING}),
     "hold": ({"at_zero": "hold"}, {"k": RATIOS, "kp": GAINS, "zeta": DAMPING}),
+    "hold, dead-band": ({"at_zero": "hold"}, {"k": (1.2, 1.7), "zeta": DAMPING, "dead_band": (0.1, 0.4)}),
+    "hold, filter": ({"at_zero": "hold"}, {"k": (1.2, 1.7), "zeta": DAMPING, "velocity_filter": (0.05,)}),
     "zero, lag": ({"at_zero": "zero", "actuator_lag": 0.01}, {"k": RATIOS, "kp": GAINS, "zeta": DAMPING}),
     "PID": ({"at_zero": "zero", "ki": 30.0}, {"k": RATIOS[:2], "zeta": DAMPING}),
     "ramp": ({"kind": "feedforward", "velocity": 0.02}, {"velocity": (0.005, 0.02, 0.06), "zeta": DAMPING}),

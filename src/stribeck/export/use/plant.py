@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +13,11 @@ import numpy as np
 from fmpy.simulation import instantiate_fmu
 from numpy.typing import NDArray
 
+from stribeck.arm import load_arm
+from stribeck.effects.placing import placed_effects
 from stribeck.errors import InputError, StribeckError
-from stribeck.export.validate.opened import Opened, opened
+from stribeck.export.code import RING
+from stribeck.export.validate.opened import ARM, Opened, opened
 from stribeck.simulate.around import Reading
 
 Floats = NDArray[np.float64]
@@ -40,11 +44,16 @@ class FmuPlant:
         _check_runs(fmu, n)
         self._numbers = {v.name: v.valueReference for v in fmu.description.modelVariables}
         self._instance: Any = None
+        self._late = _late(fmu)
 
     @property
     def shows_velocity(self) -> bool:
         """Whether it has the outputs ``dq``."""
         return "dq[1]" in self._numbers
+
+    def most_steps(self, sample_time: float) -> int:
+        """Return the number of steps that a sample time (s) may be cut into: as many changes as its delay takes in."""
+        return max(RING // (math.ceil(self._late / sample_time) + 2), 1)
 
     def start(self, q: Floats) -> Reading:
         """Begin at rest at time 0 in a position (n,), rad; raise `InputError` where the FMU cannot start there."""
@@ -135,6 +144,14 @@ def joints_of(fmu: Opened) -> int:
     while f"tau[{n + 1}]" in names:
         n += 1
     return n
+
+
+def _late(fmu: Opened) -> float:
+    """Return the longest time, s, that an arm inside an FMU may keep a command under way; 0 where none says so."""
+    with suppress(InputError):
+        placed = placed_effects(load_arm(fmu.folder / ARM)) if fmu.ours else []
+        return sum(place.values.get("time", 0.0) for place in placed if place.effect.delays)
+    return 0.0
 
 
 def _check_runs(fmu: Opened, n: int) -> None:

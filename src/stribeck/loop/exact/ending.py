@@ -12,6 +12,7 @@ from stribeck.loop.cycle import Cycle, CycleTrace, Verdict
 from stribeck.loop.exact.place import Place
 from stribeck.loop.exact.rest import seen_deviations, winding
 from stribeck.loop.exact.rounds import NONE, Rounds
+from stribeck.loop.exact.stall import stalled
 from stribeck.loop.exact.turns import CREEP, TINY, dies_out, fold_of, weighted, whole_rounds
 
 Floats = NDArray[np.float64]
@@ -84,6 +85,11 @@ def answers(rounds: Rounds, ending: Ending) -> dict[str, Cycle]:
 
 def _answer(rounds: Rounds, ending: Ending, j: int) -> Cycle:
     steady = -float(seen_deviations(rounds, ending.place)[j])
+    mine: np.ndarray = ending.turns[ending.turns["joint"] == j] if ending.lasts else np.zeros(0)
+    still = len(mine) == 0 or np.ptp([mine["low"].min(), mine["high"].max()]) < 2.0 * TINY
+    stalls = stalled(rounds, ending.place) if still and ending.kind != "unbounded" else {}
+    if j in stalls:
+        return Cycle("undetermined", status=stalls[j])
     if ending.kind == "rest":
         creeps = ending.place.values[rounds.layout.modes][j] != 0.0 and not rounds.engine.forward.bristles[j]
         ratio = rounds.axes[j].ratio if rounds.entry(rounds.arm.names[j]).compensation.kind == "feedback" else 0.0
@@ -95,8 +101,7 @@ def _answer(rounds: Rounds, ending: Ending, j: int) -> Cycle:
         return Cycle("unbounded", stable=False, status=ending.status)
     if ending.kind == "undetermined":
         return Cycle("undetermined", status=ending.status)
-    mine = ending.turns[ending.turns["joint"] == j]
-    if len(mine) == 0 or np.ptp([mine["low"].min(), mine["high"].max()]) < 2.0 * TINY:
+    if still:
         if j in winding(rounds, ending.place, TINY):
             return Cycle("undetermined", status=WINDS_UP)
         return Cycle("rest", steady_error=steady, status=ending.status)

@@ -97,8 +97,13 @@ class Layout:
 
     @property
     def held(self) -> slice:
-        """Direction of each joint's last slide."""
+        """The last sign, other than 0, of each joint's velocity as a continuous law takes it."""
         return self._after(1, 1)
+
+    @property
+    def torque(self) -> slice:
+        """Commanded torque of each joint, N m."""
+        return self._after(2, 1)
 
     @property
     def memory(self) -> slice:
@@ -122,11 +127,16 @@ class Layout:
     def start(self, state: Floats, theta: Floats, q: Floats, sampled: bool) -> Floats:
         """Return the values at time 0 from the arm's state (s,) and the laws' constants (n, 3)."""
         values = np.zeros(self.marks.stop)
-        values[1] = 1.0  # modes are to be found
         values[2 : 2 + self.size] = state
         memory = values[self.memory].reshape(self.n, _MEMORY)
         memory[:, 0], memory[:, 4:] = q, theta
         if not sampled:
             values[2 + self.size : 2 + self.ny].reshape(self.n, CONTROLLER_STATES)[:, THETA:] = theta
-        values[self.marks].reshape(self.n, _MARKS)[:, 0] = 2.0  # no round yet
-        return values
+        return self.anew(values)
+
+    def anew(self, values: Floats) -> Floats:
+        """Return values from which to go on under another reference: modes are to be found, there is no round yet."""
+        out = values.copy()
+        out[1], out[self.marks] = 1.0, 0.0
+        out[self.marks].reshape(self.n, _MARKS)[:, 0] = 2.0
+        return out

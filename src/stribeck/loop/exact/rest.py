@@ -182,22 +182,33 @@ def _first_return(matrix: Floats, f: Floats, watched: list[int], lead: complex) 
     return None
 
 
+def ahead(rounds: Rounds, place: Place) -> float:
+    """Return for how long (s) to follow a loop before it counts as sliding steadily along a ramp; 0 where it may now.
+
+    What stands in the joint's way may be met later: it is followed for the loop's own duration.
+    """
+    moves = any(rounds.rate(rounds.index(entry.joint)) != 0.0 for entry in rounds.loop.joints)
+    return max(rounds.given.duration - place.time, 0.0) if moves and rounds.engine.meets else 0.0
+
+
 def follow(rounds: Rounds, place: Place, watch: int, most: int, duration: float = 1e9) -> Stretch:
     """Run as `Rounds.run` does, and on where a quiet loop is not at rest; ``quiet`` then means rest.
 
     A loop that goes on and on too slowly to be seen, without ever turning, creeps to rest.
     """
     turns: list[np.ndarray] = []
-    quiet, end, hops = True, place.time + duration, 0
+    quiet, end, hops, longest = True, place.time + duration, 0, _AWAY
     while True:
         left = end - place.time
-        done = rounds.run(place, watch, most=most, duration=left if quiet else min(left, _AWAY), quiet=quiet)
+        done = rounds.run(place, watch, most=most, duration=left if quiet else min(left, longest), quiet=quiet)
         turns.append(done.turns)
         most -= len(done.turns) if watch < 0 else int(np.sum(done.turns["joint"] == watch))
         hops = 0 if len(done.turns) else hops + 1
         place, goes_on = done.place, not quiet and done.why == "end" and place.time < end
-        quiet = True
-        if done.why == "quiet" and hops <= _MOST_HOPS:
+        quiet, longest = True, _AWAY
+        if done.why == "quiet" and (way := ahead(rounds, place)) > 0.0:
+            quiet, goes_on, longest = False, True, way
+        elif done.why == "quiet" and hops <= _MOST_HOPS:
             ending = judge(rounds, place)
             if not ending.settled:
                 place, quiet, goes_on = ending.place or place, ending.place is not None, True

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import replace
 from functools import cached_property
 from importlib.resources import files
@@ -21,6 +22,7 @@ from stribeck.compiler import build, load
 from stribeck.effects.placing import placed_effects
 from stribeck.errors import InputError
 from stribeck.loop.exact.place import Layout, Place, Stretch
+from stribeck.model.effect import ExternalEffect
 from stribeck.simulate import Engine, JointLoop, Loop, Reference, path_of
 from stribeck.simulate.axis import axes_of, start_position
 from stribeck.simulate.closed import BOUND
@@ -65,6 +67,11 @@ class RoundsEngine(Engine):
         return self.forward.driven
 
     @cached_property
+    def meets(self) -> bool:
+        """Whether something stands around the arm, which it meets at one place and not at another."""
+        return any(isinstance(place.effect, ExternalEffect) for place in self.path.placed)
+
+    @cached_property
     def rounds_library(self) -> ctypes.CDLL:
         """The compiled library."""
         text = (files("stribeck.loop.exact") / "c" / "rounds.h").read_text(encoding="utf-8")
@@ -79,7 +86,8 @@ class Rounds:
     arm : Arm or RoundsEngine
         With the effects of its file; an engine may serve many loops.
     loop : Loop
-        References must be ramps, or at rest in the end: a limit cycle is what a loop does of itself.
+        References must be ramps, or at rest in the end: a limit cycle is what a loop does of itself. Steps are at their
+        last one within the duration, before which `stribeck.loop.exact.starts` runs the loop under the others.
     rtol, atol : float
         Of one step's error.
 
@@ -92,7 +100,8 @@ class Rounds:
     def __init__(self, arm: Arm | RoundsEngine, loop: Loop, *, rtol: float = 1e-10, atol: float = 1e-13) -> None:
         self.engine = arm if isinstance(arm, RoundsEngine) else RoundsEngine(arm)
         check_autonomous(self.engine, loop)
-        self.arm, self.loop = self.engine.arm, replace(loop, joints=tuple(_autonomous(entry) for entry in loop.joints))
+        self.arm, self.given = self.engine.arm, loop
+        self.loop = replace(loop, joints=tuple(_autonomous(entry, loop.duration) for entry in loop.joints))
         self.n, self.p, self.rtol, self.atol = self.engine.n, self.engine.p, rtol, atol
         self.layout = Layout(self.engine.n, self.engine.size)
         self.home = start_position(self.arm, self.loop)
@@ -123,6 +132,14 @@ class Rounds:
         """Return the velocity of a joint's reference, rad/s."""
         axis = self.axes[j]
         return float(axis.reference[1]) if axis.controlled else 0.0
+
+    def aiming(self, positions: Mapping[str, float]) -> Rounds:
+        """Return the same loop with references that stand at other positions (rad), of the joints that are named."""
+        other = copy(self)
+        entries = (replace(entry, start=positions.get(entry.joint, entry.start)) for entry in self.loop.joints)
+        other.loop = replace(self.loop, joints=tuple(entries))
+        other.axes, other._tables = axes_of(self.arm, other.loop, self.inertia)
+        return other
 
     def start(self, errors: Mapping[str, float], rates: Mapping[str, float] | None = None) -> Place:
         """Return the place at time 0 with an error (rad) of each joint that is named, and its velocity (rad/s).
@@ -229,9 +246,9 @@ def check_autonomous(engine: RoundsEngine, loop: Loop) -> None:
         raise InputError(what, ", ".join(sorted(laws)), "leave the effect out of the arm file")
 
 
-def _autonomous(entry: JointLoop) -> JointLoop:
-    """Return a joint's loop with a reference that leaves it to itself."""
+def _autonomous(entry: JointLoop, duration: float) -> JointLoop:
+    """Return a joint's loop with a reference that leaves it to itself: that of its last step within the duration."""
     if entry.reference.kind != "steps":
         return entry
-    last = entry.reference.values[-1]
+    last = (entry.start, *entry.reference.within(duration).values)[-1]
     return replace(entry, start=last, reference=Reference("regulate", initial_error=last - entry.start))

@@ -80,7 +80,9 @@ class ReturnMap:
         rate = self.rounds.rate(j)
         state[n + j] = rate
         if rate == 0.0:  # it arrives from above; whether it stops or reverses is found anew
-            values[layout.modes][j] = values[layout.held][j] = 1.0
+            values[layout.modes][j] = 1.0
+            if self.rounds.axes[j].filter == self.rounds.axes[j].dead_band == 0.0:
+                values[layout.held][j] = 1.0
         values[1] = 1.0
         marks = values[layout.marks].reshape(n, -1)
         here = seen_deviations(self.rounds, replace(self.template, values=values))

@@ -9,8 +9,9 @@ from stribeck.arm import Arm
 from stribeck.loop.cycle import Cycle
 from stribeck.loop.exact.ending import Ending, all_die, answers, gather
 from stribeck.loop.exact.place import Place, Stretch
-from stribeck.loop.exact.rest import follow, winding
-from stribeck.loop.exact.rounds import ANY, Rounds, RoundsEngine
+from stribeck.loop.exact.rest import ahead, follow, winding
+from stribeck.loop.exact.rounds import ANY, NONE, Rounds, RoundsEngine
+from stribeck.loop.exact.stall import stalled
 from stribeck.loop.exact.starts import starts
 from stribeck.loop.exact.turns import TINY, weighted, whole_rounds
 from stribeck.simulate import Loop
@@ -21,6 +22,7 @@ _LONGEST_TIME = 6e3  # s of a stretch of a sampled loop
 _ALIKE = {"continuous": 2e-6, "sampled": 2e-4, "noisy": 0.02}  # averages of two stretches that count as the same
 _DRIFT = 0.03  # change between the longest stretches that is still a cycle, and said
 _STAYS = 0.1  # of the amplitude, by which its middle may move from one stretch to the next
+_MOST_STILL = 8  # stretches of a continuous loop with hardly a turn
 _LEAST = {"continuous": 16, "sampled": 32, "noisy": 128}  # turns in the later one
 
 
@@ -61,12 +63,17 @@ def settle_from(rounds: Rounds, place: Place) -> Ending:
         span, place = done.place.time - place.time, done.place
         if len(done.turns) < 4:
             still, before, last = still + 1, None, None  # what moved before has passed
-            if still > 3 and len(done.turns) == 0 and not _breaks_away(rounds):
+            if len(done.turns) == 0 and (stalled(rounds, place) or (still > 3 and not _breaks_away(rounds))):
                 return Ending("rest", place)
+            if still > _MOST_STILL and not rounds.sampled:
+                break
             seconds *= 4.0
             continue
         if all_die(rounds, place, done.turns):
-            return Ending("rest", place)
+            if (way := ahead(rounds, place)) <= 0.0:
+                return Ending("rest", place)
+            place, before = rounds.run(place, NONE, duration=way, quiet=False).place, None
+            continue
         now = _averages(rounds, done.turns)
         enough = max(len(done.turns[done.turns["joint"] == j]) for j in range(rounds.n)) >= _LEAST[kind]
         moving = _moving(rounds, done)

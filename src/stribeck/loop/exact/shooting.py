@@ -14,8 +14,8 @@ from stribeck.loop.cycle import Cycle
 from stribeck.loop.exact.ending import Ending, all_die, answers, gather
 from stribeck.loop.exact.place import Place
 from stribeck.loop.exact.repeat import repeated
-from stribeck.loop.exact.rest import follow
-from stribeck.loop.exact.rounds import ANY, Rounds, RoundsEngine
+from stribeck.loop.exact.rest import ahead, follow
+from stribeck.loop.exact.rounds import ANY, NONE, Rounds, RoundsEngine
 from stribeck.loop.exact.section import Fixed, ReturnMap, solve
 from stribeck.loop.exact.settle import settle_from
 from stribeck.loop.exact.starts import starts
@@ -78,7 +78,10 @@ def ending_of(rounds: Rounds, place: Place) -> Ending:
             if joints[-1] != watch:  # the place must be a turn of the joint that is watched
                 continue
         if all_die(rounds, place, done.turns):
-            return Ending("rest", place)
+            if (way := ahead(rounds, place)) <= 0.0:
+                return Ending("rest", place)
+            place, watch = rounds.run(place, NONE, duration=way, quiet=False).place, ANY
+            continue
         fixed = _attempt(rounds, watch, place, history, fixed)
         if fixed is not None and _drawn_in(rounds, watch, place, fixed):
             return Ending("periodic", fixed.place, fixed.turns, fixed.period, tuple(fixed.multipliers), watch=watch)

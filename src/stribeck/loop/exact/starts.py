@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 from stribeck.loop.exact.place import Place
-from stribeck.loop.exact.rounds import Rounds
+from stribeck.loop.exact.rounds import NONE, Rounds
+from stribeck.simulate import JointLoop
 
 SMALL, LARGE = 0.02, 20.0  # of the error at which the drive just moves the joint
 
 
 def starts(rounds: Rounds) -> dict[str, Place]:
-    """Return the places ``own`` (the loop file's), ``large`` and ``small``.
+    """Return the places ``own`` (the loop file's, at its last step), ``large`` and ``small``.
 
     Errors are measured by that at which the proportional torque breaks the joint away, with what the compensation
     adds. Along a ramp, small is sliding along with the reference, where it would stay but for a thousandth.
@@ -28,10 +32,40 @@ def starts(rounds: Rounds) -> dict[str, Place]:
             large[entry.joint] = entry.reference.initial_error
             small[entry.joint] = 1.001 * _steady(rounds, j, entry.kp, ratio, rate)
             rates[entry.joint] = rate
-    found = {"own": rounds.start({}), "small": rounds.start(small, rates), "large": rounds.start(large)}
+    found = {"own": own_start(rounds), "small": rounds.start(small, rates), "large": rounds.start(large)}
     if all(rounds.rate(rounds.index(entry.joint)) != 0.0 for entry in rounds.loop.joints):
         del found["large"]  # standing still behind a ramp is the loop's own start
     return found
+
+
+def own_start(rounds: Rounds) -> Place:
+    """Return where the loop is at its last step within the duration, having begun as the loop file says."""
+    place = rounds.start({})
+    steps = {entry.joint: entry.reference.within(rounds.given.duration) for entry in _stepping(rounds)}
+    now = {entry.joint: entry.start for entry in _stepping(rounds)}
+    for time in sorted({time for step in steps.values() for time in step.times}):
+        left = _until(rounds, place, time)
+        if left > 0.0:
+            done = rounds.aiming(now).run(place, NONE, duration=left, quiet=False)
+            place = replace(done.place, values=rounds.layout.anew(done.place.values))
+            if done.why != "end":
+                break
+        now |= {name: step.values[step.times.index(time)] for name, step in steps.items() if time in step.times}
+    return place
+
+
+def _stepping(rounds: Rounds) -> list[JointLoop]:
+    return [entry for entry in rounds.given.joints if entry.reference.kind == "steps"]
+
+
+def _until(rounds: Rounds, place: Place, time: float) -> float:
+    """Return how long to run for a step at a time to come next, s; a sampled controller sees it at a sample."""
+    if not rounds.sampled:
+        return time - place.time
+    ts = rounds.loop.sample_time
+    sample = max(math.ceil(time / ts), 0)
+    sample += (ts * sample < time) - (sample > 0 and ts * (sample - 1) >= time)
+    return (sample - place.sample + 0.5) * ts if sample > place.sample else 0.0
 
 
 def _steady(rounds: Rounds, j: int, kp: float, ratio: float, rate: float) -> float:

@@ -71,11 +71,13 @@ def _all(arm: Arm, loop: Loop, contact: Contact, velocity: float) -> OperatingPo
 def pose(arm: Arm, loop: Loop) -> Sequence[float]:
     """Return the positions (n,) at which a loop is to work, rad.
 
-    References that end count where they end, a ramp where it begins, a sine at its middle; clamped joints stand still.
+    References that end count where they end within the loop's duration, a ramp where it begins, a sine at its middle;
+    clamped joints stand still.
     """
-    ends = {entry.joint: _end(entry) for entry in loop.joints}
+    ends = {entry.joint: _end(entry, loop.duration) for entry in loop.joints}
     return [ends.get(name, loop.clamp.get(name, 0.0)) for name in arm.names]
 
 
-def _end(entry: JointLoop) -> float:
-    return entry.reference.values[-1] if entry.reference.kind in ("steps", "file") else entry.start
+def _end(entry: JointLoop, duration: float) -> float:
+    values = entry.reference.within(duration).values if entry.reference.kind in ("steps", "file") else ()
+    return values[-1] if values else entry.start

@@ -57,6 +57,8 @@ def fits(rounds: Rounds, joint: str) -> str:
         return "the arm feels gravity"
     if entry.compensation.kind not in ("none", "feedforward", "feedback"):
         return f"the compensation is {entry.compensation.kind}"
+    if len(rounds.given.joints[0].reference.within(rounds.given.duration).times) > 1:
+        return "the reference steps more than once"
     if entry.encoder_noise > 0.0 or entry.encoder_resolution > 0.0:
         return "the encoder has noise or steps"
     return ""

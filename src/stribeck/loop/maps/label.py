@@ -97,7 +97,7 @@ def label_map(
     rounds = Rounds(arm, loop)
     why = fits(rounds, joint) if method == "auto" else "it was asked for"
     if why:
-        work: Callable[[int, int], Labels] = partial(_shoot_cells, rounds.engine, rounds.loop, joint, grid)
+        work: Callable[[int, int], Labels] = partial(_shoot_cells, rounds.engine, loop, joint, grid)
         _ = rounds.engine.rounds_library  # built once, before the threads want it
     else:
         kernel()

@@ -56,6 +56,7 @@ static void sb_accept(sb_sim *s, double t, const double *y, const double *f, con
     memcpy(s->f, f, sizeof(double) * s->ny);
     memcpy(s->margin, margin, sizeof s->margin);
     s->steps++;
+    if (s->remember) s->remember(s);
     for (int i = 0; i < 2 * SB_N; i++)
         if (!(fabs(y[i]) < s->bound)) s->status = SB_UNBOUNDED;
 }

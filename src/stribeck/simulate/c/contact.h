@@ -58,11 +58,6 @@ static void sb_search(sb_sim *s, const int *rest, int k, double *mode) {
     memcpy(s->mode, kept, sizeof kept);
 }
 
-static void sb_hold_directions(sb_sim *s) {
-    for (int j = 0; j < SB_N; j++)
-        if (s->mode[j] != 0.0) s->held[j] = s->mode[j];
-}
-
 /* Set the modes that hold at the present state and command. */
 static void sb_settle(sb_sim *s) {
     int rest[SB_N], k = 0, moving = 0;
@@ -77,7 +72,7 @@ static void sb_settle(sb_sim *s) {
         } else rest[k++] = j, moving += s->mode[j] != 0.0;
     }
     if (k == 0) {
-        sb_hold_directions(s);
+        if (s->remember) s->remember(s);
         return;
     }
     s->fresh = 0;
@@ -92,7 +87,7 @@ static void sb_settle(sb_sim *s) {
     }
     for (int j = 0; j < SB_N; j++)
         if (!sb_bristle[j] && s->mode[j] != before[j]) sb_note(s, j, before[j], s->mode[j]);
-    sb_hold_directions(s);
+    if (s->remember) s->remember(s);
 }
 
 /* Smallest watch value; a joint that has just begun to slide (fresh[j]) counts only once it is below zero. */

@@ -91,6 +91,26 @@ static void sb_measure(sb_sim *s, double t, const double *y, double *q, double *
 #endif
 }
 
+/* The sign of joint j's velocity as its law takes it; 0 where it counts as none. */
+static double sb_direction(const sb_sim *s, const sb_axis *a, int j, double velocity) {
+    /* the mode is the sign of the velocity, and on either side of zero it stays so within a step */
+    if (a->filter == 0.0 && a->dead_band == 0.0 && !sb_bristle[j]) return s->mode[j];
+    return fabs(velocity) > a->dead_band ? sb_sign(velocity) : 0.0;
+}
+
+/* Within a dead-band a law may hold the sign from before: it is known at the end of a step that has left the band. */
+static void sb_hold_signs(sb_sim *s) {
+    const sb_loop *loop = s->loop;
+    double q[SB_N], dq[SB_N];
+    sb_measure(s, s->t, s->y, q, dq);
+    for (int j = 0; j < SB_N; j++) {
+        const sb_axis *a = loop->axis + j;
+        if (!a->controlled) continue;
+        const double sign = sb_direction(s, a, j, a->filter > 0.0 ? s->y[SB_NS + SB_OWN * j + SB_FILTER] : dq[j]);
+        if (sign != 0.0) s->held[j] = sign;
+    }
+}
+
 static void sb_continuous(sb_sim *s, double t, const double *y, double *u, double *dz) {
     const sb_loop *loop = s->loop;
     double q[SB_N], dq[SB_N], r;
@@ -106,9 +126,7 @@ static void sb_continuous(sb_sim *s, double t, const double *y, double *u, doubl
         sb_reference(a, t, &r, &seen.reference_rate, &seen.reference_acceleration);
         seen.velocity = a->filter > 0.0 ? z[SB_FILTER] : dq[j];
         seen.error = r - q[j], seen.rate_error = seen.reference_rate - seen.velocity;
-        /* the mode is the sign of the velocity, and on either side of zero it stays so within a step */
-        const int by_mode = a->filter == 0.0 && a->dead_band == 0.0 && !sb_bristle[j];
-        seen.direction = by_mode ? s->mode[j] : fabs(seen.velocity) > a->dead_band ? sb_sign(seen.velocity) : 0.0;
+        seen.direction = sb_direction(s, a, j, seen.velocity);
         seen.held = s->held[j], seen.integral = z[SB_INTEGRAL], seen.theta = z + SB_THETA;
         const double torque = sb_law(a, t, &seen), limited = sb_limited(a, torque);
         u[j] = a->lag > 0.0 ? z[SB_LAG] : limited;
@@ -143,7 +161,7 @@ static double sb_next_knot(const sb_loop *loop, double t) {
 
 static long sb_run_continuous(sb_sim *s, const sb_loop *loop, const sb_record *record) {
     double dz[SB_NZ];
-    s->control = sb_continuous, s->ny = SB_NS + SB_NZ;
+    s->control = sb_continuous, s->remember = sb_hold_signs, s->ny = SB_NS + SB_NZ;
     sb_bound_steps(s, loop->axis);
     for (int j = 0; j < SB_N; j++)
         for (int i = 0; i < 3; i++)

@@ -36,6 +36,9 @@ typedef struct sb_sim sb_sim;
  * which follow the arm's in y. */
 typedef void (*sb_control)(sb_sim *s, double t, const double *y, double *u, double *dz);
 
+/* What such a command remembers of each state that is reached. */
+typedef void (*sb_remember)(sb_sim *s);
+
 struct sb_sim {
     const double *p;
     double t, h, rtol, atol, bound;
@@ -47,11 +50,12 @@ struct sb_sim {
     double last_event;
     int stalled;
     sb_control control;
+    sb_remember remember;
     const void *loop; /* what the control needs to know */
     char clamped[SB_N]; /* held still from outside */
     char defer, waiting; /* whether to stop before an event is passed; whether one waits, found by the values passing */
     double passing[SB_N];
-    double held[SB_N];  /* direction of the last slide, 0 before the first */
+    double held[SB_N];  /* the last sign other than 0 of the velocity as the control takes it */
     double stuck_time[SB_N], top_speed[SB_N]; /* s since the start; rad/s since it was last reset */
     sb_event *log;
     long log_size, log_count;

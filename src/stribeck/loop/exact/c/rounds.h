@@ -265,7 +265,9 @@ static void sb_enter(sb_sim *s, sb_memory *memory, const double *place) {
     memcpy(memory, place, sizeof(sb_memory) * SB_N);
 }
 
-static void sb_leave(const sb_sim *s, const sb_memory *memory, double *place) {
+static void sb_leave(sb_sim *s, const sb_memory *memory, double *place) {
+    double dz[SB_NZ];
+    if (s->control == sb_continuous) sb_continuous(s, s->t, s->y, s->u, dz);
     *place++ = s->t, *place++ = 0.0;
     memcpy(place, s->y, sizeof s->y), place += SB_NY;
     memcpy(place, s->mode, sizeof s->mode), place += SB_N;
@@ -307,7 +309,7 @@ SB_EXPORT int sb_run_rounds(const sb_wish *wish, const double *p, const sb_axis 
         sb_rounds_start(&w, &s, &loop, marks);
         why = sb_rounds_sampled(&w, &loop, memory, computed, (long)wish->first, record, (long)wish->calm, out + 1);
     } else {
-        s.control = sb_continuous, s.ny = SB_NS + SB_NZ;
+        s.control = sb_continuous, s.remember = sb_hold_signs, s.ny = SB_NS + SB_NZ;
         sb_bound_steps(&s, axis);
         if (unsettled) sb_settle(&s);
         sb_rounds_start(&w, &s, &loop, marks);

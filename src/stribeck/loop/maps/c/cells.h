@@ -29,7 +29,7 @@ typedef struct {
 
 typedef struct {
     double y[STATES], t;
-    int mode, held;          /* mode 0 sticks */
+    int mode, held;          /* mode 0 sticks; the last sign other than 0 of the velocity as a continuous law takes it */
     double since;            /* time stuck since the round began */
     double sign;             /* of the reference's velocity */
     int above;
@@ -73,6 +73,17 @@ static double law(const cell *c, double e, double velocity, double integral, dou
         s = rule == HOLD ? held : rule == ERROR_SIGN ? sign_of(e) : rule == SET_VALUED ? sign_of(pid) : 0.0;
     }
     return pid + c->ratio * s * level(c, s, direction * velocity);
+}
+
+/* The sign of a velocity as a continuous law takes it: the mode, where neither filter nor dead-band comes between. */
+static double direction_of(const cell *c, double seen, int mode) {
+    if (c->filter == 0.0 && c->dead_band == 0.0) return mode;
+    return fabs(seen) > c->dead_band ? sign_of(seen) : 0.0;
+}
+
+static void hold_sign(const cell *c, track *k) {
+    const double sign = direction_of(c, c->filter > 0.0 ? k->y[W] : k->y[V], k->mode);
+    if (sign != 0.0) k->held = (int)sign;
 }
 
 /* --- rounds --------------------------------------------------------------------------------------------------- */
@@ -157,9 +168,7 @@ static void rates(const cell *c, const track *k, const double *y, double *dy) {
         dy[Z] = dy[W] = 0.0, dy[L] = c->lag > 0.0 ? (k->u - y[L]) / c->lag : 0.0;
     } else {
         const double seen = c->filter > 0.0 ? y[W] : y[V];
-        const int by_mode = c->filter == 0.0 && c->dead_band == 0.0;
-        const double direction = by_mode ? k->mode : fabs(seen) > c->dead_band ? sign_of(seen) : 0.0;
-        const double wanted = law(c, -y[X], seen, y[Z], direction, k->held), u = limited(c, wanted);
+        const double wanted = law(c, -y[X], seen, y[Z], direction_of(c, seen, k->mode), k->held), u = limited(c, wanted);
         torque = c->lag > 0.0 ? y[L] : u;
         dy[Z] = c->ki > 0.0 && !(wanted != u && wanted * -y[X] > 0.0) ? -y[X] : 0.0;
         dy[W] = c->filter > 0.0 ? (y[V] - y[W]) / c->filter : 0.0;
@@ -206,9 +215,7 @@ static void settle(const cell *c, track *k) {
         else if (c->lag > 0.0) torque[m + 1] = k->y[L];
         else {
             const double seen = c->filter > 0.0 ? k->y[W] : 0.0;
-            const int by_mode = c->filter == 0.0 && c->dead_band == 0.0;
-            const double direction = by_mode ? m : fabs(seen) > c->dead_band ? sign_of(seen) : 0.0;
-            torque[m + 1] = limited(c, law(c, -k->y[X], seen, k->y[Z], direction, k->held));
+            torque[m + 1] = limited(c, law(c, -k->y[X], seen, k->y[Z], direction_of(c, seen, m), k->held));
         }
     }
     const double over[3] = {break_away(c, -1.0) + torque[0],
@@ -217,7 +224,7 @@ static void settle(const cell *c, track *k) {
     k->mode = 0;
     const double rounding = 1e-12 * fmax(break_away(c, 1.0), break_away(c, -1.0)); /* a creep ends at the level itself */
     if (over[1] > rounding) k->mode = over[2] < over[0] ? 1 : -1; /* where both hold, the one that holds for certain */
-    if (k->mode) k->held = k->mode;
+    hold_sign(c, k);
 }
 
 /* The rest of the way of a sliding joint that hardly moves under PD alone: time till its velocity is zero, or -1. */
@@ -272,6 +279,7 @@ static int slide(const cell *c, track *k, double end, double *h, int continuous)
         }
         memcpy(k->y, after, sizeof after), memcpy(k1, k4, sizeof k4);
         k->t += g, begun = 0;
+        hold_sign(c, k);
         look(c, k);
         if (stops) {
             settle(c, k);
@@ -372,7 +380,8 @@ static int stick(const cell *c, track *k, double longest) {
     look(c, k);
     const double torque = c->lag > 0.0 ? k->y[L] : stuck_torque(c, k);
     settle(c, k);
-    if (k->mode == 0) k->mode = k->held = torque > 0.0 ? 1 : -1; /* at the level itself: rounding only */
+    if (k->mode == 0) k->mode = torque > 0.0 ? 1 : -1; /* at the level itself: rounding only */
+    hold_sign(c, k);
     return 0;
 }
 
@@ -386,7 +395,7 @@ static void begin(const cell *c, track *k, double error, double velocity) {
     k->low = k->high = k->sign * k->y[X], k->at = -1.0;
     k->shallow_low = k->shallow_high = k->low;
     k->mode = velocity > 0.0 ? 1 : velocity < 0.0 ? -1 : 0;
-    k->held = k->mode;
+    hold_sign(c, k);
 }
 
 static int named(const cell *c, double period, double stuck) {
@@ -482,7 +491,7 @@ static int sampled_interval(const cell *c, track *k, double end, double *h) {
             if (c->lag > 0.0) k->y[L] = k->u + (k->y[L] - k->u) * exp(-left / c->lag);
             k->y[X] -= c->rate * left, k->t += left, k->since += left;
             look(c, k);
-            if (k->t < end) k->mode = k->held = k->u > 0.0 ? 1 : -1;
+            if (k->t < end) k->mode = k->u > 0.0 ? 1 : -1;
         } else if (c->lag == 0.0) slide_held(c, k, end);
         else if (slide(c, k, end, h, 0) == 2) return 2;
         if (end - k->t < 1e-12 * (1.0 + end)) k->t = end;

@@ -1,0 +1,65 @@
+"""The loop's own start where its reference steps: the place at the last step, with all that came before."""
+
+from dataclasses import replace
+
+import pytest
+
+from stribeck.loop.analyse import _shown
+from stribeck.loop.exact.rounds import Rounds
+from stribeck.loop.exact.settle import settle
+from stribeck.loop.exact.starts import own_start
+from stribeck.loop.linear.operating import pose
+from stribeck.loop.maps.cells import fits
+from stribeck.simulate import JointLoop, Loop, Reference, simulate
+
+from .conftest import A, one_joint, two_links
+
+THERE_AND_BACK = Reference("steps", times=(1.0, 2.004), values=(0.3, 0.0))
+
+
+def stepping(loop: Loop, reference: Reference, duration: float = 8.0) -> Loop:
+    entry = replace(loop.joints[0], reference=reference)
+    return replace(loop, duration=duration, joints=(entry,))
+
+
+@pytest.mark.parametrize("sample_time", [0.0, 0.005])
+def test_it_ends_where_the_simulation_does(loop_of, sample_time):
+    loop = stepping(loop_of(sample_time=sample_time), THERE_AND_BACK)
+    found, ended = settle(one_joint(A), loop)["A"], simulate(one_joint(A), loop).error[-1, 0]
+    assert found.verdict == "rest"
+    assert found.steady_error == pytest.approx(ended, rel=1e-5)
+    assert abs(ended) > 0.01
+
+
+@pytest.mark.parametrize("sample_time", [0.0, 0.005])
+def test_a_cycle_that_a_step_draws_in_is_the_own_one(loop_of, sample_time):
+    loop = stepping(loop_of(1.8, "zero", zeta=0.2, sample_time=sample_time), THERE_AND_BACK)
+    found = settle(one_joint(A), loop)["A"]
+    assert (found.basin["small"], found.basin["own"]) == ("rest", "sliding_cycle")
+
+
+@pytest.mark.parametrize("sample_time", [0.0, 0.005])
+def test_two_joints_that_step_at_their_own_times(sample_time):
+    steps = (Reference("steps", times=(0.3, 0.602), values=(0.2, 0.1)), Reference("steps", times=(0.5,), values=(0.4,)))
+    entries = [JointLoop(name, 60.0, step, ki=5.0) for name, step in zip("AB", steps, strict=True)]
+    loop = Loop(sample_time, 1.0, tuple(entries), record_step=0.001)
+    place = own_start(Rounds(two_links(), loop))
+    seen = simulate(two_links(), replace(loop, duration=place.time))
+    assert place.time == pytest.approx(0.605 if sample_time else 0.602)
+    state = place.values[Rounds(two_links(), loop).layout.state]
+    assert state[:2] == pytest.approx(seen.motion.q[-1], abs=1e-7)
+    assert state[2:4] == pytest.approx(seen.motion.dq[-1], abs=1e-6)
+
+
+def test_steps_that_the_duration_does_not_reach_are_none(loop_of):
+    late = Reference("steps", times=(1.0, 8.0), values=(0.3, 1.2))
+    loop = stepping(loop_of(), late)
+    assert pose(one_joint(A), loop) == [0.3]
+    assert pose(one_joint(A), replace(loop, duration=1.0)) == [0.0]
+    assert Rounds(one_joint(A), loop).entry("A").start == 0.3
+    assert _shown(loop, []).joints[0].reference == Reference("steps", times=(1.0,), values=(0.3,))
+
+
+def test_the_quick_map_takes_one_step(loop_of):
+    assert not fits(Rounds(one_joint(A), stepping(loop_of(), THERE_AND_BACK, 2.0)), "A")
+    assert fits(Rounds(one_joint(A), stepping(loop_of(), THERE_AND_BACK)), "A") == "the reference steps more than once"
