@@ -180,6 +180,7 @@ def test_a_row_of_names_may_be_long(tmp_path: Path) -> None:
         (b"t,q1,tau1,Grad \xb0\n", "the header is not text in UTF-8"),
         (b"t,q1,tau1,note\n" + b"0,0,0,\xb0\n" * 20, "invalid UTF8"),
         (b"t,q1,tau1," + b"x" * (1 << 20), "run.csv: row 1 is longer than 1 MiB; give a CSV file"),
+        (b"t,q1,tau1," + b"x" * (1 << 18), "run.csv: row 1 is no row of names: found field larger than field limit"),
         (b"t,q1,tau1,q1\n0,0,0,0\n", "two columns have the same name: found 'q1'"),
     ],
 )

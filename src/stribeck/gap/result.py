@@ -145,8 +145,8 @@ class Delivered:
     """The measured torque of one joint beside the commanded one, where the recordings hold both.
 
     ``gain``, ``offset`` and ``delay`` lead from the command to it, ``left`` is what they leave, rms in the unit of
-    torque. ``share`` is the part of the gap that re-tuning leaves which lies before the measurement: gone where the
-    measured torque stands in for the command, but for what any gain and offset of that close; none where it is the
+    torque. ``share`` is the least part of the gap that re-tuning leaves which lies before the measurement: gone where
+    the measured torque stands in for the command, but for what any gain and offset of that close; none where it is the
     command, to the noise (None: there is no gap, or the measured torque does not follow the command).
     """
 

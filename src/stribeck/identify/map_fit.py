@@ -110,7 +110,7 @@ def fit(
     problem = Problem(residual, weights, p0, scales or {}, added)
     usual, other = (CAREFUL, BOLD) if careful else (BOLD, CAREFUL)
     found, status, iterations = _solved(problem, evaluations, tolerance, usual)
-    if problem.evaluate(found)[0] > problem.best[0] == problem.first:
+    if problem.best[0] == problem.first and (status not in GOOD or problem.evaluate(found)[0] > problem.first):
         found, status, iterations = _solved(problem, evaluations, tolerance, other)
     if problem.evaluate(found)[0] > problem.best[0]:
         found = problem.best[1]
@@ -124,6 +124,7 @@ def _solved(
     cost, gradient, hessian = Cost(problem), Gradient(problem), Hessian(problem)
     z = ca.MX.sym("z", len(problem.free))
     come: list[int] = []
+    problem.fallen = (problem.fallen[0], problem.evaluations)
     stop = Stop(problem, problem.evaluations + evaluations, come)
     options = {
         "grad_f": gradient,

@@ -31,7 +31,17 @@ def delivered_table(diagnosis: Diagnosis) -> Table | None:
         rows = (*rows, Row(("all", *[""] * 7, percent_interval(whole))))
     effort, unit = words.effort(diagnosis), unit_text(words.torque_unit(diagnosis))
     between = "95 % interval"
-    columns = ("at", "gain", between, f"offset, {unit}", between, "delay, ms", between, f"left, {unit}", "of the gap")
+    columns = (
+        "at",
+        "gain",
+        between,
+        f"offset, {unit}",
+        between,
+        "delay, ms",
+        between,
+        f"left, {unit}",
+        "of the gap, at least",
+    )
     note = (
         f"Measured {effort} as gain times the commanded one, late by the delay, plus the offset, and what that leaves, "
         "rms. A delay of up to one sample may be the logging's. Of the gap: what is gone of it on the "

@@ -33,9 +33,12 @@ def _before_measurement(diagnosis: Diagnosis) -> str:
     shares = [(row.share, words.joints([row.joint])) for row in diagnosis.delivered]
     said = [f"{percent_interval(share)} at {joint}" for share, joint in shares if share and _told(share)]
     if said:
-        who = f"the actuator accounts for {words.listing(said)} of what re-tuning leaves"
+        who = (
+            f"the actuator accounts for at least {words.listing(said)} of what re-tuning leaves, gain and offset apart"
+        )
     elif diagnosis.before_measurement and _told(diagnosis.before_measurement):
-        who = f"actuators account for {percent_interval(diagnosis.before_measurement)} of what re-tuning leaves in all"
+        least = percent_interval(diagnosis.before_measurement)
+        who = f"actuators account for at least {least} of what re-tuning leaves in all, gain and offset apart"
     else:
         return ""
     return f" By the measured {words.effort(diagnosis)}, {who}."

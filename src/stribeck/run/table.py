@@ -160,8 +160,12 @@ def _header(path: Path) -> list[str]:
         raise InputError(f"{path}: row 1 is longer than 1 MiB", "", "give a CSV file with one row a sample")
     try:
         names = [name.strip() for name in next(csv.reader([line.decode("utf-8-sig")]), [])]
-    except (UnicodeDecodeError, csv.Error) as error:
+    except UnicodeDecodeError as error:
         raise InputError(f"{path}: the header is not text in UTF-8", str(error), "export it in UTF-8") from error
+    except csv.Error as error:
+        raise InputError(
+            f"{path}: row 1 is no row of names", str(error), "give a CSV file with one row a sample"
+        ) from error
     if len(names) < 2:
         raise InputError(
             f"{path}: row 1 names no columns", repr(",".join(names)), "name them in row 1, with commas between"

@@ -3,7 +3,8 @@
 A measured torque is a second place at which the signal path can be cut: what differs before it is the actuator's, what
 does not balance behind it is not. How a torque was measured is not known (a current says nothing of cogging), so this
 is told beside the causes and decides none of them. Nor is the scale: a drive that gives a constant part of its command
-looks as a sensor does that reads a constant part of the torque, so what gain and offset close is not laid to the drive.
+looks as a sensor does that reads a constant part of the torque, so what gain and offset close is not laid to the drive:
+what is, is the least that it can be.
 """
 
 from __future__ import annotations
@@ -55,25 +56,31 @@ def delivered(
         return (), None
     measured = tuple(_measured(prepared, run, np.zeros(prepared.arm.n)) for run in runs)
     related = [relation(runs, measured, j) for j in range(prepared.arm.n)]
+    rows = [
+        Delivered(name, gain, replace(offset, unit=unit_at("N m", joint.kind)), delay, left, None)
+        for name, joint, (gain, offset, delay, left) in zip(
+            prepared.arm.names, prepared.arm.joints, related, strict=True
+        )
+    ]
     known = np.array([gain.low * gain.high > 0.0 for gain, *_ in related])
+    gap = (base.rms() > AT_FLOOR * floor) & known
+    if not gap.any():
+        return tuple(rows), None
     instead = _stand_in(prepared, related, known)
     scale = _scale(base, known)
     asked, behind = (retune(one, floor, (*base.placed, *scale), known=base.fit) for one in (prepared, instead))
     held = base.held, asked.held, behind.held
     drawn = resampled(prepared.held, 400, seed)
     apart = _apart(prepared.held, instead.held)
-    gap = (base.rms() > AT_FLOOR * floor) & known
-    found = []
-    for j, name in enumerate(prepared.arm.names):
-        gain, offset, delay, left = related[j]
-        offset = replace(offset, unit=unit_at("N m", prepared.arm.joints[j].kind))
-        share = None
-        if gap[j] and apart[j] > floor[j]:
-            share = _share([rows[:, j : j + 1] for rows in held], floor[j : j + 1], *drawn)
-        elif gap[j]:  # what is gone there was another drive's
-            share = Estimate(0.0, 0.0, min(1.0, float(apart[j] ** 2 / (base.rms()[j] ** 2 - floor[j] ** 2))))
-        found.append(Delivered(name, gain, offset, delay, left, share))
-    return tuple(found), _share(held, floor, *drawn) if np.any(gap) else None
+    for j in np.flatnonzero(gap):
+        if apart[j] > floor[j]:
+            share = _share([part[:, j : j + 1] for part in held], floor[j : j + 1], *drawn)
+        else:  # what is gone there was another drive's
+            rms = base.rms()[j]
+            most = (2.0 * rms - apart[j]) * apart[j] / (rms**2 - floor[j] ** 2)
+            share = Estimate(0.0, 0.0, min(1.0, float(most)))
+        rows[j] = replace(rows[j], share=share)
+    return tuple(rows), _share(held, floor, *drawn)
 
 
 def told_lacking(prepared: Prepared) -> list[str]:
@@ -121,6 +128,8 @@ def _apart(asked: Sequence[Conditioned], given: Sequence[Conditioned]) -> Floats
 def _share(held: Sequence[Floats], floor: Floats, block: NDArray[np.int_], draws: Floats) -> Estimate:
     """Return the part of a gap that is gone with the measured torque, but for what gain and offset alone close.
 
+    Anything where the sensor surely adds more than is gone.
+
     Parameters
     ----------
     held : three arrays (M, k)
@@ -130,7 +139,9 @@ def _share(held: Sequence[Floats], floor: Floats, block: NDArray[np.int_], draws
     scaled, gone = (
         np.array([closure(base, other, floor), *closed_again(base, other, floor, block, draws)]) for other in others
     )
-    value, *drawn = np.minimum(gone - scaled, np.maximum(gone, 0.0))  # a scale that misleads has closed nothing
+    if with_interval(gone[0], gone[1:]).high < 0.0:
+        return Estimate(0.0, 0.0, 1.0)
+    value, *drawn = np.maximum(gone - np.maximum(scaled, 0.0), 0.0)  # a scale that misleads has closed nothing
     return with_interval(value, drawn)
 
 
