@@ -260,7 +260,7 @@ def test_a_fit_that_was_stopped_short_goes_on(
     stopped: list[Model] = []
 
     def fit_once(*known: Any, evaluations: int) -> Model:
-        model = fit_model(*known, evaluations=evaluations if stopped else 1)
+        model = fit_model(*known, evaluations=evaluations if stopped else 0)
         stopped.append(model)
         return model
 
