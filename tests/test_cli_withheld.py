@@ -73,6 +73,7 @@ def test_power(here, capsys):
     assert sorted(path.name for path in here.iterdir()) == ["power", "run.csv"]
 
 
+@pytest.mark.long
 def test_the_own_arm_is_recorded(here, capsys):
     arm, run = str(EXAMPLE / "arm.toml"), str(EXAMPLE / "run_01.csv")
     options = "--cases 1 --effects delay --levels clear --out cases --key key.json --jobs 1"

@@ -45,6 +45,7 @@ def test_the_two_commands_are_what_ci_types() -> None:
     assert [line for line in second.split(" && ") if line not in ci] == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("page", [ROOT / "README.md", ROOT / "fmu/README.md"], ids=["README", "fmu"])
 def test_every_other_command_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """In this order, in a folder that holds an arm, its recordings and the models of ``fmu``."""

@@ -67,6 +67,7 @@ def test_after_an_interruption_the_same_call_goes_on(tmp_path, sealed, straw_wit
     assert scored(answers, sealed[1]) == reference
 
 
+@pytest.mark.long
 def test_a_killed_process_loses_nothing(tmp_path, sealed, straw_with, reference):
     killed = tmp_path / "killed"
 

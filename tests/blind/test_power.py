@@ -56,6 +56,7 @@ def analysed(experiment, work, diagnoser, **options):
     return power_analysis(*experiment, work, jobs=1, farm=Processes(1), diagnoser=diagnoser, **options)
 
 
+@pytest.mark.long
 def test_what_is_named_is_revealed(tmp_path, experiment):
     found, score = analysed(experiment, tmp_path / "work", says("delay"))
     assert found["cases"] == 5
@@ -103,6 +104,7 @@ def test_an_effect_that_no_arm_can_be_held_with_is_told(tmp_path, experiment, mo
     assert (list(found["effects"]), found["not_recorded"]) == (["delay"], ["torque_offset"])
 
 
+@pytest.mark.long
 def test_the_same_call_goes_on_and_another_is_refused(tmp_path, experiment):
     little = {"effects": ("delay",), "levels": ("clear",), "none": 1}
     once, _ = analysed(experiment, tmp_path / "work", says(), **little)

@@ -274,6 +274,7 @@ def test_an_encoder_may_count_from_many_turns_away(label: str, place: str) -> No
         assert model.placed[0].values[parameter] == pytest.approx(there, abs=allowed)
 
 
+@pytest.mark.long
 def test_a_slow_stand_is_found() -> None:
     """It swings at half a hertz: slower than all starts that are lightly damped lead to."""
     hidden = {"stiffness": 120.0, "damping": 4.0, "mass": 6.0, "direction": 1.2}

@@ -30,6 +30,7 @@ from .test_folders import table
 ONE_VERSION = pytest.mark.parametrize("fmi", [2, pytest.param(3, marks=pytest.mark.slow)], indirect=True)
 
 
+@pytest.mark.long
 def test_loop_around_the_fmu_is_the_loop_around_the_engine(arm_fmu: Path, arm: Arm, loop: Loop) -> None:
     expected = table(MODELS / "two_link_nominal" / "loop_reference.csv")
     found = simulate_fmu(arm_fmu, arm, loop)

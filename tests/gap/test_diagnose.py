@@ -93,6 +93,7 @@ def as_they_come(runs: Sequence[Run]) -> list[Run]:
     return out
 
 
+@pytest.mark.long
 def test_logs_may_come_as_they_are() -> None:
     dirty = as_they_come(recorded((LATE[0], dict(LATE[1]))))
     told = diagnose(NOMINAL, dirty, jobs=1, leave_out=FEW)
@@ -173,6 +174,7 @@ def test_no_joint_is_blamed_for_what_the_noise_leaves() -> None:
     assert (d.verdict, d.where) == ("no_gap", ())
 
 
+@pytest.mark.long
 def test_missing_candidate_is_not_replaced_by_another() -> None:
     d = without_its_cause()
     assert d.verdict in ("unexplained", "partly_explained")
@@ -274,6 +276,7 @@ def test_runs_of_one_name_are_refused() -> None:
         diagnose(NOMINAL, [sines(3.0)], [sines(4.0)])
 
 
+@pytest.mark.long
 def test_what_is_pushed_to_its_limits_is_told_of_the_model_that_is_delivered(monkeypatch: pytest.MonkeyPatch) -> None:
     """Beside the payload a friction torque goes to its limit; if the payload is not named, that model is not delivered.
 

@@ -23,6 +23,7 @@ def test_equal_directions_are_not_told_apart() -> None:
     assert compare_curves([same[0], readings(rng, 0.9)]) < 1e-4
 
 
+@pytest.mark.long
 def test_the_probability_means_what_it_says() -> None:
     """Of equal directions a tenth lies below 0.1."""
     rng = np.random.default_rng(2)

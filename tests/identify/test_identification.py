@@ -33,6 +33,7 @@ def found(request: pytest.FixtureRequest) -> Identification:
     return identify(joint(WRONG, WRONG, request.param), campaign(request.param))
 
 
+@pytest.mark.long
 def test_both_directions_are_found(found: Identification) -> None:
     """From a wrong arm file, in either plane."""
     (one,) = found.joints

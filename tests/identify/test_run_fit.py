@@ -49,6 +49,7 @@ def holds(found: RunFit) -> list[bool]:
     ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("step", "noise"), [(0.002, 2e-5), pytest.param(0.005, 1e-5, marks=pytest.mark.slow)])
 def test_intervals_hold_around_reversals_in_noise(step: float, noise: float) -> None:
     """Noise and filters shift every block alike, so that scatter from block to block does not tell."""

@@ -72,6 +72,7 @@ def test_a_coulomb_cycle_by_every_method() -> None:
     assert found.margins.damping == pytest.approx(zeta)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("effect", "values", "linear"),
     [
@@ -96,6 +97,7 @@ def _fails(*_: object) -> None:
     raise StribeckError("the motor is on fire")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("kind", "search", "why"),
     [
@@ -114,6 +116,7 @@ def test_why_there_is_no_critical_ratio(
     assert (found.k_critical is None, found.k_why) == (why != "", why)
 
 
+@pytest.mark.long
 def test_damping_costs_the_describing_function_its_trust() -> None:
     law = Compensation("feedback", 1.3, at_zero="error_sign")
     _, found = answer(COULOMB, loop(kv=2.0 * 0.5 * math.sqrt(30.0), compensation=law))

@@ -85,6 +85,7 @@ def test_what_balances_is_left_alone(place: Placed) -> None:
     assert np.max(np.abs(residual_of(place, observe=True)[5:])) < 1e-3
 
 
+@pytest.mark.long
 def test_noise_does_not_ring_on() -> None:
     alone, observed = (np.std(residual_of(SHAFT, observe=observe, noise=1e-5)[500:]) for observe in (False, True))
     assert observed < 0.5 * alone

@@ -203,6 +203,7 @@ def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("bench")
 def test_the_command_writes_its_files(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("stribeck.report.limit_cycle.png_and_svg", lambda figure: (b"drawn", b""))  # as above, it is

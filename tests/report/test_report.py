@@ -47,6 +47,7 @@ def read(folder):
     return reader
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", CASES)
 def test_page_is_one_file_that_loads_and_runs_nothing(written, case):
     _, folder = written(case, case in DRAWN)
@@ -151,6 +152,7 @@ def test_the_same_diagnosis_gives_the_same_page(written, tmp_path):
         assert path.read_bytes() == (folder / path.name).read_bytes(), path.name
 
 
+@pytest.mark.long
 def test_the_same_figure_gives_the_same_bytes(diagnosis):
     from stribeck.report.figures.where import where_figure
     from stribeck.report.style import png_and_svg

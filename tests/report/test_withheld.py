@@ -72,6 +72,7 @@ def score():
     }  # fmt: skip
 
 
+@pytest.mark.long
 def test_the_page_says_what_holds_and_what_does_not(score, tmp_path):
     write_score_report(score, tmp_path)
     page = (tmp_path / "report.html").read_text(encoding="utf-8")

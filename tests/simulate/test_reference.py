@@ -17,6 +17,7 @@ def held_command() -> np.ndarray:
     return np.stack([11.0 * np.sin(2.6 * t) + 4.0 * np.sin(9.0 * t), 3.6 * np.sin(3.7 * t + 0.5)], axis=1)
 
 
+@pytest.mark.long
 def test_sampled_command_with_gravity(hanging_arm: Engine) -> None:
     command, times = held_command(), STEP * np.arange(SAMPLES)
     reference = Reference(two_links(gravity=(9.81, 0.0)))
@@ -39,6 +40,7 @@ def test_sampled_command_with_gravity(hanging_arm: Engine) -> None:
     assert np.abs(np.array(expected)[:, :2] - found.q).max() < 1e-8
 
 
+@pytest.mark.long
 def test_break_away_between_samples(level_arm: Engine) -> None:
     """A continuous PD drags both joints so slowly that they stick and slip; every break-away falls between rows."""
     gains = ((300.0, 1.0, 0.03), (150.0, 0.5, -0.03))

@@ -105,6 +105,7 @@ def test_rare_is_told_from_rarer_beyond_the_smallest_number():
         assert np.all(np.diff(far) > 4e3)
 
 
+@pytest.mark.long
 def test_the_table_counts_names_against_the_key():
     from _decision_fits import diagnosis_of
     from _decision_table import table

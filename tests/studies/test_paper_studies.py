@@ -24,6 +24,7 @@ def run(tmp_path: Path):
     return study
 
 
+@pytest.mark.long
 def test_break_away(run):
     """Ten readings within three standard errors of the truth; late as the paper reads, right when read back."""
     result = run("break_away")

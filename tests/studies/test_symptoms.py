@@ -16,6 +16,7 @@ LIMITS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", [pytest.param(n, marks=[] if n in SAMPLE else pytest.mark.slow) for n in OWN])
 def test_a_symptom_is_seen_and_the_law_explains_it(name):
     cases, signals, figure = (importlib.import_module(f"_symptom_{part}") for part in ("cases", "signals", "figure"))

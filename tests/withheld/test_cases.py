@@ -28,6 +28,7 @@ def quiet():
     return make_case(1, None, n_joints=1)
 
 
+@pytest.mark.long
 def test_same_seed_same_case(quiet):
     a, b = made(11, "torque_gain", "weak", 1), make_case(11, "torque_gain", "weak", 1)
     assert a.arm_nominal == b.arm_nominal
@@ -44,6 +45,7 @@ def test_case_with_nothing_hidden_is_worth_nothing(quiet):
     assert all(8.0 <= run.duration <= 10.0 for run in case.runs)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("effect", "level"),
     [
@@ -61,6 +63,7 @@ def test_effect_is_worth_what_its_level_says(effect, level):
     assert 0.7 * low < truth["worth"][joint] < 1.3 * high
 
 
+@pytest.mark.long
 def test_what_is_clear_is_not_taken_in_by_retuning():
     """A quarter of the torque lies within the tolerance of the last link's mass: 0.4 noise floors would be left."""
     hidden = make_case(22, "payload", "clear", 1).truth["effects"][0]
@@ -85,6 +88,7 @@ def test_tendon_needs_two_joints():
         make_case(2, "tendon_coupling", n_joints=1)
 
 
+@pytest.mark.long
 def test_negative_damping_is_news_to_the_data_sheet():
     case = make_case(2, "negative_damping", n_joints=1)
     joint = case.truth["effects"][0]["joint"]

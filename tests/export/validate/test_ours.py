@@ -136,6 +136,7 @@ def test_carries_the_arm_exactly(exported: Path) -> None:
         assert archive.read("resources/arm.toml").decode() == arm_to_toml(one_joint())
 
 
+@pytest.mark.long
 def test_what_remembers_the_torque_starts_alike(made: Callable[[Arm, int], Path]) -> None:
     """The second joint's trial torque is not zero at the start: its lag settles there in the FMU and the simulator."""
     arm = two_links(EffectEntry("actuator_lag", ("B",), {"B": {"time_constant": 0.004}}))
@@ -143,6 +144,7 @@ def test_what_remembers_the_torque_starts_alike(made: Callable[[Arm, int], Path]
         assert against_simulator(fmu, arm, "CoSimulation").position < 1e-8
 
 
+@pytest.mark.long
 def test_an_arm_that_magnifies_errors_is_allowed_its_own(made: Callable[[Arm, int], Path]) -> None:
     """Play in joint A: at the usual tolerance the simulator is off by over 1e-8 rad, and so is the FMU."""
     play = EffectEntry("backlash", ("A",), {"A": {"gap": 0.01, "stiffness": 3000.0, "damping": 3.0}})

@@ -11,6 +11,7 @@ from ...effects.bench import nominal_arm, recorded
 EARLY = -0.01  # s
 
 
+@pytest.mark.long
 def test_a_clock_that_is_early_is_told_of_at_every_joint() -> None:
     others = [name for name in registry() if name != "time_shift"]
     found = diagnose(nominal_arm(), recorded("time_shift", ("A", "B"), {"time": EARLY}), jobs=1, leave_out=others)

@@ -69,6 +69,7 @@ WALL = ("contact", {"stiffness": 60.0, "position": 1.2, "side": 1.0})  # only on
 BENT = ("torque_offset", {"offset": 3.0})
 
 
+@pytest.mark.long
 def test_what_one_recording_alone_shows_is_learnt_from_it() -> None:
     """And not, where the user has said which recordings judge."""
     runs, others = recorded(WALL), [name for name in registry() if name not in ("contact", "torque_offset")]
@@ -100,6 +101,7 @@ def test_what_one_recording_alone_shows_may_be_hidden_by_what_all_show() -> None
 LAWS = [name for name in registry() if name not in ("payload", "asymmetric_friction")]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("place", "judges"), [(3, False), (2, True)])
 def test_a_recording_of_another_arm_is_told_of(place: int, judges: bool) -> None:
     """One that is held out stays so: no effect of one arm makes it like the others."""

@@ -130,6 +130,7 @@ def test_lag_or_delay_asks_for_a_motion() -> None:
     assert found.apart > 2.0 * late().apart()  # than the recordings so far
 
 
+@pytest.mark.long
 def test_programme_is_put_together_greedily() -> None:
     """Its parts are the options' own, and tell more together than any alone; each criterion is best by its own."""
     options = options_of_late()
@@ -339,6 +340,7 @@ def test_question_is_asked_only_where_there_is_one() -> None:
     assert asked([step([0, 0.1, -0.2])], unexplained=True) == []
 
 
+@pytest.mark.long
 def test_diagnosis_proposes_and_writes_it(tmp_path) -> None:  # type: ignore[no-untyped-def]
     few = [name for name in registry() if name not in set(late().names)]
     found = diagnose(NOMINAL, recorded(LAG), jobs=1, leave_out=few)

@@ -101,6 +101,7 @@ def test_a_clock_that_another_law_set_astray_is_set_anew(apart: tuple[Prepared, 
     assert in_step_beside(again, retune(again, FLOOR, (offset, wave))) is again
 
 
+@pytest.mark.long
 def test_a_disturbance_is_named_whatever_its_phases() -> None:
     keep = ("input_disturbance", "cogging", "delay", "torque_offset")
     from stribeck.effects.registry import registry

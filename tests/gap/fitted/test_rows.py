@@ -211,6 +211,7 @@ def test_beside_a_compliance_a_bristle_is_counted_as_it_is_alone() -> None:
     assert np.median(both.rows[stuck, 0]) > np.median(drawn_of(prepared)[stuck, 0])
 
 
+@pytest.mark.long
 def test_of_a_joint_without_a_bristle_beside_a_compliance_no_rows_are_known() -> None:
     """The re-tuned model's are counted there; zeros would make a joint without noise of it."""
     arm = nominal_arm()

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from stribeck.effects.registry import registry
 from stribeck.gap import diagnose
@@ -22,6 +23,7 @@ def lossy(run: Run, bursts: tuple[tuple[int, int], ...] = BURSTS) -> Run:
     return replace(run, **channels)
 
 
+@pytest.mark.long
 def test_they_are_no_gap_of_the_model() -> None:
     leave_out = [name for name in registry() if name not in ("torque_gain", "actuator_lag")]
     found = diagnose(NOMINAL, [lossy(run) for run in recorded()], jobs=1, leave_out=leave_out)

@@ -65,6 +65,7 @@ def test_cross_talk_of_drives_is_no_torque_gain() -> None:
     assert unknown.probability > 0.5
 
 
+@pytest.mark.long
 def test_a_torque_gain_is_no_cross_talk() -> None:
     found = diagnose(NOMINAL, recordings(Injection("torque_gain", "A", {"gain": 0.85})), leave_out=OTHERS, jobs=1)
     assert found.named == ("torque_gain",)
@@ -77,6 +78,7 @@ def one_sided(runs: Sequence[Run], share: float) -> list[Run]:
     return [replace(run, tau=np.where(run.tau < 0.0, run.tau / (1.0 - share), run.tau)) for run in runs]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("there", [True, False], ids=["half a bridge", "an offset"])
 def test_a_drive_that_pulls_harder_to_one_side_is_no_offset(there: bool) -> None:
     others = tuple(name for name in registry() if name not in ("torque_offset", "asymmetric_friction"))
@@ -243,6 +245,7 @@ def test_a_tool_that_rings_is_a_mass_on_a_spring_across_the_last_link() -> None:
     np.testing.assert_allclose(torque[50:-50], expected[50:-50], rtol=0, atol=5e-3 * np.abs(expected).max())
 
 
+@pytest.mark.long
 def test_a_tool_that_swings_is_a_third_link_on_a_soft_hinge() -> None:
     """Against the chain of three joints, the last of which is a spring: to the first order in its small swing."""
     motion, arm = smooth(), replace(TRUE, gravity=(0.0, 0.0))

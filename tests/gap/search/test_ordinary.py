@@ -92,6 +92,7 @@ def test_a_motor_that_loses_two_per_cent_when_it_pulls_twice_as_hard_is_ordinary
 TEXTURE = ("position_dependent_friction", {"amplitude": 0.015 * FRICTION.C0, "harmonic": 3.0})
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("lost", "named"), [(0.012, ()), (0.05, ("torque_saturation",))])
 def test_iron_that_takes_a_per_cent_is_no_cause(lost: float, named: tuple[str, ...]) -> None:
     """Of 14.3 N m, twice the typical torque; the plant's law is another one, (u / limit)^2.4 / 2.4 at first."""
@@ -115,6 +116,7 @@ def test_a_texture_of_friction_is_no_cause() -> None:
     assert any("position_dependent_friction" in note for note in slight.notes)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("gives", "named"), [(1e-4, ()), pytest.param(3e-3, ("presliding",), marks=pytest.mark.slow)])
 def test_where_a_search_finds_it_the_model_is_retuned_with_it(gives: float, named: tuple[str, ...]) -> None:
     hidden = ("presliding", {"stiffness": FRICTION.C0 / gives, "damping": 1.0})
@@ -201,6 +203,7 @@ def test_what_is_taken_beside_others_and_no_more_than_any_joint_has_is_told_of()
     assert told_unnamed(steps[:1], (SCALE,), NOMINAL) == []
 
 
+@pytest.mark.long
 def test_a_diagnosis_tells_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where re-tuning with it is not tried, the step of the search that took it stays."""
     monkeypatch.setattr(search_module, "MOST_ROUNDS", 0)

@@ -56,6 +56,7 @@ def loud() -> tuple[Diagnosis, set[tuple[int, ...]]]:
         return diagnose(NOMINAL, recorded(("input_disturbance", LOUD)), jobs=1), told
 
 
+@pytest.mark.long
 def test_it_counts_as_noise_and_nothing_is_named(loud: tuple[Diagnosis, set[tuple[int, ...]]]) -> None:
     found, told = loud
     assert told == {(0,)}
@@ -120,6 +121,7 @@ def test_what_other_runs_foretell_is_not(law: float, most: int, least: int) -> N
     assert told == pytest.approx([LEVEL * np.sqrt(1.0 - law)] * len(told), rel=0.3)
 
 
+@pytest.mark.long
 def test_what_takes_a_good_part_of_the_torque_is_no_noise_of_a_laboratory() -> None:
     others = [name for name in registry() if name not in ("delay", "payload", "input_disturbance")]
     found = diagnose(NOMINAL, recorded(("input_disturbance", TOO_LOUD)), jobs=1, leave_out=others)

@@ -949,6 +949,7 @@ def test_the_search_without_what_is_needless_starts_from_what_every_arm_has_as_w
     assert prepared.rounds == 2  # type: ignore[attr-defined]
 
 
+@pytest.mark.long
 def test_what_promised_as_much_as_what_is_taken_is_fitted_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
     """Few are fitted; of those left out one may be the same in disguise as the one that is taken."""
     for limit in ("LEAST_SURVIVORS", "LEAST_AT_JOINT", "MOST_SURVIVORS"):

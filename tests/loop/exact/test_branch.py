@@ -98,6 +98,7 @@ def test_what_drives_an_arm_in_time_is_left_out_with_a_warning(joint_a):
     assert undriven(joint_a.arm) == (joint_a.arm, ())
 
 
+@pytest.mark.long
 def test_an_analysis_tells_what_it_left_out(joint_a, loop_of):
     wave = EffectEntry("input_disturbance", ("A",), {"A": {"sine": 12.0, "cosine": 0.0, "frequency": 2.0}})
     found = analyse(replace(joint_a.arm, effects=(wave,)), loop_of(error=0.1), grid=Grid(wanted=False))

@@ -94,6 +94,7 @@ def test_a_backward_ramp_is_the_mirror_image_of_a_forward_one(joint_a, loop_of, 
     assert seen[1] == pytest.approx(seen[0], rel=1e-9)
 
 
+@pytest.mark.long
 def test_the_fold_of_a_backward_ramp_is_that_of_its_own_friction(joint_b, loop_of):
     steep = replace(B, C1=2.4, alpha=0.12)
     joint = replace(joint_b.arm.joints[0], backward=steep)

@@ -94,6 +94,7 @@ def test_hunting_has_the_multiplier_with_which_its_integral_forgets(joint_a, loo
     assert (ways[5] / ways[0]) ** 0.2 == pytest.approx(lead, rel=0.03)
 
 
+@pytest.mark.long
 def test_hunting_whose_differences_hang_on_their_step_has_no_multipliers(joint_a, loop_of):
     """Some of its rounds let go right at a sample."""
     found = shoot(joint_a, loop_of(zeta=0.4564, ki=30.0, sample_time=STEP))["A"]
@@ -149,6 +150,7 @@ def test_an_encoder_with_steps_is_left_as_it_is(joint_a, loop_of):
     assert repeated(rounds, ending) is ending
 
 
+@pytest.mark.long
 def test_a_record_that_is_late_is_a_late_command(loop_of):
     """What the controller sees late it answers late: the same cycle, and the same multipliers."""
     loop, found = loop_of(ratio=1.265, at_zero="zero", zeta=0.17, sample_time=STEP), []

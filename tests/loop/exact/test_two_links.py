@@ -120,6 +120,7 @@ def check(engine, seed: int, count: int) -> tuple[Counter[str], int]:
     return verdicts, cycling
 
 
+@pytest.mark.long
 def test_coupled_cycles(level_arm):
     """Of the four, the last is hunting PID: one of the joints may be left open, if a simulation leaves it open too."""
     verdicts, cycling = check(level_arm, seed=1, count=4)
@@ -146,6 +147,7 @@ def test_twenty_coupled_cycles(level_arm):
     assert verdicts["undetermined"] <= 6  # joints that coupled hunting shakes loose now and then
 
 
+@pytest.mark.long
 def test_a_resting_joint_beside_a_cycling_one(level_arm):
     """Joint B is over-compensated and cycles; A, under PD without compensation, is shaken but holds."""
     entries = (
