@@ -108,7 +108,7 @@ def _joint(
     zones = sorted({place.effect.name for place in engine.path.placed if place.effect.zone})
     if zones:
         notes.append(f"margins and largest gains are those beyond what this loses: {', '.join(zones)}")
-    if engine.forward.bristles[assembly.index(name)]:
+    if engine.forward.bristles[arm.names.index(name)]:
         notes.append(BRISTLES)
     told(f"{name}: describing function and harmonic balance")
     approximation = _approximation(arm, loop, name, best, notes)
