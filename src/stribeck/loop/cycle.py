@@ -79,6 +79,8 @@ class Cycle:
         One period.
     basin : mapping
         Verdict from each start that was tried: ``own`` (the loop file's), ``small``, ``large``.
+    left : bool
+        Whether the joint is undetermined because it is left behind for good, which ``status`` says.
     """
 
     verdict: Verdict
@@ -92,6 +94,7 @@ class Cycle:
     status: str = "ok"
     trace: CycleTrace | None = None
     basin: Mapping[str, Verdict] = field(default_factory=dict)
+    left: bool = False
 
     @property
     def cycles(self) -> bool:
