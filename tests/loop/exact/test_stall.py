@@ -12,7 +12,7 @@ from stribeck.loop.exact.settle import settle, settle_from
 from stribeck.loop.exact.shooting import ending_of, shoot
 from stribeck.loop.exact.starts import starts
 from stribeck.loop.watched import watched
-from stribeck.simulate import JointLoop, Loop, Reference, simulate
+from stribeck.simulate import Compensation, JointLoop, Loop, Reference, simulate
 
 from .conftest import COULOMB, A, one_joint, two_links
 
@@ -87,6 +87,17 @@ def test_a_joint_that_rests_ends_no_search_for_the_cycle_of_another():
     found = shoot(two_links(), Loop(0.0, 20.0, (JointLoop("A", 60.0, step), hunts)))
     assert (found["A"].verdict, found["A"].steady_error) == ("rest", pytest.approx(0.05))
     assert (found["B"].verdict, found["B"].stable) == ("hunting", True)
+
+
+@pytest.mark.parametrize("answer", [settle, shoot])
+def test_a_joint_that_cannot_be_followed_is_not_said_to_stall(loop_of, answer):
+    """The law's sign at rest is zero: continuous, it would let go and stop without end."""
+    law = Compensation("adaptive", 1.18, leakage=0.1)
+    loop = loop_of(kp=60.0, ki=20.0, error=0.27)
+    loop = replace(loop, joints=(replace(loop.joints[0], compensation=law),))
+    found = answer(one_joint(A), loop)["A"]
+    assert (found.verdict, found.left) == ("undetermined", False)
+    assert found.status == "it sticks and slips too often to be followed further"
 
 
 def test_what_a_drive_cannot_move_is_looked_for_once_an_answer(monkeypatch):

@@ -57,7 +57,10 @@ def stalled(rounds: Rounds, place: Place, others: Collection[int] = ()) -> dict[
     if not asked:
         return {}
     duration = _LONG["sampled" if rounds.sampled else "continuous"]
-    after = rounds.run(place, NONE, duration=duration, quiet=False).place
+    done = rounds.run(place, NONE, duration=duration, quiet=False)
+    if done.why != "end":  # nothing is known of what it could not be followed through
+        return {}
+    after = done.place
     moved = np.abs(_position(rounds, after) - _position(rounds, place))
     before, torque = _applied(rounds, place), _applied(rounds, after)
     same = (np.abs(torque - before) <= _SAME * np.abs(torque)) & (torque != 0.0)
