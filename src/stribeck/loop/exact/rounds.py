@@ -109,6 +109,8 @@ class Rounds:
         last one within the duration, before which `stribeck.loop.exact.starts` runs the loop under the others.
     rtol, atol : float
         Of one step's error.
+    onward : bool
+        Whether it counts what a ramp leads to later; else only how the joint moves where it is.
 
     Raises
     ------
@@ -116,10 +118,12 @@ class Rounds:
         When a reference or an effect drives the loop for ever.
     """
 
-    def __init__(self, arm: Arm | RoundsEngine, loop: Loop, *, rtol: float = 1e-10, atol: float = 1e-13) -> None:
+    def __init__(
+        self, arm: Arm | RoundsEngine, loop: Loop, *, rtol: float = 1e-10, atol: float = 1e-13, onward: bool = True
+    ) -> None:
         self.engine = arm if isinstance(arm, RoundsEngine) else RoundsEngine(arm)
         check_autonomous(self.engine, loop)
-        self.arm, self.given = self.engine.arm, loop
+        self.arm, self.given, self.onward = self.engine.arm, loop, onward
         self.loop = replace(loop, joints=tuple(_autonomous(entry, loop.duration) for entry in loop.joints))
         self.n, self.p, self.rtol, self.atol = self.engine.n, self.engine.p, rtol, atol
         self.layout = Layout(self.engine.n, self.engine.size)
@@ -155,7 +159,7 @@ class Rounds:
     @property
     def passes(self) -> bool:
         """Whether a ramp leads a joint past places that resist it differently, so that its motion need not last."""
-        return any(self.engine.varies[j] for j in range(self.n) if self.rate(j) != 0.0)
+        return self.onward and any(self.engine.varies[j] for j in range(self.n) if self.rate(j) != 0.0)
 
     def aiming(self, positions: Mapping[str, float]) -> Rounds:
         """Return the same loop with references that stand at other positions (rad), of the joints that are named."""
