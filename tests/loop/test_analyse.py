@@ -153,6 +153,16 @@ def test_a_joint_with_bristles_is_said_to_have_no_time_stuck() -> None:
     assert found.joints[0].notes == (module.BRISTLES,)
 
 
+def test_a_joint_beside_one_with_bristles_is_not_said_to_have_them() -> None:
+    """B, the only joint that the loop controls, is not the arm's first, and A has the bristles."""
+    stiff = EffectEntry("presliding", ("A",), {"A": {"stiffness": 2e4, "damping": 60.0}}, "lugre")
+    single = arm().joints[0]
+    two = Arm("two joints", (0.0, 0.0), (single, replace(single, name="B")), effects=(stiff,))
+    given = Loop(0.0125, 20.0, (JointLoop("B", 30.0, Reference("regulate", initial_error=0.2)),))
+    found = analyse(two, given, grid=Grid(wanted=False))
+    assert found.joints[0].notes == ()
+
+
 @pytest.mark.slow
 def test_hunting_is_missed_by_the_describing_function_and_it_is_said_so() -> None:
     law = Compensation("feedback", 0.9)

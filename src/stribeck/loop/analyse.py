@@ -10,11 +10,11 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.arm import Arm
+from stribeck.arm import Arm, unit_at
 from stribeck.errors import StribeckError
 from stribeck.loop.answers import Analysis, JointAnswer, Method
 from stribeck.loop.approximate import Approximation, approximate
-from stribeck.loop.cycle import WORDS, Cycle
+from stribeck.loop.cycle import STOPPED, WORDS, Cycle
 from stribeck.loop.exact.critical import fold_velocity, k_critical
 from stribeck.loop.exact.rounds import RoundsEngine, check_autonomous
 from stribeck.loop.exact.settle import settle
@@ -101,6 +101,7 @@ def _joint(
     engine: RoundsEngine, loop: Loop, entry: JointLoop, found: _Found, assembly: Assembly, grid: Grid, told: Told
 ) -> JointAnswer:
     name, best, arm = entry.joint, found.best, engine.arm
+    kind = arm.joints[arm.names.index(name)].kind
     inertia, tuned = (float(each[assembly.index(name)]) for each in (assembly.inertia, assembly.tuned))
     told(f"{name}: margins and the largest gain")
     linear, largest = margins(assembly, name), kp_max(assembly, name)
@@ -108,7 +109,7 @@ def _joint(
     zones = sorted({place.effect.name for place in engine.path.placed if place.effect.zone})
     if zones:
         notes.append(f"margins and largest gains are those beyond what this loses: {', '.join(zones)}")
-    if engine.forward.bristles[assembly.index(name)]:
+    if engine.forward.bristles[arm.names.index(name)]:
         notes.append(BRISTLES)
     told(f"{name}: describing function and harmonic balance")
     approximation = _approximation(arm, loop, name, best, notes)
@@ -116,7 +117,7 @@ def _joint(
         "describing_function": approximation.describing_function,
         "harmonic_balance": approximation.harmonic_balance,
         "shooting": _exact_method(found.shot, best),
-        "simulation": _simulation(found, arm.names.index(name), loop.sample_time > 0.0, best),
+        "simulation": _simulation(found, arm.names.index(name), loop.sample_time > 0.0, best, unit_at("rad/s", kind)),
     }
     single = alone(arm, loop, name)
     told(f"{name}: critical ratio")
@@ -132,7 +133,7 @@ def _joint(
         told(f"{name}: map")
         chart = _tried(lambda: map_of(engine, loop, name, grid, largest.stability), "map", notes)
     return JointAnswer(
-        name, arm.joints[arm.names.index(name)].kind, entry, derivative_gain(entry, entry.kp, tuned),
+        name, kind, entry, derivative_gain(entry, entry.kp, tuned),
         0.0 if entry.compensation.kind == "none" else entry.compensation.ratio, inertia, best, methods, critical, fold,
         largest, linear, approximation.nyquist, branch, chart, tuple(notes),
         locus_of(assembly, name, largest.stability), why,
@@ -190,18 +191,19 @@ def _errors(amplitude: float | None, period: float | None, reference: Cycle) -> 
     return amplitude / reference.amplitude - 1.0, period / reference.period - 1.0
 
 
-def _simulation(found: _Found, joint: int, sampled: bool, reference: Cycle) -> Method:
+def _simulation(found: _Found, joint: int, sampled: bool, reference: Cycle, unit: str) -> Method:
     """Return what simulation alone says: settled from three starts; a sampled loop as read off a plain record."""
     if not sampled:
         return _exact_method(found.settled, reference)
     if found.motion.motion.status != "ok":
-        return Method(found.motion.motion.status, None, True, "from the loop's own start")
-    seen = watched(found.motion, joint)
+        why = STOPPED.get(found.motion.motion.status, found.motion.motion.status)
+        return Method(found.motion.motion.status, None, True, f"{why}: from the loop's own start")
+    seen = watched(found.motion, joint, unit)
     start = f"from the loop's own start, second half of {found.motion.ended:.4g} s"
     if seen == "rest":
         return Method("ok", False, True, start)
     if isinstance(seen, str):
-        return Method("undetermined", None, False, f"{seen} {start}")
+        return Method("undetermined", None, False, f"{seen}: {start}")
     return Method("ok", True, True, start, *seen, *_errors(*seen, reference))
 
 

@@ -14,6 +14,13 @@ Floats = NDArray[np.float64]
 Verdict = Literal["rest", "stick_slip", "hunting", "sliding_cycle", "chatter", "unbounded", "undetermined"]
 VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
 WORDS: dict[str, str] = {"stick_slip": "stick-slip", "sliding_cycle": "a sliding cycle"}  # others are their own
+STOPPED = {  # what ends a simulation, in words
+    "unbounded": "it grows without bound",
+    "too_many_events": "it sticks and slips too often to be followed further",
+    "step_too_small": "its motion is too abrupt to be followed further",
+    "too_many_steps": "its motion is too fast or too stiff to be followed further",
+    "not_finite": "its motion is no longer a number",
+}
 CYCLES: frozenset[str] = frozenset({"stick_slip", "hunting", "sliding_cycle", "chatter"})
 
 
@@ -72,6 +79,8 @@ class Cycle:
         One period.
     basin : mapping
         Verdict from each start that was tried: ``own`` (the loop file's), ``small``, ``large``.
+    left : bool
+        Whether the joint is undetermined because it is left behind for good, which ``status`` says.
     """
 
     verdict: Verdict
@@ -85,6 +94,7 @@ class Cycle:
     status: str = "ok"
     trace: CycleTrace | None = None
     basin: Mapping[str, Verdict] = field(default_factory=dict)
+    left: bool = False
 
     @property
     def cycles(self) -> bool:

@@ -12,36 +12,54 @@ from stribeck.simulate import Closed
 Floats = NDArray[np.float64]
 
 TINY = 1e-6  # rad; a smaller swing is rest
-BAND = 0.25  # of the swing: what the error must cross on either side to count as a round
-STEADY = 0.05  # of a swing: by so much may that of the later rounds differ from that of the earlier ones, and repeat
+BAND = 0.25  # of the swing: what the error must cross on either side to count as a period
+STEADY = 0.05  # of a swing: by so much may that of the later periods differ from that of the earlier ones, and repeat
+ONE_WAY = (
+    0.2  # of the error's range: what it moves on from one third of the time to the next; a third on a straight way
+)
 
 
-def watched(closed: Closed, joint: int) -> tuple[float, float] | str:
-    """Return amplitude (rad) and period (s) of one joint (index) over the second half; in words where it has none.
+def watched(closed: Closed, joint: int, unit: str = "rad/s") -> tuple[float, float] | str:
+    """Return amplitude (rad) and period (s) of one joint over the second half of a record; words where it has none.
 
-    ``rest``, or what keeps it from saying: it still moves but is not seen to repeat.
+    The words are ``rest``, or why the record does not tell.
 
-    The amplitude is the mean over whole rounds; rounds that are not closed do not count.
+    The amplitude is half the peak-to-peak error, the mean over whole periods; one that the record cuts off does not
+    count.
 
     Parameters
     ----------
     closed : Closed
     joint : int
+        Its place in the arm.
+    unit : str
+        Of a velocity of this joint, for the words.
     """
     half, end = closed.motion.filled // 2, closed.motion.filled
     error, time = _true_error(closed, joint)[half:end], closed.motion.t[half:end]
     if len(error) < 8 or 0.5 * np.ptp(error) < TINY:
         return "rest"
     if np.ptp(closed.motion.q[half:end, joint]) < TINY:
-        return "it stands still while its reference moves:"
+        return "it stands still while its reference moves on"
+    if (rate := _trend(error, time)) != 0.0:
+        side = "grows" if rate * float(np.mean(error)) > 0.0 else "shrinks"
+        return f"its error still {side}, by {abs(rate):.3g} {unit}"
     starts = _crossings(error)
     if len(starts) < 3:
-        return "too short to see it repeat:"
+        return "less than two whole periods of its motion are seen"
     swings = [0.5 * float(np.ptp(error[a : b + 1])) for a, b in pairwise(starts)]
     before, after = (float(np.mean(part)) for part in (swings[: len(swings) // 2], swings[-(len(swings) // 2) :]))
     if abs(after - before) > STEADY * before:
-        return f"its swing still {'dies down' if after < before else 'grows'}:"
+        return f"its swing still {'dies down' if after < before else 'grows'}"
     return float(np.mean(swings)), float(time[starts[-1]] - time[starts[0]]) / (len(starts) - 1)
+
+
+def _trend(error: Floats, time: Floats) -> float:
+    """Return the mean rate of an error that goes one way all the time, but for little swings, rad/s; 0 of others."""
+    thirds = [float(np.mean(part)) for part in np.array_split(error, 3)]
+    steps, whole = np.diff(thirds), float(np.ptp(error))
+    goes_on = steps[0] * steps[1] > 0.0 and np.abs(steps).min() > ONE_WAY * whole
+    return float(steps.sum() / (time[-1] - time[0]) * 1.5) if goes_on else 0.0
 
 
 def _true_error(closed: Closed, joint: int) -> Floats:

@@ -104,6 +104,13 @@ def test_the_fold_of_a_backward_ramp_is_that_of_its_own_friction(joint_b, loop_o
     assert found > 2.0 * fold_velocity(backward, loop_of(zeta=0.5, velocity=0.01), "A")
 
 
+def test_a_fold_is_that_of_the_place_and_not_of_what_the_ramp_leads_to(joint_a, loop_of):
+    """Gravity changes along the way, but hardly how the joint slides on where it is."""
+    loop = loop_of(kp=60.0, velocity=0.05)
+    heavy = replace(joint_a.arm, joints=(replace(joint_a.arm.joints[0], com=(0.05, 0.0)),), gravity=(9.81, 0.0))
+    assert fold_velocity(heavy, loop, "A") == pytest.approx(fold_velocity(joint_a, loop, "A"), rel=0.02)
+
+
 def test_trace_is_one_period(joint_a, loop_of):
     found = shoot(joint_a, loop_of(0.9, "zero", ki=30.0))["A"]
     trace = found.trace

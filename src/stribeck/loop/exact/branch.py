@@ -92,8 +92,9 @@ def _next(rounds: Rounds, known: Ending | None) -> Ending:
         fixed = _corrected(rounds, known.watch, known)
         if fixed is not None:
             return Ending(
-                "periodic", fixed.place, fixed.turns, fixed.period, tuple(fixed.multipliers), watch=known.watch
-            )
+                "periodic", fixed.place, fixed.turns, fixed.period, tuple(fixed.multipliers), watch=known.watch,
+                left=known.left, still=known.still,
+            )  # fmt: skip
     if known is not None and known.lasts and rounds.sampled:
         ending = settle_from(rounds, _with_past(rounds, known.place))
         if ending.lasts:
@@ -127,7 +128,7 @@ def _corrected(rounds: Rounds, watch: int, known: Ending) -> Fixed | None:
     size = 0.5 * float(np.ptp([mine["low"].min(), mine["high"].max()])) if len(mine) else 0.0
     if size == 0.0:
         return None
-    section = ReturnMap(rounds, watch, known.place, len(mine))
+    section = ReturnMap(rounds, watch, known.place, len(mine), known.still)
     z = section.coordinates(known.place)
     fixed = solve(section, z, np.maximum(np.abs(z), 0.1 * size))
     if fixed is None:

@@ -78,7 +78,7 @@ def fold_velocity(arm: Arm | RoundsEngine, loop: Loop, joint: str, fastest: floa
 
     def slides(speed: float) -> bool:
         reference = Reference("ramp", velocity=-speed if backward else speed)
-        rounds = Rounds(engine, _with(loop, replace(entry, reference=reference)))
+        rounds = Rounds(engine, _with(loop, replace(entry, reference=reference)), onward=False)
         return answers(rounds, ending_of(rounds, rounds.start({})))[joint].verdict != "stick_slip"
 
     alpha = _bend(engine, joint, backward)
@@ -100,7 +100,7 @@ def _bend(engine: RoundsEngine, joint: str, backward: bool) -> float:
 
 def _rests(engine: RoundsEngine, loop: Loop, joint: str) -> bool:
     """Tell whether the joint comes to rest from a large and a small start."""
-    rounds = Rounds(engine, loop)
+    rounds = Rounds(engine, loop, onward=False)
     places: dict[str, Place] = starts(rounds)
     for name in ("large", "small") if "large" in places else ("own", "small"):
         ending = settle_from(rounds, places[name]) if rounds.noisy else ending_of(rounds, places[name])

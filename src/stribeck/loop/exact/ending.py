@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -46,6 +46,10 @@ class Ending:
         The joint at whose turn a periodic motion's place is.
     open : set of int
         Joints whose motion has not settled while that of the others has.
+    left : mapping
+        Joints that are left behind for good, and why in words; they take no part in what the others end in.
+    still : set of int
+        Joints that stand still beside a periodic motion.
     status : str
         ``ok``, or what the method could not do.
     """
@@ -59,6 +63,8 @@ class Ending:
     watch: int = -1
     repeat: float = 0.0
     open: frozenset[int] = frozenset()
+    left: Mapping[int, str] = field(default_factory=dict)
+    still: frozenset[int] = frozenset()
 
     @property
     def lasts(self) -> bool:
@@ -66,19 +72,30 @@ class Ending:
         return self.kind in ("periodic", "roughly")
 
 
-def all_die(rounds: Rounds, place: Place, turns: np.ndarray, dies: Callable[[np.ndarray], bool] = dies_out) -> bool:
-    """Tell whether the whole loop comes to rest, by the last turns of every joint: one that winds up does not."""
-    still = not winding(rounds, place, CREEP)
+def all_die(
+    rounds: Rounds,
+    place: Place,
+    turns: np.ndarray,
+    left: Collection[int],
+    dies: Callable[[np.ndarray], bool] = dies_out,
+) -> bool:
+    """Tell whether a loop comes to rest, by the last turns of every joint: one that winds up does not.
+
+    Those that are ``left`` behind do not count.
+    """
+    still = not winding(rounds, place, CREEP) - set(left)
+    turns = turns[~np.isin(turns["joint"], list(left))] if len(turns) else turns
     return still and bool(len(turns)) and all(dies(turns[turns["joint"] == j]) for j in np.unique(turns["joint"]))
 
 
 def answers(rounds: Rounds, ending: Ending) -> dict[str, Cycle]:
     """Return each controlled joint's answer."""
     traces = _traces(rounds, ending) if ending.lasts else {}
+    left = _left(rounds, ending)
     out = {}
     for entry in rounds.loop.joints:
         j = rounds.index(entry.joint)
-        cycle = _answer(rounds, ending, j)
+        cycle = Cycle("undetermined", status=left[j], left=True) if j in left else _answer(rounds, ending, j)
         out[entry.joint] = replace(cycle, trace=traces.get(j)) if cycle.cycles else cycle
     return out
 
@@ -86,10 +103,6 @@ def answers(rounds: Rounds, ending: Ending) -> dict[str, Cycle]:
 def _answer(rounds: Rounds, ending: Ending, j: int) -> Cycle:
     steady = -float(seen_deviations(rounds, ending.place)[j])
     mine: np.ndarray = ending.turns[ending.turns["joint"] == j] if ending.lasts else np.zeros(0)
-    still = len(mine) == 0 or np.ptp([mine["low"].min(), mine["high"].max()]) < 2.0 * TINY
-    stalls = stalled(rounds, ending.place) if still and ending.kind != "unbounded" else {}
-    if j in stalls:
-        return Cycle("undetermined", status=stalls[j])
     if ending.kind == "rest":
         creeps = ending.place.values[rounds.layout.modes][j] != 0.0 and not rounds.engine.forward.bristles[j]
         ratio = rounds.axes[j].ratio if rounds.entry(rounds.arm.names[j]).compensation.kind == "feedback" else 0.0
@@ -101,7 +114,7 @@ def _answer(rounds: Rounds, ending: Ending, j: int) -> Cycle:
         return Cycle("unbounded", stable=False, status=ending.status)
     if ending.kind == "undetermined":
         return Cycle("undetermined", status=ending.status)
-    if still:
+    if _stands(mine):
         if j in winding(rounds, ending.place, TINY):
             return Cycle("undetermined", status=WINDS_UP)
         return Cycle("rest", steady_error=steady, status=ending.status)
@@ -116,6 +129,19 @@ def _answer(rounds: Rounds, ending: Ending, j: int) -> Cycle:
         stable=bool(max(abs(root) for root in roots) < 1.0) if roots else None,
         status=ending.status,
     )  # fmt: skip
+
+
+def _left(rounds: Rounds, ending: Ending) -> Mapping[int, str]:
+    """Return the joints that are left behind; looked for where the search had not met them."""
+    if ending.kind == "unbounded":
+        return {}
+    moved = [j for j in range(rounds.n) if ending.lasts and not _stands(ending.turns[ending.turns["joint"] == j])]
+    return {**stalled(rounds, ending.place, {*moved, *ending.left}), **ending.left}
+
+
+def _stands(mine: np.ndarray) -> bool:
+    """Tell whether one joint's turns are so small that it stands still."""
+    return len(mine) == 0 or bool(np.ptp([mine["low"].min(), mine["high"].max()]) < 2.0 * TINY)
 
 
 def size_of(ending: Ending, mine: np.ndarray) -> tuple[float, float, float]:
@@ -174,11 +200,12 @@ def _traces(rounds: Rounds, ending: Ending) -> dict[int, CycleTrace]:
 def gather(found: Mapping[str, Mapping[str, Cycle]], joint: str) -> Cycle:
     """Return the answer for a joint from those of all starts.
 
-    The loop's own start decides, unless no joint cycles from there and a cycle draws this one in from another.
+    The loop's own start decides, unless no joint cycles from there and a cycle draws this one in from another; not so
+    where it is left behind for good.
     """
     basin = {start: cycles[joint].verdict for start, cycles in found.items()}
     chosen = found["own"][joint]
-    if not any(cycle.cycles or cycle.verdict == "unbounded" for cycle in found["own"].values()):
+    if not chosen.left and not any(cycle.cycles or cycle.verdict == "unbounded" for cycle in found["own"].values()):
         for start in ("large", "small"):
             if start in found and found[start][joint].cycles:
                 other = found[start][joint]

@@ -6,6 +6,7 @@ threshold on the speed would call that rest. What is left of the way is linear, 
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,6 +16,7 @@ from scipy.optimize import brentq
 
 from stribeck.loop.exact.place import FILTER, INTEGRAL, LAG, THETA, Place, Stretch
 from stribeck.loop.exact.rounds import NONE, Rounds
+from stribeck.simulate.source import CONTROLLER_STATES
 
 Floats = NDArray[np.float64]
 _LONGEST = 60.0  # time constants of the slowest mode within which it comes back, if it does
@@ -23,6 +25,7 @@ _SAMPLES = 64
 _FEW, _CALM = 8, 1e-5  # samples, and rad/s that a joint at rest does not reach in them
 _MOST_HOPS = 10  # over quiet stretches, without a turn
 _MEMORY_OF_INTEGRAL = 2
+_SAME_ERROR = 1e-6  # rad: so little an error that lasts may change in as long again
 _AWAY = 1000.0  # s in which an unstable place is left
 
 
@@ -46,6 +49,12 @@ def active_states(rounds: Rounds) -> list[int]:
         if entry.compensation.kind == "adaptive":
             chosen += [layout.own(j, THETA + i) for i in range(3)]
     return sorted(chosen + list(range(2 * layout.n, layout.size)))
+
+
+def states_of(rounds: Rounds, joints: Collection[int]) -> set[int]:
+    """Return the indices of the states of some joints and of their continuous controllers."""
+    layout = rounds.layout
+    return {at for j in joints for at in (j, layout.n + j, *(layout.own(j, i) for i in range(CONTROLLER_STATES)))}
 
 
 def deviations(rounds: Rounds, place: Place) -> Floats:
@@ -183,20 +192,36 @@ def _first_return(matrix: Floats, f: Floats, watched: list[int], lead: complex) 
 
 
 def ahead(rounds: Rounds, place: Place) -> float:
-    """Return for how long (s) to follow a loop before it counts as sliding steadily along a ramp; 0 where it may now.
+    """Return for how long (s) to follow a loop before what it does along a ramp counts; 0 where it may now.
 
-    What stands in the joint's way may be met later: it is followed for the loop's own duration.
+    What resists the joint may be met later: it is followed for the loop's own duration.
     """
-    moves = any(rounds.rate(rounds.index(entry.joint)) != 0.0 for entry in rounds.loop.joints)
-    return max(rounds.given.duration - place.time, 0.0) if moves and rounds.engine.meets else 0.0
+    return max(rounds.given.duration - place.time, 0.0) if rounds.passes else 0.0
+
+
+def _unsure(rounds: Rounds, place: Place, stood: Place | None) -> float:
+    """Return for how long (s) to follow a quiet loop on along its ramp; ``stood`` is where it was quiet before."""
+    if not rounds.passes:
+        return 0.0
+    if (way := ahead(rounds, place)) > 0.0:
+        return way
+    return 0.0 if stood is not None and _same(rounds, place, stood) else max(place.time, 1.0)
+
+
+def _same(rounds: Rounds, place: Place, other: Place) -> bool:
+    return bool(np.abs(deviations(rounds, place) - deviations(rounds, other)).max() < _SAME_ERROR)
 
 
 def follow(rounds: Rounds, place: Place, watch: int, most: int, duration: float = 1e9) -> Stretch:
     """Run as `Rounds.run` does, and on where a quiet loop is not at rest; ``quiet`` then means rest.
 
-    A loop that goes on and on too slowly to be seen, without ever turning, creeps to rest.
+    A loop that goes on and on too slowly to be seen, without ever turning, creeps to rest. Where a ramp leads past
+    places that differ, an error that stands still after the loop's duration may do so for a moment alone: it is to stay
+    for as long again.
     """
     turns: list[np.ndarray] = []
+    stood: Place | None = None
+    arrives = False  # at the end of the loop's duration
     quiet, end, hops, longest = True, place.time + duration, 0, _AWAY
     while True:
         left = end - place.time
@@ -205,9 +230,13 @@ def follow(rounds: Rounds, place: Place, watch: int, most: int, duration: float 
         most -= len(done.turns) if watch < 0 else int(np.sum(done.turns["joint"] == watch))
         hops = 0 if len(done.turns) else hops + 1
         place, goes_on = done.place, not quiet and done.why == "end" and place.time < end
-        quiet, longest = True, _AWAY
-        if done.why == "quiet" and (way := ahead(rounds, place)) > 0.0:
-            quiet, goes_on, longest = False, True, way
+        if arrives:
+            stood = place
+        elif stood is not None and not _same(rounds, place, stood):
+            stood = None
+        quiet, longest, arrives = True, _AWAY, False
+        if done.why == "quiet" and (way := _unsure(rounds, place, stood)) > 0.0:
+            quiet, goes_on, longest, stood, arrives = False, True, way, place, ahead(rounds, place) > 0.0
         elif done.why == "quiet" and hops <= _MOST_HOPS:
             ending = judge(rounds, place)
             if not ending.settled:

@@ -37,6 +37,7 @@ TURN = np.dtype([(name, float) for name in ("time", "deviation", "low", "high", 
 ANY, NONE = -1, -2  # joints whose turns are counted
 _QUIET, _QUIET_SLIDE = 1e-10, 1e-6  # rad/s, rad/s^2, and the controller's own rates
 _MOST_SAMPLES = 4_000_000
+_SOMEWHERE, _SOME_RATE, _TURNED = 0.3, 0.7, (0.37, 1.1, 2.9)  # rad, rad/s: to see whether one place is as another
 
 _REALS = ("rtol", "atol", "bound", "quiet", "quiet_slide", "sample", "end", "record_step")
 _WHOLES = ("watch", "most", "first", "count", "rows", "size", "calm")
@@ -72,6 +73,24 @@ class RoundsEngine(Engine):
         return any(isinstance(place.effect, ExternalEffect) for place in self.path.placed)
 
     @cached_property
+    def varies(self) -> tuple[bool, ...]:
+        """Whether each joint (n) is resisted differently from place to place, as by gravity, a spring or a wall."""
+        return tuple(self.meets or self._differs(j) for j in range(self.n))
+
+    def _differs(self, j: int) -> bool:
+        """Tell whether the arm moves, or is measured, differently where a joint has been turned on."""
+        pose, rate, modes = np.full(self.n, _SOMEWHERE), np.full(self.n, _SOME_RATE), np.ones(self.n)
+
+        def seen(turned: float) -> Floats:
+            q = pose + turned * (np.arange(self.n) == j)
+            state = self.start(self.p, q, rate)
+            flow = self.forward.flow(0.0, state, modes, np.zeros(self.n), self.p)
+            return np.concatenate([state[: self.n] - q, *(part.full().ravel() for part in flow)])
+
+        here = seen(0.0)
+        return any(not np.allclose(seen(turned), here, rtol=1e-9, atol=1e-12) for turned in _TURNED)
+
+    @cached_property
     def rounds_library(self) -> ctypes.CDLL:
         """The compiled library."""
         text = (files("stribeck.loop.exact") / "c" / "rounds.h").read_text(encoding="utf-8")
@@ -90,6 +109,8 @@ class Rounds:
         last one within the duration, before which `stribeck.loop.exact.starts` runs the loop under the others.
     rtol, atol : float
         Of one step's error.
+    onward : bool
+        Whether it counts what a ramp leads to later; else only how the joint moves where it is.
 
     Raises
     ------
@@ -97,10 +118,12 @@ class Rounds:
         When a reference or an effect drives the loop for ever.
     """
 
-    def __init__(self, arm: Arm | RoundsEngine, loop: Loop, *, rtol: float = 1e-10, atol: float = 1e-13) -> None:
+    def __init__(
+        self, arm: Arm | RoundsEngine, loop: Loop, *, rtol: float = 1e-10, atol: float = 1e-13, onward: bool = True
+    ) -> None:
         self.engine = arm if isinstance(arm, RoundsEngine) else RoundsEngine(arm)
         check_autonomous(self.engine, loop)
-        self.arm, self.given = self.engine.arm, loop
+        self.arm, self.given, self.onward = self.engine.arm, loop, onward
         self.loop = replace(loop, joints=tuple(_autonomous(entry, loop.duration) for entry in loop.joints))
         self.n, self.p, self.rtol, self.atol = self.engine.n, self.engine.p, rtol, atol
         self.layout = Layout(self.engine.n, self.engine.size)
@@ -132,6 +155,11 @@ class Rounds:
         """Return the velocity of a joint's reference, rad/s."""
         axis = self.axes[j]
         return float(axis.reference[1]) if axis.controlled else 0.0
+
+    @property
+    def passes(self) -> bool:
+        """Whether a ramp leads a joint past places that resist it differently, so that its motion need not last."""
+        return self.onward and any(self.engine.varies[j] for j in range(self.n) if self.rate(j) != 0.0)
 
     def aiming(self, positions: Mapping[str, float]) -> Rounds:
         """Return the same loop with references that stand at other positions (rad), of the joints that are named."""

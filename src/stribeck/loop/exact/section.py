@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.loop.exact.place import Place, Stretch
-from stribeck.loop.exact.rest import active_states, deviations, follow, seen_deviations
+from stribeck.loop.exact.rest import active_states, deviations, follow, seen_deviations, states_of
 from stribeck.loop.exact.rounds import Rounds
+from stribeck.loop.exact.turns import TINY
 
 Floats = NDArray[np.float64]
 _STEP = 1e-6  # of a difference, over the size of the cycle
@@ -56,12 +57,17 @@ class ReturnMap:
     template : Place
         A turn of that joint; what is not among the coordinates is taken from it.
     fold : int
+    still : set of int
+        Joints that stand still beside the motion; where they do so is no coordinate, nor what their controllers do.
     """
 
-    def __init__(self, rounds: Rounds, watch: int, template: Place, fold: int = 1) -> None:
+    def __init__(
+        self, rounds: Rounds, watch: int, template: Place, fold: int = 1, still: frozenset[int] = frozenset()
+    ) -> None:  # fmt: skip
         self.rounds, self.watch, self.template, self.fold = rounds, watch, template, fold
         n, modes = rounds.n, template.values[rounds.layout.modes]
-        held = {n + j for j in range(n) if modes[j] == 0.0} | {n + watch}
+        held = {n + j for j in range(n) if modes[j] == 0.0} | {n + watch} | states_of(rounds, still)
+        self.still = sorted(still)
         self.kept = [i for i in active_states(rounds) if i not in held]
 
     def coordinates(self, place: Place) -> Floats:
@@ -93,6 +99,11 @@ class ReturnMap:
         """Return where the map takes ``z``, and how; None where the joint does not turn again."""
         done = follow(self.rounds, self.place(z), self.watch, self.fold, 1e7)
         return (self.coordinates(done.place), done) if done.why == "enough" else None
+
+    def moved(self, place: Place, after: Place) -> bool:
+        """Tell whether a joint that is to stand still does not."""
+        state = self.rounds.layout.state
+        return bool((np.abs(after.values[state] - place.values[state])[self.still] > _STAYS * TINY).any())
 
     def slopes(self, z: Floats, image: Floats, scale: Floats) -> Floats | None:
         """Return the derivative (m, m) of the map at ``z`` by differences."""
@@ -147,6 +158,6 @@ def solve(section: ReturnMap, z: Floats, scale: Floats) -> Fixed | None:
 def _cycle(section: ReturnMap, place: Place, multipliers: NDArray[np.complex128]) -> Fixed | None:
     """Return the period from a place on the cycle; the one before it has swept the other joints' marks clean."""
     done = follow(section.rounds, place, section.watch, section.fold, 1e7)
-    if done.why != "enough":
+    if done.why != "enough" or section.moved(place, done.place):
         return None
     return Fixed(place, done.turns, done.place.time - place.time, multipliers)

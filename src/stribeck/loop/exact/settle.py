@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.arm import Arm
-from stribeck.loop.cycle import Cycle
+from stribeck.loop.cycle import STOPPED, Cycle
 from stribeck.loop.exact.ending import Ending, all_die, answers, gather
 from stribeck.loop.exact.place import Place, Stretch
 from stribeck.loop.exact.rest import ahead, follow, winding
 from stribeck.loop.exact.rounds import ANY, NONE, Rounds, RoundsEngine
-from stribeck.loop.exact.stall import stalled
+from stribeck.loop.exact.stall import left_behind, waiting
 from stribeck.loop.exact.starts import starts
-from stribeck.loop.exact.turns import TINY, weighted, whole_rounds
+from stribeck.loop.exact.turns import CREEP, TINY, weighted, whole_rounds
 from stribeck.simulate import Loop
 
 Floats = NDArray[np.float64]
@@ -50,45 +52,54 @@ def settle_from(rounds: Rounds, place: Place) -> Ending:
     """Return what a loop settles on from a place.
 
     Where some joints settle and others do not, as one that sticks for long and is shaken loose by others, the ending
-    says which.
+    says which. One that is left behind for good, by its drive or by what it is pressed into, is not waited for.
     """
     kind = "noisy" if rounds.noisy else "sampled" if rounds.sampled else "continuous"
     before: Floats | None = None
     last: Floats | None = None
     turns, still, seconds = _FIRST, 0, 25.0
+    places, left = [place], dict[int, str]()
     while turns <= _LONGEST and (not rounds.sampled or seconds <= _LONGEST_TIME):
         done = _stretch(rounds, place, turns, seconds)
         if done.why not in ("enough", "end"):
             return _stopped(done.why, done.place)
         span, place = done.place.time - place.time, done.place
+        places.append(place)
+        left = left_behind(rounds, places, done.turns, left)
         if len(done.turns) < 4:
             still, before, last = still + 1, None, None  # what moved before has passed
-            if len(done.turns) == 0 and (stalled(rounds, place) or (still > 3 and not _breaks_away(rounds))):
-                return Ending("rest", place)
+            alone = bool(left) and _stand(rounds, place, left)
+            if len(done.turns) == 0 and (alone or (still > 3 and not _breaks_away(rounds))):
+                return Ending("rest", place, left=left)
             if still > _MOST_STILL and not rounds.sampled:
                 break
             seconds *= 4.0
             continue
-        if all_die(rounds, place, done.turns):
+        if all_die(rounds, place, done.turns, left):
             if (way := ahead(rounds, place)) <= 0.0:
-                return Ending("rest", place)
+                return Ending("rest", place, left=left)
             place, before = rounds.run(place, NONE, duration=way, quiet=False).place, None
+            places = [place]
             continue
         now = _averages(rounds, done.turns)
         enough = max(len(done.turns[done.turns["joint"] == j]) for j in range(rounds.n)) >= _LEAST[kind]
-        moving = _moving(rounds, done)
+        moving = _moving(rounds, done) - left.keys()
         if before is not None and enough and moving and moving <= _alike(now, before, _ALIKE[kind]):
             status = "ok" if kind == "continuous" else "mean over its rounds"
-            return Ending("roughly", place, done.turns, span, status=status)
+            if (way := ahead(rounds, place)) <= 0.0:
+                return Ending("roughly", place, done.turns, span, status=status, left=left)
+            place, before = rounds.run(place, NONE, duration=way, quiet=False).place, None
+            places = [place]
+            continue
         last, before = before, now
         turns, seconds = 2 * turns, max(seconds, 1.5 * span * 2.0)
     known: frozenset[int] = frozenset() if last is None or before is None else _alike(before, last, _DRIFT)
     if not known or last is None or before is None:
-        return Ending("undetermined", place, status="not settled in the longest simulation")
+        return Ending("undetermined", place, status="not settled in the longest simulation", left=left)
     rows = sorted(known)
     off = float(np.max(np.abs(before[rows, :2] / last[rows, :2] - 1.0)))
     told = f"mean over its rounds; amplitude or period still changes by {100.0 * off:.2g} %"
-    return Ending("roughly", place, done.turns, span, status=told, open=_moving(rounds, done) - known)
+    return Ending("roughly", place, done.turns, span, status=told, open=_moving(rounds, done) - known, left=left)
 
 
 def _moving(rounds: Rounds, done: Stretch) -> frozenset[int]:
@@ -103,12 +114,19 @@ def _moving(rounds: Rounds, done: Stretch) -> frozenset[int]:
 
 
 def _stretch(rounds: Rounds, place: Place, turns: int, seconds: float) -> Stretch:
-    return follow(rounds, place, ANY, turns, seconds if rounds.sampled else 1e7)
+    return follow(rounds, place, ANY, turns, seconds if rounds.sampled or rounds.passes else 1e7)
 
 
 def _stopped(why: str, place: Place) -> Ending:
     kind = {"quiet": "rest", "unbounded": "unbounded"}.get(why, "undetermined")
-    return Ending(kind, place, status="ok" if kind != "undetermined" else why)
+    return Ending(kind, place, status="ok" if kind != "undetermined" else STOPPED.get(why, why))
+
+
+def _stand(rounds: Rounds, place: Place, left: Mapping[int, str]) -> bool:
+    """Tell whether all but the joints that are ``left`` behind stand still, or slide along their ramps, for good."""
+    velocity = place.values[rounds.layout.state][rounds.n : 2 * rounds.n]
+    others = [rounds.index(entry.joint) for entry in rounds.loop.joints if rounds.index(entry.joint) not in left]
+    return not waiting(rounds, place) - left.keys() and all(abs(velocity[j] - rounds.rate(j)) < CREEP for j in others)
 
 
 def _breaks_away(rounds: Rounds) -> bool:

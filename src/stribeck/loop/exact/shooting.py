@@ -6,23 +6,28 @@ from there Newton's method looks for the number of samples after which it repeat
 
 from __future__ import annotations
 
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.arm import Arm
-from stribeck.loop.cycle import Cycle
+from stribeck.loop.cycle import STOPPED, Cycle
 from stribeck.loop.exact.ending import Ending, all_die, answers, gather
 from stribeck.loop.exact.place import Place
 from stribeck.loop.exact.repeat import repeated
-from stribeck.loop.exact.rest import ahead, follow
+from stribeck.loop.exact.rest import ahead, deviations, follow
 from stribeck.loop.exact.rounds import ANY, NONE, Rounds, RoundsEngine
 from stribeck.loop.exact.section import Fixed, ReturnMap, solve
 from stribeck.loop.exact.settle import settle_from
+from stribeck.loop.exact.stall import PLACES, left_behind, waiting
 from stribeck.loop.exact.starts import starts
 from stribeck.loop.exact.turns import TINY, falls, fold_of
 from stribeck.simulate import Loop
 
 Floats = NDArray[np.float64]
+_A_TURN, _PASSING = 500.0, 10.0  # s that a turn may take beside other joints, and past places that differ
 _NEAR = 0.02  # of the cycle's size: so close a motion is drawn in
 _NEUTRAL = 1e-6  # so close to 1 a multiplier by differences does not tell whether a cycle is stable
 _STRETCHES = (4, 4, 8, 8, 16, 32, 64, 128, 256, 256)  # turns between looks
@@ -61,30 +66,46 @@ def ending_of(rounds: Rounds, place: Place) -> Ending:
         return settle_from(rounds, place)
     history: np.ndarray = np.zeros(0)
     watch, fixed = ANY, None
+    places, left = [place], dict[int, str]()
     for turns in _STRETCHES:
-        done = follow(rounds, place, watch, turns, 1e7 if rounds.n == 1 else 2000.0)
+        longest = _PASSING * turns if rounds.passes else 1e7 if rounds.n == 1 else _A_TURN * turns
+        done = follow(rounds, place, watch, turns, longest)
         place, last = done.place, history[-40:]
+        places.append(place)
+        left = left_behind(rounds, places, done.turns, left)
         history = done.turns if not len(last) else np.concatenate([last, done.turns])
         if done.why != "enough":
             if watch >= 0 and done.why == "end" and len(done.turns):
                 watch = ANY  # that joint has come to rest, others go on
                 continue
-            if done.why == "end" and all_die(rounds, place, history, falls):
-                return Ending("rest", place)
-            return _stopped(done.why, place)
+            if done.why == "end" and all_die(rounds, place, history, left, falls):
+                return Ending("rest", place, left=left)
+            if done.why == "end" and left:
+                return settle_from(rounds, place)
+            if done.why == "end" and rounds.passes:
+                continue  # it may stick for longer than that
+            return replace(_stopped(done.why, place), left=left)
         if watch < 0:
             joints = done.turns["joint"][len(done.turns) // 2 :].astype(int)
             watch = int(np.bincount(joints).argmax())
             if joints[-1] != watch:  # the place must be a turn of the joint that is watched
                 continue
-        if all_die(rounds, place, done.turns):
-            if (way := ahead(rounds, place)) <= 0.0:
-                return Ending("rest", place)
+        dies = all_die(rounds, place, done.turns, left)
+        if (way := ahead(rounds, place)) > 0.0:
             place, watch = rounds.run(place, NONE, duration=way, quiet=False).place, ANY
+            places = [place]
             continue
-        fixed = _attempt(rounds, watch, place, history, fixed)
-        if fixed is not None and _drawn_in(rounds, watch, place, fixed):
-            return Ending("periodic", fixed.place, fixed.turns, fixed.period, tuple(fixed.multipliers), watch=watch)
+        if dies:
+            return Ending("rest", place, left=left)
+        if rounds.passes and (len(places) < PLACES or _drifts(rounds, places, watch, done.turns)):
+            continue  # it may yet be seen to fall behind
+        still = _still(rounds, place, done.turns, left)
+        fixed = _attempt(rounds, watch, place, history, fixed, still)
+        if fixed is not None and _drawn_in(rounds, watch, place, fixed, still):
+            return Ending(
+                "periodic", fixed.place, fixed.turns, fixed.period, tuple(fixed.multipliers), watch=watch, left=left,
+                still=still,
+            )  # fmt: skip
     return settle_from(rounds, place)
 
 
@@ -93,16 +114,32 @@ def _stopped(why: str, place: Place) -> Ending:
         return Ending("rest", place)
     if why == "unbounded":
         return Ending("unbounded", place)
-    return Ending("undetermined", place, status=why if why != "end" else "it does not turn again")
+    return Ending("undetermined", place, status=STOPPED.get(why, "it does not turn again"))
 
 
-def _attempt(rounds: Rounds, watch: int, place: Place, history: np.ndarray, known: Fixed | None) -> Fixed | None:
+def _drifts(rounds: Rounds, places: Sequence[Place], watch: int, turns: np.ndarray) -> bool:
+    """Tell whether what stands around the arm lets a cycle's error grow from one stretch to the next."""
+    mine = turns[turns["joint"] == watch]
+    before, now = (deviations(rounds, place)[watch] for place in places[-2:])
+    return rounds.engine.meets and bool(abs(now - before) > _NEAR * (mine["high"] - mine["low"]).max())
+
+
+def _still(rounds: Rounds, place: Place, turns: np.ndarray, left: Collection[int]) -> frozenset[int]:
+    """Return the joints that stand still beside others that move: for good, or nothing more is asked of them."""
+    modes, waits = place.values[rounds.layout.modes], waiting(rounds, place) - set(left)
+    stands = {rounds.index(entry.joint) for entry in rounds.loop.joints} - set(turns["joint"].astype(int))
+    return frozenset(j for j in stands if modes[j] == 0.0 and j not in waits)
+
+
+def _attempt(
+    rounds: Rounds, watch: int, place: Place, history: np.ndarray, known: Fixed | None, still: frozenset[int]
+) -> Fixed | None:  # fmt: skip
     """Return a stable fixed point near the motion, the one that is known or a new one."""
-    if known is not None and _drawn_in(rounds, watch, place, known):
+    if known is not None and _drawn_in(rounds, watch, place, known, still):
         return known
     mine = history[history["joint"] == watch]
     size = 0.5 * float(mine["high"][-4:].max() - mine["low"][-4:].min())
-    section = ReturnMap(rounds, watch, place, fold_of(mine["deviation"], 1e-3 * size))
+    section = ReturnMap(rounds, watch, place, fold_of(mine["deviation"], 1e-3 * size), still)
     z = section.coordinates(place)
     fixed = solve(section, z, _scale(z, size))
     if fixed is None or abs(fixed.multipliers[0]) > 1.0 - _NEUTRAL:  # as of a joint that sticks and winds up
@@ -115,8 +152,8 @@ def _scale(z: Floats, size: float) -> Floats:
     return np.maximum(np.abs(z), 0.1 * max(size, TINY))
 
 
-def _drawn_in(rounds: Rounds, watch: int, place: Place, fixed: Fixed) -> bool:
-    section = ReturnMap(rounds, watch, fixed.place)
+def _drawn_in(rounds: Rounds, watch: int, place: Place, fixed: Fixed, still: frozenset[int]) -> bool:
+    section = ReturnMap(rounds, watch, fixed.place, still=still)
     here, there = section.coordinates(place), section.coordinates(fixed.place)
     mine = fixed.turns[fixed.turns["joint"] == watch]
     size = 0.5 * float(mine["high"].max() - mine["low"].min())

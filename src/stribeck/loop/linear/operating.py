@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -68,11 +67,22 @@ def _all(arm: Arm, loop: Loop, contact: Contact, velocity: float) -> OperatingPo
     )
 
 
-def pose(arm: Arm, loop: Loop) -> Sequence[float]:
-    """Return the positions (n,) at which a loop is to work, rad.
+def pose(arm: Arm, loop: Loop) -> list[float]:
+    """Return the positions at which a loop is to work.
 
-    References that end count where they end within the loop's duration, a ramp where it begins, a sine at its middle;
-    clamped joints stand still.
+    References that end count where they end within the loop's duration, a ramp where it begins, a sine at its middle.
+    Joints without a controller stand where they are clamped, at 0 where the loop does not say.
+
+    Parameters
+    ----------
+    arm : Arm
+        Of n joints.
+    loop : Loop
+
+    Returns
+    -------
+    list of n floats
+        One for each joint of the arm, in its order: rad, m for a prismatic axis.
     """
     ends = {entry.joint: _end(entry, loop.duration) for entry in loop.joints}
     return [ends.get(name, loop.clamp.get(name, 0.0)) for name in arm.names]
