@@ -147,12 +147,14 @@ def test_doubts_are_said_in_words_of_what_the_joint_does(exact: Cycle, says: str
     assert "_" not in method.why
 
 
+@pytest.mark.long
 def test_a_joint_with_bristles_is_said_to_have_no_time_stuck() -> None:
     stiff = EffectEntry("presliding", ("A",), {"A": {"stiffness": 2e4, "damping": 60.0}}, "lugre")
     found = analyse(replace(arm(), effects=(stiff,)), loop(0.0125), grid=Grid(wanted=False))
     assert found.joints[0].notes == (module.BRISTLES,)
 
 
+@pytest.mark.long
 def test_a_joint_beside_one_with_bristles_is_not_said_to_have_them() -> None:
     """B, the only joint that the loop controls, is not the arm's first, and A has the bristles."""
     stiff = EffectEntry("presliding", ("A",), {"A": {"stiffness": 2e4, "damping": 60.0}}, "lugre")

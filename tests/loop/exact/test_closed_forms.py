@@ -104,6 +104,7 @@ def test_the_fold_of_a_backward_ramp_is_that_of_its_own_friction(joint_b, loop_o
     assert found > 2.0 * fold_velocity(backward, loop_of(zeta=0.5, velocity=0.01), "A")
 
 
+@pytest.mark.long
 def test_a_fold_is_that_of_the_place_and_not_of_what_the_ramp_leads_to(joint_a, loop_of):
     """Gravity changes along the way, but hardly how the joint slides on where it is."""
     loop = loop_of(kp=60.0, velocity=0.05)

@@ -51,6 +51,7 @@ def test_a_joint_beside_one_that_stalls_has_its_own_answer(sample_time):
     assert found["B"].steady_error is not None
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("answer", [settle, shoot])
 def test_a_joint_that_stalls_ends_no_search_for_the_cycle_of_another(answer):
     """B hunts as it does with A clamped, whichever way A is left behind."""
@@ -128,6 +129,7 @@ def test_a_ramp_that_runs_away_from_its_joint_has_no_steady_error(loop_of, sampl
     assert float(growth.split()[0]) == pytest.approx(0.1 * stiffness / (60.0 + stiffness), rel=2e-3)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("search", [settle_from, ending_of])
 def test_an_error_that_stands_still_for_a_moment_is_no_rest(loop_of, search):
     """Where friction that depends on the position is largest, the error neither grows nor shrinks, for an instant."""
@@ -140,6 +142,7 @@ def test_an_error_that_stands_still_for_a_moment_is_no_rest(loop_of, search):
     assert found.amplitude == pytest.approx(0.3 * COULOMB.C0 / 60.0, rel=1e-3)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("answer", [settle, shoot])
 def test_stick_slip_on_the_way_to_a_wall_is_no_cycle(loop_of, answer):
     """It is on its way for the first 15 s."""
