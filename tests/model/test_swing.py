@@ -75,6 +75,17 @@ def test_a_base_is_a_compliant_joint_whose_inertias_are_divided_otherwise() -> N
     assert found == pytest.approx(rocking[late], abs=0.01 * float(np.max(np.abs(rocking))))
 
 
+def test_at_one_joint_a_base_is_a_mass_that_swings_on_the_link() -> None:
+    """With J_a of the link's J on the spring: J (J - J_a) / J_a rocks, on a spring and damper (J / J_a)^2 as stiff."""
+    swings, k, d, count, s = 0.2 * INERTIA, 60.0, 0.4, 150, 2.0j * math.pi * HERTZ
+    more = (INERTIA / swings) ** 2
+    base = {"stiffness": k * more, "damping": d * more, "inertia": INERTIA * (INERTIA / swings - 1.0)}
+    law = s**2 * (INERTIA - swings + swings * (k + d * s) / (swings * s**2 + d * s + k))
+    expected = np.imag(law * np.exp(s * np.arange(count) * STEP))[100:]
+    assert loads("base_flexibility", base, count)[100:] == pytest.approx(expected, abs=0.01 * abs(law))
+    assert abs(law - INERTIA * s**2) > 0.05 * abs(law)
+
+
 def test_a_play_hands_on_nothing_across_the_whole_on_its_faces_and_no_less_in_all() -> None:
     """Faces far stiffer than the samples resolve: the link does not bounce, and what it misses a blow makes up for."""
     k, gap = INERTIA * (2.0 * math.pi * 400.0) ** 2, 0.02

@@ -64,6 +64,8 @@ class Effect(ABC):
     which answers to it, looks a little as if there were one."""
     patternless: ClassVar[bool] = False
     """True where the phenomenon may also come without the law's pattern: random torque is then put down to it, too."""
+    alone: ClassVar[str] = ""
+    """What is no effect of the library and takes the same torque where the arm has one joint only."""
     kin: ClassVar[tuple[str, ...]] = ()
     """Phenomena, words shared by laws: a law may fill in what another one leaves of a phenomenon that both are of."""
     direct: ClassVar[bool] = False

@@ -117,6 +117,14 @@ def test_it_is_told_of_once() -> None:
     assert both.startswith("torque_gain at B and cable_spring at B: something else may explain it as well")
 
 
+def test_what_one_joint_alone_cannot_tell_apart_is_told() -> None:
+    stand = taken_steps([Placed(effect_named("base_flexibility"), 0)], [9.0], gap=np.ones(1), floor=np.ones(1))
+    stand[0].look_alike = None
+    (told,) = told_alike(stand, ("A",))
+    assert told.startswith("base_flexibility at A: with no joint behind it, a mass that swings on the link")
+    assert told_alike(stand, ("A", "B")) == []
+
+
 def test_every_pair_and_joint_has_its_decoys() -> None:
     arms = [
         replace(TRUE, joints=joints) for joints in ((JOINT,), TRUE.joints, (*TRUE.joints, replace(JOINT, name="C")))

@@ -33,6 +33,7 @@ class BaseFlexibility(TransmissionEffect):
     filters = True
     nonlinear = True
     whole_arm = True
+    alone = "a mass that swings on the link (a soft tool or load)"
     parameters = (
         Parameter("stiffness", "N m/rad", "stiffness of the stand", math.inf, 1e-2, 1e9, log=True),
         Parameter("damping", "N m s/rad", "damping of the stand", 0.0, 1e-6, 1e6, log=True),

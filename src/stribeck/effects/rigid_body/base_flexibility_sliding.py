@@ -41,6 +41,7 @@ class BaseFlexibilitySliding(StandEffect):
     filters = True
     nonlinear = True
     whole_arm = True
+    alone = "a mass that swings on the link (a soft tool or load)"
     parameters = (
         Parameter("stiffness", "N/m", "stiffness of the stand", math.inf, 1e-2, 1e10, log=True),
         Parameter("damping", "N s/m", "damping of the stand", 0.0, 1e-6, 1e7, log=True),

@@ -24,6 +24,7 @@ from stribeck.identify.absorbed import Absorbed
 from stribeck.identify.map_fit import fit
 from stribeck.identify.problem import Weights
 from stribeck.identify.residual import Residual
+from stribeck.model.layout import Placed
 
 Floats = NDArray[np.float64]
 
@@ -136,19 +137,25 @@ def _in_its_place(prepared: Prepared, without: Model, decoy: Decoy, weights: Wei
 
 def told_alike(steps: Sequence[Step], names: Sequence[str]) -> list[str]:
     """Return a warning for each law outside the library that may stand behind what was taken."""
+    taken = [step for step in steps if step.taken and step.best is not None]
     told: dict[LookAlike, list[str]] = {}
-    for step in steps:
-        alike = step.look_alike
-        if not step.taken or step.best is None or alike is None:
-            continue
-        if alike.chance > TELLING:
-            place = step.best.placed[-1]
-            told.setdefault(alike, []).append(f"{place.effect.name} at {names[place.joint]}")
+    for step, place in zip(taken, _last_of(taken), strict=True):
+        if step.look_alike is not None and step.look_alike.chance > TELLING:
+            told.setdefault(step.look_alike, []).append(f"{place.effect.name} at {names[place.joint]}")
     better = {True: "explains it better", False: "may explain it as well"}
-    return [
+    same = [
+        f"{place.effect.name} at {names[0]}: with no joint behind it, {place.effect.alone} is felt just so"
+        for place in _last_of(taken)
+        if len(names) == 1 and place.effect.alone
+    ]
+    return same + [
         f"{' and '.join(places)}: {alike.says} {better[alike.chance > 0.5]}, and is no effect of the library"
         for alike, places in told.items()
     ]
+
+
+def _last_of(steps: Sequence[Step]) -> list[Placed]:
+    return [step.best.placed[-1] for step in steps if step.best is not None]
 
 
 def doubt(steps: Sequence[Step]) -> float:
