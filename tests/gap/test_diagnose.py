@@ -59,6 +59,19 @@ def without_its_cause() -> Diagnosis:
 ALL = [late, nothing, without_its_cause]
 
 
+def test_values_are_told_as_they_are_delivered() -> None:
+    """Beside the named effect; what re-tuning alone makes of them stands in for it."""
+    d, joint = late(), NOMINAL.names[0]
+    told = {value.key: value for value in d.corrected}
+    assert set(told) == {value.key for value in d.tuned}
+    written, true = (arm.joints[0].friction.C2 for arm in (d.models["corrected"], TRUE))
+    last, before = (values[f"{joint}.friction.C2"].tuned for values in (told, {v.key: v for v in d.tuned}))
+    assert last.value == pytest.approx(written)
+    assert last.low < true < last.high
+    assert abs(before.value - true) > abs(last.value - true)
+    assert nothing().corrected == ()
+
+
 def test_effect_is_named() -> None:
     d = late()
     assert d.verdict == "explained"

@@ -32,6 +32,20 @@ def test_tuned_values_are_marked_by_what_to_mind(diagnosis):
     assert table.rows[4].cells[:4] == ("cable_spring[A].stiffness", "3", "none", "9.00")
 
 
+def test_values_beside_the_causes_are_those_that_are_delivered(diagnosis):
+    bent = Tuned("A.C2", "N m s/rad", 0.8, 0.2, Estimate(0.187, 0.0, 0.56), at_limit=True, identified=False)
+    last = replace(bent, tuned=Estimate(0.799, 0.79, 0.81), at_limit=False, identified=True)
+    alone, both = (replace(diagnosis(), tuned=(bent,), corrected=values) for values in ((), (last,)))
+    unit = "N\u00a0m\u00a0s/rad"
+    assert tuned_table(alone).rows[0].cells[3:] == ("0.19", "0 to 0.56", unit, "at its limit; not identified")
+    table = tuned_table(both)
+    assert table.columns[3:6] == ("re-tuned", "with the causes", "95 % interval")
+    assert table.rows[0].cells[3:] == ("0.19", "0.799", "0.790 to 0.810", unit, "")
+    assert table.rows[0].mark == ""
+    assert [value["value"] for value in diagnosis_json(both)["corrected"]] == [0.799]
+    assert "corrected" not in diagnosis_json(alone)
+
+
 def test_measured_torque_is_told_beside_the_commanded_one(diagnosis):
     assert delivered_table(diagnosis()) is None
     assert "delivered" not in diagnosis_json(diagnosis())

@@ -192,8 +192,10 @@ class Diagnosis:
 
     ``closed`` is the part of the closable gap that the named effects close on held-out runs (None: nothing closable),
     ``before_measurement`` the part of it that lies before the measured torque, where runs hold that, all joints
-    together. ``models`` holds the arms ``as_given``, ``retuned`` and ``corrected``. ``next_reference`` is what a
-    controller is to follow in the ``next_experiment``; its torque is what the best model needs for that.
+    together. ``tuned`` are the arm file's values as re-tuned, ``corrected`` the same beside the effects that the torque
+    names: those of the arm that is delivered, none where nothing is named. ``models`` holds the arms ``as_given``,
+    ``retuned`` and ``corrected``. ``next_reference`` is what a controller is to follow in the ``next_experiment``; its
+    torque is what the best model needs for that.
     """
 
     arm: str
@@ -219,5 +221,6 @@ class Diagnosis:
     delivered: tuple[Delivered, ...] = ()
     recordings: tuple[Recording, ...] = ()
     before_measurement: Estimate | None = None
+    corrected: tuple[Tuned, ...] = ()
     random: tuple[RandomTorque, ...] = ()
     settings: Mapping[str, float | str] = field(default_factory=dict)

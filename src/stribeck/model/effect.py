@@ -140,7 +140,7 @@ class Along(IntEnum):
     """Where along a drive an actuator effect sits.
 
     What is asked for; how the amplifier switches, and what it can give; its control loop; what becomes of that; what is
-    added.
+    added; what the iron adds without any current.
 
     The path has them in this order, whichever was found first: a lag does not smooth the ripple of the motor behind it.
     """
@@ -151,6 +151,7 @@ class Along(IntEnum):
     CURRENT = 3
     MOTOR = 4
     SHAFT = 5
+    IRON = 6
 
 
 class ActuatorEffect(Effect):

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stribeck.effects.registry import effect_named
-from stribeck.gap.answer.places import places
+from stribeck.gap.answer.places import _region, places
 from stribeck.gap.answer.where import regions
 from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.records.regions import analysis_signals, motion_masks, region_masks
@@ -201,6 +201,15 @@ def test_shares_of_a_family_sum_to_one(prepared: Prepared) -> None:
     shares = found(prepared, np.random.default_rng(1).standard_normal((rows, 1)))
     for family in {family for family, _ in shares}:
         assert sum(row[0] for key, row in shares.items() if key[0] == family) == pytest.approx(1.0)
+
+
+def test_what_one_place_has_is_told_of_that_place(prepared: Prepared) -> None:
+    """As a stop is, though the joint turns there; what speed has is told of the speed."""
+    families = region_masks(prepared.held, 0, "revolute")
+    for family, region in (("position", list(families["position"])[-1]), ("motion", "high velocity")):
+        part = np.where(families[family][region], 4.0, 0.01)
+        assert _region(prepared, 0, part) == region
+    assert _region(prepared, 0, np.zeros(len(part))) == "all motion"
 
 
 def test_a_part_below_its_noise_takes_nothing_from_the_others(prepared: Prepared) -> None:

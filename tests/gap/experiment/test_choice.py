@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any
 
+import casadi as ca
 import numpy as np
 import pytest
 
@@ -11,12 +12,17 @@ from stribeck.effects.registry import effect_named
 from stribeck.gap.answer import assembly
 from stribeck.gap.answer.assembly import Assembly
 from stribeck.gap.experiment import proposal
-from stribeck.gap.experiment.changes import Change
+from stribeck.gap.experiment.changes import Change, changes
 from stribeck.gap.experiment.plan import Choice
 from stribeck.gap.experiment.programme import Programme
+from stribeck.gap.experiment.proposal import without_twins
 from stribeck.gap.experiment.separation import AS_IT_IS
 from stribeck.gap.result import Cause
-from stribeck.model.layout import Placed
+from stribeck.model.layout import Placed, values_of
+from stribeck.model.path import SignalPath
+from stribeck.model.values import Signals
+
+from ..conftest import NOMINAL
 
 TOLD, OPEN = 30.0, 0.0  # t values
 CHANGE = Change("turn it round")
@@ -94,17 +100,52 @@ def test_what_is_told_at_all_is_that_of_any_two_models() -> None:
     assert (choice.apart, choice.furthest) == (0.0, TOLD)
 
 
-@pytest.mark.parametrize("unexplained", [True, False])
-def test_the_arm_is_changed_only_to_tell_a_class_apart(unexplained: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[bool] = []
+def told_of_lateness(
+    late: tuple[str, ...], unexplained: bool, monkeypatch: pytest.MonkeyPatch
+) -> tuple[Any, list[tuple[int, bool]]]:
+    """What is said of a delay or a time shift, and of how many models which experiment was asked for."""
+    asked: list[tuple[int, bool]] = []
     placed = [Placed(effect_named(name), joint) for name, joint in (("time_shift", 0), ("delay", 0), ("delay", 1))]
     models = tuple(SimpleNamespace(placed=(place,)) for place in placed)
     monkeypatch.setattr(assembly, "open_question", lambda steps, unexplained: models)
-    monkeypatch.setattr(assembly, "next_experiment", lambda *given, as_it_is: asked.append(as_it_is))
-    arm = SimpleNamespace(names=("x_axis", "B"))
+    monkeypatch.setattr(assembly, "late_as_one", lambda steps, joints: late)
+    monkeypatch.setattr(assembly, "next_experiment", lambda *given, as_it_is: asked.append((len(given[1]), as_it_is)))
+    arm = SimpleNamespace(names=("x_axis", "B"), n=2)
     told: Any = SimpleNamespace(steps=(), prepared=SimpleNamespace(arm=arm), floor=np.ones(1))
     either = [Cause("delay", 0.9, ("x_axis",), ("delay", "time_shift"), presence=0.9)]
-    said = Assembly._experiment(told, either, unexplained=unexplained)
-    assert asked == [unexplained]
+    return Assembly._experiment(told, either, unexplained=unexplained), asked
+
+
+@pytest.mark.parametrize("unexplained", [True, False])
+def test_the_arm_is_changed_only_to_tell_a_class_apart(unexplained: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    said, asked = told_of_lateness((), unexplained, monkeypatch)
+    assert asked == [(3, unexplained)]
     note = "no experiment was found that tells apart: time shift at x_axis, delay at x_axis, delay at B"
     assert said == (None, [] if unexplained else [note])
+
+
+def test_a_late_drive_and_a_late_record_of_all_joints_are_no_question_for_a_motion(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Whatever its planning makes of them: the records are the same."""
+    (found, (note,)), asked = told_of_lateness(("time_shift", "delay"), False, monkeypatch)
+    assert (found, asked) == (None, [])
+    assert note.startswith("no motion tells apart: delay and time shift, where all joints are late by the same")
+    lag, *twins = (
+        SimpleNamespace(placed=(Placed(effect_named(n), 0),)) for n in ("actuator_lag", "delay", "time_shift")
+    )
+    assert without_twins((lag, *twins), ("delay", "time_shift")) == (lag, twins[0])  # type: ignore[arg-type]
+
+
+def test_reversed_leads_turn_what_the_drive_adds_and_not_the_pull_of_the_magnets() -> None:
+    """Whichever of the two a search has found first."""
+    turned = next(change for change in changes(NOMINAL, (0,)) if "polarity" in change.words)
+    offset = Placed(effect_named("torque_offset"), 0, {"offset": 0.5})
+    cogging = Placed(effect_named("cogging"), 0, {"sine": 0.2, "cosine": 0.0, "harmonic": 4.0})
+    for placed in ((offset, cogging), (cogging, offset)):
+        path = SignalPath(NOMINAL, turned.around(placed))
+        still = Signals(time=0.0, position=0.3, velocity=0.0, acceleration=0.0, link_position=0.3, link_velocity=0.0)
+        torque = path.actuated(0, ca.SX(2.0), still, ca.SX(0, 1))
+        got = float(ca.Function("torque", [path.p], [torque])(values_of(path.entries)))
+        assert got == pytest.approx(2.0 - 0.5 + 0.2 * np.sin(4.0 * 0.3))
+    assert "same arm file" in turned.known_by

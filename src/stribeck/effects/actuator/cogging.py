@@ -22,7 +22,7 @@ class Cogging(ActuatorEffect):
     name = "cogging"
     law = "one_wave"
     channel = "actuator"
-    along = Along.SHAFT
+    along = Along.IRON
     equation = r"\tau = u + a \sin N q + b \cos N q"
     symptom = "a residual that repeats with position, of the same sign in both directions and at rest"
     shows = "position"

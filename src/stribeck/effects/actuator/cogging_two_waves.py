@@ -22,7 +22,7 @@ class CoggingTwoWaves(ActuatorEffect):
     name = "cogging"
     law = "two_waves"
     channel = "actuator"
-    along = Along.SHAFT
+    along = Along.IRON
     equation = r"\tau = u + a \sin N q + b \cos N q + c \sin 2 N q + d \cos 2 N q"
     symptom = "a residual that repeats with position, twice over, of the same sign in both directions and at rest"
     shows = "position"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -27,6 +27,7 @@ from stribeck.gap.answer.verdict import (
     closable,
     closed_again,
     closure,
+    late_as_one,
     named_of,
     no_gap_probability,
     shaken,
@@ -36,7 +37,14 @@ from stribeck.gap.answer.verdict import (
     with_observed,
 )
 from stribeck.gap.answer.where import regions
-from stribeck.gap.experiment.proposal import Experiment, next_experiment, open_question, told_inseparable
+from stribeck.gap.experiment.proposal import (
+    Experiment,
+    next_experiment,
+    open_question,
+    told_inseparable,
+    told_late,
+    without_twins,
+)  # fmt: skip
 from stribeck.gap.fitted.corrected import arm_of
 from stribeck.gap.fitted.model import Model, fit_model, weights_of
 from stribeck.gap.fitted.noisy import put_back
@@ -126,6 +134,7 @@ class Assembly:
             causes=tuple(causes),
             candidates=candidates_of(self.steps, arm.names),
             tuned=tuned,
+            corrected=() if final is self.base else tuned_of(final, prepared, self.floor),
             traces=traces_of(prepared, self.given, self.base, final),
             models={name: prepared.as_stated(one) for name, one in arms.items()},
             notes=(
@@ -218,9 +227,13 @@ class Assembly:
     def _experiment(self, causes: Sequence[Cause], *, unexplained: bool) -> tuple[Experiment | None, list[str]]:
         """Return what would tell apart what these data cannot, where there is such a question; a note if nothing is."""
         ambiguous = any((c.presence or 0.0) > NAMED_OVER and len(c.equivalent) > 1 for c in causes)
-        models = open_question(self.steps, unexplained=unexplained) if ambiguous or unexplained else ()
-        found = next_experiment(self.prepared, models, self.floor, as_it_is=unexplained) if models else None
-        return found, [] if found or unexplained else told_inseparable(models, self.prepared.arm.names)
+        late = [] if unexplained else _as_late(causes, late_as_one(self.steps, self.prepared.arm.n))
+        asked = open_question(self.steps, unexplained=unexplained) if ambiguous or unexplained else ()
+        models = without_twins(asked, late)
+        several = len(models) > 1
+        found = next_experiment(self.prepared, models, self.floor, as_it_is=unexplained) if several else None
+        none = [] if found or unexplained else told_inseparable(models, self.prepared.arm.names)
+        return found, [*none, *told_late(late)]
 
     def _closes(self, model: Model) -> Estimate:
         """Return the part of the closable gap that a model closes, joints scaled by their floor."""
@@ -255,6 +268,12 @@ class Assembly:
         own = [after - before for model, (before, after) in steps if model.placed[-1].effect.name == effect]
         value, *drawn = np.minimum(np.sum(own, axis=0), 1.0)  # nothing closes more than the whole
         return with_interval(value, drawn)
+
+
+def _as_late(causes: Sequence[Cause], late: Collection[str]) -> list[str]:
+    """Return those effects of a class of named ones of which all joints may be ``late`` by the same."""
+    named = [cause for cause in causes if (cause.presence or 0.0) > NAMED_OVER and cause.effect in late]
+    return list(dict.fromkeys(effect for cause in named for effect in cause.equivalent if effect in late))
 
 
 def _laws(placed: Sequence[Placed]) -> list[tuple[str, int, str]]:

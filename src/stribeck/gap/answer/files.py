@@ -53,6 +53,7 @@ def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "next_experiment": None if diagnosis.next_experiment is None else _plain(diagnosis.next_experiment),
         "warnings": list(diagnosis.warnings),
         "retuned": [_tuned(value) for value in diagnosis.tuned],
+        **({"corrected": [_tuned(value) for value in diagnosis.corrected]} if diagnosis.corrected else {}),
         "regions": [_region(region) for region in diagnosis.regions],
         "recordings": [_plain(asdict(row)) for row in diagnosis.recordings],
         "candidates": [_candidate(row) for row in diagnosis.candidates],

@@ -12,12 +12,14 @@ from stribeck.effects.registry import registry
 from stribeck.gap.fitted.model import Model
 from stribeck.gap.records.blocks import block_sums, resampled
 from stribeck.gap.records.prepare import Prepared
-from stribeck.gap.records.regions import motion_masks
+from stribeck.gap.records.regions import region_masks
 from stribeck.gap.result import Estimate, Place
 from stribeck.model.layout import Placed
 
 DRAWS = 300
 LEAST_SHARE = 0.02  # but for what an effect surely takes at a joint at which it is named
+FAIR, MOST = 0.2, 0.6  # of a part of the gap, that a region of motion holds, and a place
+FAR_MORE = 2.0  # times as dense as in any region of motion, the gap at a place that is told instead
 UNNAMED = "unknown"
 
 
@@ -80,9 +82,19 @@ def _parts(left: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def _region(prepared: Prepared, joint: int, part: np.ndarray) -> str:
-    """Return the region of motion in which a part of the gap is densest, among those that hold a fair share."""
-    masks = motion_masks(prepared.held, joint)
+    """Return the region of motion in which a part of the gap is densest, among those that hold a fair share.
+
+    Or the place that holds most of it, where that says far more: what one place has shows at some speeds as well.
+    """
+    masks = region_masks(prepared.held, joint, prepared.arm.joints[joint].kind)
+    moving, at = (_densest(part, masks[family], least) for family, least in (("motion", FAIR), ("position", MOST)))
+    name, density = max(moving, (at[0], at[1] / FAR_MORE), key=lambda found: found[1])
+    return name if density > 0.0 else "all motion"
+
+
+def _densest(part: np.ndarray, masks: Mapping[str, np.ndarray], least: float) -> tuple[str, float]:
+    """Return the region in which a part is densest, of those that hold at least so much of it, and how dense."""
     sums = {name: float(part[mask].sum()) for name, mask in masks.items()}
     total = sum(max(value, 0.0) for value in sums.values()) or 1.0
-    fair = {name: sums[name] / masks[name].sum() for name in sums if sums[name] > 0.2 * total}
-    return max(fair, key=lambda name: fair[name]) if fair else "all motion"
+    dense = {name: sums[name] / masks[name].sum() for name in sums if sums[name] > least * total}
+    return max(dense.items(), key=lambda found: found[1], default=("", 0.0))

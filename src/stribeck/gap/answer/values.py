@@ -57,18 +57,18 @@ def _joints_of(place: Placed, arm: Arm) -> list[str]:
     return [arm.names[j] for j in place.joints(arm.n)]
 
 
-def tuned_of(base: Model, prepared: Prepared, floor: np.ndarray) -> tuple[Tuned, ...]:
-    """Return the arm file's values before and after re-tuning, those of its effects last.
+def tuned_of(model: Model, prepared: Prepared, floor: np.ndarray) -> tuple[Tuned, ...]:
+    """Return the arm file's values before and after a fit, those of its effects last.
 
     Parameters
     ----------
-    base : Model
-        The re-tuned one.
+    model : Model
+        The re-tuned one, or that with the named effects.
     prepared : Prepared
     floor : array (n,)
         Noise floor, N m rms.
     """
-    fit, bounds = base.fit, nominal_intervals(base, prepared, floor)
+    fit, bounds = model.fit, nominal_intervals(model, prepared, floor)
     found = {
         entry.key: Estimate(float(fit.p[i]), float(bounds.low[i]), float(bounds.high[i]), entry.unit)
         for i, entry in enumerate(fit.entries)
@@ -78,19 +78,19 @@ def tuned_of(base: Model, prepared: Prepared, floor: np.ndarray) -> tuple[Tuned,
         for entry, sure in zip(fit.entries, bounds.identified, strict=True)
         if entry.owner in ("inertial", "friction")
     ]
-    return (*nominal, *_of_effects(base, prepared, found))
+    return (*nominal, *_of_effects(model, prepared, found))
 
 
-def _of_effects(base: Model, prepared: Prepared, found: Mapping[str, Estimate]) -> Iterator[Tuned]:
+def _of_effects(model: Model, prepared: Prepared, found: Mapping[str, Estimate]) -> Iterator[Tuned]:
     """Yield the values of the arm file's own effects, those by key that were ``found`` with the intervals of the fit.
 
     They have no tolerance: whether one has moved far is told by its effect's size in the file, or a typical one.
     """
     arm, step = prepared.arm, prepared.fit[0].sample_time
     stated = {entry.key: entry.value for entry in layout(arm, placed_effects(arm))}
-    typical = effect_scales(SignalPath(arm, base.placed), prepared)
-    for k in range(len(base.placed)):  # what re-tuning took in beside them is told in a note
-        own = [entry for entry in base.fit.entries if entry.owner == k and entry.key in stated]
+    typical = effect_scales(SignalPath(arm, model.placed), prepared)
+    for k in range(len(model.placed)):  # what re-tuning took in beside them is told in a note
+        own = [entry for entry in model.fit.entries if entry.owner == k and entry.key in stated]
         limits = {entry.name: (entry.lower, entry.upper) for entry in own}
         values = widened({entry.name: found[entry.key] for entry in own}, limits, step)
         for entry in own:

@@ -61,7 +61,7 @@ def causes_of(steps: Sequence[Step], names: Sequence[str], scales: Sequence[Scal
     for step, fills in zip(taken, filling_in(taken, scales), strict=True):
         found = _found(step, steps, fills, scales)
         gathered.setdefault(found.place.effect.name, []).append(found)
-    late = _late_as_one(steps, len(names)) if taken else ()
+    late = late_as_one(steps, len(names)) if taken else ()
     whole = sum(one.share for all_of_it in gathered.values() for one in all_of_it) or 1.0
     causes = []
     for effect, all_of_it in gathered.items():
@@ -127,7 +127,7 @@ def _found(step: Step, steps: Sequence[Step], fills: bool, scales: Sequence[Scal
     return _Found(place, ordinary, presence(evidence(step)) * kept * (1.0 - decoy), share, equivalent)
 
 
-def _late_as_one(steps: Sequence[Step], joints: int) -> tuple[str, ...]:
+def late_as_one(steps: Sequence[Step], joints: int) -> tuple[str, ...]:
     """Return the laws of a delay where all joints are late by the same: which record it is in cannot be told then."""
     placed = [place for place in last_model(steps).placed if place.effect.delays]
     late = [sum(place.values["time"] for place in placed if j in place.joints(joints)) for j in range(joints)]

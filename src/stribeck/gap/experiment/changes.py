@@ -72,7 +72,7 @@ class Reversed(_Known, ActuatorEffect):
 
 @final
 class ReversedLeads(Reversed):
-    """The sign of the motor's torque turned."""
+    """The sign of the motor's torque turned, but for what its iron adds without any current."""
 
     name = "reversed_leads"
     along = Along.SHAFT
@@ -95,11 +95,15 @@ class Loaded(_Known, RigidBodyEffect):
 
 @dataclass(frozen=True)
 class Change:
-    """A known change: stages that come ``before`` and ``after`` those of a model, and in words what is to be done."""
+    """A known change: stages that come ``before`` and ``after`` those of a model, and in words what is to be done.
+
+    And by which arm file the recording is to be diagnosed then, and how the right cause shows.
+    """
 
     words: str
     before: tuple[Placed, ...] = ()
     after: tuple[Placed, ...] = ()
+    known_by: str = "an arm file that says so; the right cause keeps its parameters"
 
     def around(self, placed: Sequence[Placed]) -> tuple[Placed, ...]:
         """Return a model's placed effects with the change around them."""
@@ -115,7 +119,8 @@ def changes(arm: Arm, joints: Sequence[int]) -> tuple[Change, ...]:
     out = []
     for j in dict.fromkeys(joints):
         what = f"reverse the polarity of the drive of joint {arm.names[j]} (motor leads, and the command's sign)"
-        out.append(Change(what, (Placed(Reversed(), j),), (Placed(ReversedLeads(), j),)))
+        shows = "the same arm file; what sits in the drive then changes its sign, what sits elsewhere keeps it"
+        out.append(Change(what, (Placed(Reversed(), j),), (Placed(ReversedLeads(), j),), shows))
     if arm.joints[0].kind == "revolute":
         mass = float(f"{PAYLOAD * arm.joints[last].mass:.2g}")
         out.append(Change(f"fix a known payload of {mass:g} kg at the tip", (), (Placed(Loaded(mass), last),)))

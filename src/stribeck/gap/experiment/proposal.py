@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -178,11 +178,15 @@ def _words(plan: Plan, choice: Choice) -> str:
             for joint, r in zip(arm.joints, reach, strict=True)
         ]
         room = f" This goes beyond the recorded range and speed: make sure that the arm has room ({', '.join(ranges)})."
+    same = [i for i, row in enumerate(choice.prospect.pairs <= FAINT) if np.sum(row) > 1]  # each is as near to itself
+    if same:
+        names = _names(plan.models, arm.names)
+        room += f" It does not tell apart: {', '.join(names[i].replace('_', ' ') for i in same)}."
     if choice.change is AS_IT_IS:
         return f"Record {path}, and diagnose it together with the runs so far.{room}"
     return (
-        f"No motion is enough: {choice.change.words}, record {path}, and diagnose that by itself with an arm file that "
-        f"says so; the right cause keeps its parameters.{room}"
+        f"No motion is enough: {choice.change.words}, record {path}, and diagnose that by itself with "
+        f"{choice.change.known_by}.{room}"
     )
 
 
@@ -195,9 +199,33 @@ def _names(models: Sequence[Model], joints: Sequence[str]) -> tuple[str, ...]:
     return tuple(f"{place.effect.name} at {joints[place.joint]}" for place in last)
 
 
+def without_twins(models: Sequence[Model], late: Collection[str]) -> tuple[Model, ...]:
+    """Return models of which no two are late by the same of one record or the other: no motion tells these apart.
+
+    Parameters
+    ----------
+    models : sequence of Model
+    late : collection of str
+        Effects of which that is so.
+    """
+    twins = [model for model in models if model.placed[-1].effect.name in late]
+    return tuple(model for model in models if model not in twins[1:])
+
+
+def told_late(late: Collection[str]) -> list[str]:
+    """Return a note on effects that no motion tells apart, where there are several."""
+    if len(late) < 2:
+        return []
+    said = " and ".join(name.replace("_", " ") for name in late)
+    return [
+        f"no motion tells apart: {said}, where all joints are late by the same; the drive's own measured torque "
+        "(tau_meas), recorded alongside, does"
+    ]
+
+
 def told_inseparable(models: Sequence[Model], joints: Sequence[str]) -> list[str]:
-    """Return a note that no experiment was found that tells some models apart; none of no model."""
-    if not models:
+    """Return a note that no experiment was found that tells some models apart; none of less than two models."""
+    if len(models) < 2:
         return []
     named = [name.partition(" at ") for name in _names(models, joints)]
     said = ", ".join(f"{effect.replace('_', ' ')}{at}{joint}" for effect, at, joint in named)
