@@ -17,7 +17,7 @@ from stribeck.withheld.injections import Injection
 from stribeck.withheld.motions import Array, Motion
 from stribeck.withheld.recorder import record
 
-SIGNED = {"torque_offset": "offset", "cogging": "amplitude"}  # of a drive that, turned around, push the other way
+SIGNED = {"torque_offset": "offset"}  # of a drive that, turned around, pushes the other way; magnets pull as before
 OWN_STREAM = 4096  # of random numbers: noise of the new recording
 
 
