@@ -130,7 +130,7 @@ def test_a_late_drive_and_a_late_record_of_all_joints_are_no_question_for_a_moti
     """Whatever its planning makes of them: the records are the same."""
     (found, (note,)), asked = told_of_lateness(("time_shift", "delay"), False, monkeypatch)
     assert (found, asked) == (None, [])
-    assert note.startswith("no motion tells apart: delay and time shift, where all joints are late by the same")
+    assert note.startswith("no motion tells apart: delay and time shift, as every joint is late by as much")
     lag, *twins = (
         SimpleNamespace(placed=(Placed(effect_named(n), 0),)) for n in ("actuator_lag", "delay", "time_shift")
     )

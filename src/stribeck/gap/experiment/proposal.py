@@ -218,7 +218,7 @@ def told_late(late: Collection[str]) -> list[str]:
         return []
     said = " and ".join(name.replace("_", " ") for name in late)
     return [
-        f"no motion tells apart: {said}, where all joints are late by the same; the drive's own measured torque "
+        f"no motion tells apart: {said}, as every joint is late by as much; the drive's own measured torque "
         "(tau_meas), recorded alongside, does"
     ]
 
