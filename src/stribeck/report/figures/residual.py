@@ -30,7 +30,7 @@ def residual_figure(diagnosis: Diagnosis) -> Figure | None:
     names = (("re-tuned", COLOUR["retuned"]), ("corrected", COLOUR["corrected"]))
     key(axes[0, 1], names if diagnosis.named else names[:1])
     unit = words.position_unit(diagnosis)
-    axes[-1, 0].set_xlabel(f"time since it began, s (run {words.short(window[0].run)})")
+    axes[-1, 0].set_xlabel(f"time since {words.short(window[0].run)} began, s")
     axes[-1, 1].set_xlabel(
         f"velocity, {unit}/s (all held-out)" if family == "velocity" else f"position, {unit} (all held-out)"
     )
