@@ -25,7 +25,7 @@ def measured_figure(diagnosis: Diagnosis) -> Figure | None:
     axes = figure.subplots(n, 1, sharex=True, squeeze=False)[:, 0]
     for j, ax in enumerate(axes):
         draw_measured(ax, diagnosis, j, window)
-    axes[-1].set_xlabel("time, s")
+    axes[-1].set_xlabel(f"time since {words.short(window[0].run)} began, s")
     heading(figure, _finding(diagnosis, window))
     return figure
 
