@@ -14,7 +14,7 @@ from rich.console import Console
 
 from stribeck.cli.shared import OutDir, doubts, load_model, progress, read_runs, tell, warn
 from stribeck.errors import InputError
-from stribeck.outputs import check_free, whole_folder
+from stribeck.outputs import check_free, check_keeps, whole_folder
 from stribeck.run import Run, save_columns
 
 app = typer.Typer()
@@ -108,6 +108,7 @@ def predict(
     out: Annotated[Path, typer.Option("--out", metavar="FILE.csv", help="The table to write.")],
 ) -> None:
     """Start at the recorded state every S seconds and simulate on under the recorded commanded torque."""
+    check_keeps(out, (model, run))
     if not 0.0 < horizon < float("inf"):
         raise InputError("--horizon must be a positive time", f"{horizon:g} s", "give seconds, for instance 0.5")
     arm = load_model(model)
