@@ -12,7 +12,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from stribeck.cli.shared import OutDir, doubts, load_model, progress, read_runs, tell, warn
+from stribeck.cli.shared import OutDir, check_library, doubts, load_model, progress, read_runs, tell, warn
 from stribeck.errors import InputError
 from stribeck.outputs import check_free, check_keeps, whole_folder
 from stribeck.run import Run, save_columns
@@ -77,6 +77,7 @@ def diagnose(
         do = "give them before --held-out, which takes every file up to the next option"
         do = do if held_out else "or --example; see stribeck diagnose --help"
         raise InputError("diagnose needs an arm file and at least one run", "", do)
+    check_library()
     nominal = load_model(arm)
     fitted, judged = read_runs(nominal, runs, held_out or [])
     said = doubts((*fitted, *judged))
