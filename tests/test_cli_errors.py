@@ -156,6 +156,28 @@ def test_bad_arguments(bench: Path, capsys: pytest.CaptureFixture[str], argument
     assert sorted(os.listdir(bench)) == ["arm.toml", "run.csv"]
 
 
+@pytest.mark.parametrize("link", [False, True])
+@pytest.mark.parametrize(
+    ("command", "replaced"),
+    [
+        ("predict arm.toml run.csv --horizon 0.2 --out", "run.csv"),
+        ("predict arm.toml run.csv --horizon 0.2 --out", "arm.toml"),
+        ("export-fmu arm.toml --platforms x86_64-linux --out", "arm.toml"),
+    ],
+)
+def test_no_output_replaces_what_is_read(
+    bench: Path, capsys: pytest.CaptureFixture[str], command: str, replaced: str, link: bool
+) -> None:
+    """A recording cannot be made again."""
+    before = (bench / replaced).read_bytes()
+    out = f"another{Path(replaced).suffix}" if link else f"./{replaced}"
+    if link:
+        (bench / out).symlink_to(replaced)
+    assert main([*command.split(), out]) == 2
+    assert_one_line(capsys, f"would replace what is read: found {replaced}; give the output a name of its own")
+    assert (bench / replaced).read_bytes() == before
+
+
 def test_a_copy_does_not_judge_its_original(bench: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (bench / "later").mkdir()
     shutil.copy("run.csv", "later/run.csv")

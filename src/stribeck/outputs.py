@@ -6,7 +6,7 @@ import errno
 import os
 import shutil
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -107,6 +107,17 @@ def check_free(path: Path | str) -> None:
             raise InputError(f"{path}: output folder cannot be made", "a file of that name", "give a new folder")
     except OSError as error:
         raise _cannot_write(path, error) from error
+
+
+def check_keeps(path: Path | str, read: Iterable[Path | str]) -> None:
+    """Raise `InputError` where writing `path` would replace one of the files that are read, under whichever name."""
+    for file in read:
+        try:
+            same = os.path.samefile(path, file)
+        except (OSError, ValueError):  # one of them is not there; who reads or writes it says so
+            continue
+        if same:
+            raise InputError(f"{path}: would replace what is read", str(file), "give the output a name of its own")
 
 
 def _make_parents(true: Path, path: Path) -> list[Path]:

@@ -15,31 +15,19 @@ import pytest
 
 from stribeck.arm import EffectEntry, load_arm, save_arm
 from stribeck.effects import registry as module
+from stribeck.effects.declared import CHANNELS, STAGES
 from stribeck.effects.placing import entries_of, placed_effects
 from stribeck.effects.registry import effect_named, laws, registry
 from stribeck.errors import InputError
-from stribeck.model.effect import (
-    ActuatorEffect,
-    Effect,
-    ExternalEffect,
-    FrictionEffect,
-    RigidBodyEffect,
-    SensingEffect,
-    Shows,
-    StandEffect,
-    TransmissionEffect,
-)
+from stribeck.model.effect import ActuatorEffect, Effect, Shows, StandEffect, TransmissionEffect
 from stribeck.model.forward import Forward
 from stribeck.model.layout import Placed, layout, values_of
 from stribeck.model.path import SignalPath
 from stribeck.model.scale import Scale
+from stribeck.model.values import Parameter
 
 from .bench import every_effect, nominal_arm, starts
 
-STAGES = (
-    ActuatorEffect, ExternalEffect, FrictionEffect, RigidBodyEffect, SensingEffect, StandEffect, TransmissionEffect
-)  # fmt: skip
-CHANNELS = ("friction", "actuator", "transmission", "sensing", "rigid_body", "external")
 UNIT = re.compile(r"(1|N m|N|m|rad|s|kg|Hz|kg m\^2)( s(\^2)?| m)?(/(1|rad|s|kg|m)(\^[0-9.]+)?)?")
 
 OVAL = {"sine": 0.01, "cosine": 0.0, "second_sine": 0.0, "second_cosine": 0.005, "harmonic": 1.0}
@@ -423,22 +411,24 @@ def test_unknown_effect() -> None:
 
 
 def test_effects_of_other_packages(monkeypatch: pytest.MonkeyPatch) -> None:
-    """An entry point adds an effect, or a law to a name; it cannot replace one of the library's."""
+    """An entry point adds an effect, or a law to a name; it cannot replace one of the library's, and says so."""
     points = [
         EntryPoint("brush", f"{__name__}:Brush", "stribeck.effects"),
-        EntryPoint("delay", f"{__name__}:Impostor", "stribeck.effects"),
         EntryPoint("pade", f"{__name__}:Pade", "stribeck.effects"),
     ]
+    impostor = EntryPoint("delay", f"{__name__}:Impostor", "stribeck.effects")
     monkeypatch.setattr(module, "entry_points", lambda group: EntryPoints(points).select(group=group))
     monkeypatch.setattr(EntryPoint, "load", lambda self: globals()[self.attr])
     laws.cache_clear()
     registry.cache_clear()
     try:
         assert list(registry())[-1] == "brush"
-        assert type(registry()["delay"]) is not Impostor
-        assert all(type(effect) is not Impostor for effect in laws().values())
         assert type(effect_named("delay", "pade")) is Pade
         assert effect_named("delay") is registry()["delay"]
+        points.append(impostor)
+        laws.cache_clear()
+        with pytest.raises(InputError, match=r"^entry point 'delay' \(.*:Impostor\).* its name and law are taken"):
+            laws()
     finally:
         laws.cache_clear()
         registry.cache_clear()
@@ -449,9 +439,13 @@ class Brush(ActuatorEffect):
 
     name = "brush"
     channel = "actuator"
+    equation = "u - b"
+    symptom = "torque that is lost"
+    source = "a test"
+    parameters = (Parameter("lost", "N m", "torque that is lost"),)
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
-        return ({},)
+        return ({"lost": 1.0},)
 
 
 class Impostor(Brush):

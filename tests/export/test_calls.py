@@ -2,9 +2,14 @@
 
 import ctypes
 import math
+from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
+from stribeck.arm import Arm, EffectEntry
+
+from .conftest import two_links
 from .driver import ERROR, OK, Fmu, Instance
 
 
@@ -83,6 +88,18 @@ def test_what_is_so_already_may_be_set_at_any_time(nominal: Fmu) -> None:
     assert it.try_set({"q_start[1]": 0.5}) == ERROR
     assert it.get("q_start[1]") == [0.25]
     assert it.try_set({"joint[1].mass": same["joint[1].mass"] + 0.1}) == ERROR  # continuous time: no tuning
+    it.free()
+
+
+@pytest.mark.parametrize("kind", ["cs", "me"])
+def test_how_an_effect_starts_is_not_told_later(made: Callable[[Arm, int], Path], kind: str) -> None:
+    values = {"change": 0.3, "time": 20.0, "start": 0.1, "kept": 0.4}
+    fmu = Fmu(made(two_links(EffectEntry("history", ("A",), {"A": values})), 2))
+    it = fmu.instance(kind).begin({"effect.history[1].start": 0.2})
+    assert list(it.get("effect.history[1].start", "effect.history[1].state.warmth")) == [0.2, 0.2]
+    assert it.try_set({"effect.history[1].start": 0.2}) == OK
+    assert it.try_set({"effect.history[1].start": 0.3}) == ERROR
+    assert it.get("effect.history[1].start") == [0.2]
     it.free()
 
 

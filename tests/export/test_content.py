@@ -47,6 +47,19 @@ def test_one_prismatic_axis_has_its_own_units() -> None:
     assert units["joint[1].friction.C2"] == "N.s/m"
 
 
+def test_what_acts_at_the_start_alone_is_fixed() -> None:
+    """All else can be tuned, a delay too, which acts outside of the equations."""
+    values = {
+        "history": {"change": 0.3, "time": 20.0, "start": 0.1, "kept": 0.4},
+        "dwell_time": {"rise": 1.0, "time": 1.0, "distance": 0.1, "start": 0.5},
+        "delay": {"time": 0.004},
+    }
+    _, table, _ = describe(two_links(*(EffectEntry(name, ("A",), {"A": own}) for name, own in values.items())), 3)
+    fixed = [v.name for v in table.variables if v.causality == "parameter" and v.variability != "tunable"]
+    starts = [f"{key}[{j}]" for key in ("q_start", "dq_start") for j in (1, 2)]
+    assert fixed == ["effect.history[1].start", "effect.history[1].kept", "effect.dwell_time[1].start", *starts]
+
+
 @pytest.mark.parametrize(
     ("text", "name", "powers"),
     [

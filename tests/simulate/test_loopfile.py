@@ -105,6 +105,7 @@ CONTINUOUS = ("sample_time = 0.0125", "sample_time = 0")
         ([('kind = "feedforward"', 'kind = "dither"')], "frequency is missing"),
         ([('"stribeck.loop/1"', '"stribeck.loop/2"')], "schema"),
         ([("duration = 20.0", 'duration = 20.0\nclamp = { A = 0.1 }')], "clamp"),
+        ([("duration = 20.0", 'duration = 20.0\nclamp = { B = -1500.0 }')], "clamp.B lies beyond 1000 rad: found"),
     ],
 )  # fmt: skip
 def test_refuses_in_one_line(changes: list[tuple[str, str]], words: str, tmp_path: Path) -> None:

@@ -1,7 +1,7 @@
 """The arm: one value, and one file format, for the nominal, the fitted and the corrected model."""
 
 from stribeck.arm.file import arm_to_toml, load_arm, save_arm
-from stribeck.arm.units import unit_at, with_unit
+from stribeck.arm.units import factors, is_unit, unit_at, with_unit
 from stribeck.arm.values import Arm, EffectEntry, Friction, Joint, Tolerance
 
 __all__ = [
@@ -11,6 +11,8 @@ __all__ = [
     "Joint",
     "Tolerance",
     "arm_to_toml",
+    "factors",
+    "is_unit",
     "load_arm",
     "save_arm",
     "unit_at",

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from stribeck.cli.shared import load_model, progress, warn
+from stribeck.outputs import check_keeps
 
 app = typer.Typer()
 
@@ -35,6 +36,7 @@ def export(
     ] = None,
 ) -> None:
     """Write an arm as an FMU, for Model Exchange and Co-Simulation, binaries for every platform and sources."""
+    check_keeps(out, [model])
     arm = load_model(model)
 
     from stribeck.export import export_fmu

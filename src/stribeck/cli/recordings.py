@@ -12,9 +12,9 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from stribeck.cli.shared import OutDir, doubts, load_model, progress, read_runs, tell, warn
+from stribeck.cli.shared import OutDir, check_library, doubts, load_model, progress, read_runs, tell, warn
 from stribeck.errors import InputError
-from stribeck.outputs import check_free, whole_folder
+from stribeck.outputs import check_free, check_keeps, whole_folder
 from stribeck.run import Run, save_columns
 
 app = typer.Typer()
@@ -77,6 +77,7 @@ def diagnose(
         do = "give them before --held-out, which takes every file up to the next option"
         do = do if held_out else "or --example; see stribeck diagnose --help"
         raise InputError("diagnose needs an arm file and at least one run", "", do)
+    check_library()
     nominal = load_model(arm)
     fitted, judged = read_runs(nominal, runs, held_out or [])
     said = doubts((*fitted, *judged))
@@ -108,6 +109,7 @@ def predict(
     out: Annotated[Path, typer.Option("--out", metavar="FILE.csv", help="The table to write.")],
 ) -> None:
     """Start at the recorded state every S seconds and simulate on under the recorded commanded torque."""
+    check_keeps(out, (model, run))
     if not 0.0 < horizon < float("inf"):
         raise InputError("--horizon must be a positive time", f"{horizon:g} s", "give seconds, for instance 0.5")
     arm = load_model(model)

@@ -51,6 +51,13 @@ def load_model(path: Path) -> Arm:
     return arm
 
 
+def check_library() -> None:
+    """Load all effects now: one of another package that is declared wrongly is told before any work is done."""
+    from stribeck.effects.registry import laws
+
+    laws()
+
+
 def read_runs(arm: Arm, fitted: Sequence[Path], judged: Sequence[Path] = ()) -> tuple[list[Run], list[Run]]:
     """Load the runs of both kinds and say what to doubt of them, before any work is done."""
     runs = load_runs((*fitted, *judged), arm.n)

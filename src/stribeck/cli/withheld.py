@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from stribeck.cli.shared import load_model, read_runs, unless_asked
+from stribeck.cli.shared import check_library, load_model, read_runs, unless_asked
 from stribeck.errors import InputError
 from stribeck.exits import INTERRUPTED
 from stribeck.outputs import check_free, whole_folder
@@ -101,6 +101,8 @@ def diagnose(
     cluster: Address = None,
 ) -> None:
     """Diagnose every case without its answer; a second call goes on, and tries what failed again."""
+    check_library()
+
     from stribeck.blind.batch import diagnose_cases
 
     with _resumable(out):
@@ -155,6 +157,7 @@ def power(
 ) -> None:
     """Say which effects, and how strong, your own arm and motions would reveal; one diagnosis a case takes its time."""
     check_free(out)
+    check_library()
     own_arm, recordings = _experiment(arm, runs)
 
     from stribeck.blind.batch import write_json

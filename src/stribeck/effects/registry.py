@@ -24,6 +24,7 @@ from stribeck.effects.actuator.torque_ripple_two_waves import TorqueRippleTwoWav
 from stribeck.effects.actuator.torque_saturation import TorqueSaturation
 from stribeck.effects.actuator.torque_saturation_back_emf import TorqueSaturationBackEmf
 from stribeck.effects.actuator.torque_saturation_smooth import TorqueSaturationSmooth
+from stribeck.effects.declared import declared
 from stribeck.effects.external.cable_spring import CableSpring
 from stribeck.effects.external.cable_spring_hardening import CableSpringHardening
 from stribeck.effects.external.contact import Contact
@@ -140,13 +141,13 @@ _OWN: tuple[type[Effect], ...] = (
 def laws() -> Mapping[tuple[str, str], Effect]:
     """Return every known effect by name and law, the library's own first; the first law of a name is its default.
 
-    An effect of another package may add a name, or a law of its own to a name that is known.
+    An effect of another package may add a name, or a law of its own to a name that is known. One that is declared
+    wrongly raises :class:`InputError`, which names the package: what is left out would be missed by nobody.
     """
     effects = {(kind.name, kind.law): kind() for kind in _OWN}
     for point in entry_points(group="stribeck.effects"):
-        effect = point.load()()
-        if effect.law or effect.name not in {name for name, _ in effects}:
-            effects.setdefault((effect.name, effect.law), effect)
+        effect = declared(point, effects)
+        effects[effect.name, effect.law] = effect
     return effects
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 
-from stribeck.export.names import bounds
+from stribeck.export.names import bounds, starting
 from stribeck.export.shared import runtime, stamped
 from stribeck.export.variables import Table
 from stribeck.model.forward import Forward
@@ -62,6 +62,7 @@ def generated(table: Table, only_steps: str) -> str:
     """
     forward = table.forward
     entries = forward.path.entries
+    fixed = starting(forward)
     limits = [bounds(forward, entry) for entry in entries]
     ring = [f"#define FM_RING {RING}"] if forward.delays else []
     lines = [
@@ -76,6 +77,7 @@ def generated(table: Table, only_steps: str) -> str:
         _array("fm_defaults", [entry.value for entry in entries]),
         _array("fm_lower", [low for low, _ in limits]),
         _array("fm_upper", [high for _, high in limits]),
+        _flags("fm_fixed", [i in fixed for i in range(len(entries))]),
         _array("fm_constants", table.constants),
     ]
     return "\n".join(lines) + "\n"
@@ -90,6 +92,10 @@ def sources(table: Table, only_steps: str, fmi: int) -> tuple[str, dict[str, str
 def _array(name: str, values: list[float] | tuple[float, ...]) -> str:
     text = ", ".join(_number(float(value)) for value in values)
     return f"static const double {name}[] = {{{text or '0'}}};"
+
+
+def _flags(name: str, values: list[bool]) -> str:
+    return f"static const char {name}[] = {{{', '.join(str(int(value)) for value in values) or '0'}}};"
 
 
 def _number(value: float) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import casadi as ca
+
 from stribeck.model.forward import Forward
 from stribeck.model.layout import Entry
 
@@ -54,3 +56,19 @@ def bounds(forward: Forward, entry: Entry) -> tuple[float, float]:
     delays = {forward.path.entries[i].key for _, i in forward.delays}
     lower = max(entry.lower, 0.0) if entry.key in delays else entry.lower
     return min(lower, entry.value), max(entry.upper, entry.value)
+
+
+def starting(forward: Forward) -> frozenset[int]:
+    """Return the places in p of what says how a simulation starts, or what came before, and has no part in its motion.
+
+    A late command acts outside of the equations, and so does what a ``direct`` effect does to a record.
+    """
+    path = forward.path
+    moved = ca.vertcat(forward.rates, forward.margins, *forward.outputs(*forward.inputs))
+    acts = ca.which_depends(moved, path.p, 1, False)
+    late = {i for _, i in forward.delays}
+    return frozenset(
+        i
+        for i, entry in enumerate(path.entries)
+        if isinstance(entry.owner, int) and not (acts[i] or i in late or path.placed[entry.owner].effect.direct)
+    )

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from math import pi
 
-from stribeck.arm import unit_at
+from stribeck.arm import factors, unit_at
 
 _BASE = {
     "kg": {"kg": 1},
@@ -77,37 +76,21 @@ def unit_of(text: str, *, prismatic: bool = False) -> Unit:
     prismatic : bool
         Whether rad stands for m, N m for N and kg m^2 for kg, as everywhere for a prismatic axis.
     """
-    factors = _factors(unit_at(text, "prismatic") if prismatic else text)
-    above = ".".join(_power(base, power) for base, power in factors if power > 0) or "1"
-    below = [_power(base, -power) for base, power in factors if power < 0]
+    parts = factors(unit_at(text, "prismatic") if prismatic else text)
+    above = ".".join(_power(base, power) for base, power in parts if power > 0) or "1"
+    below = [_power(base, -power) for base, power in parts if power < 0]
     name = "/".join([above, *below])
     type_name, quantity = _TYPES.get(name, (None, None))
-    return Unit(name, _powers(factors), _DISPLAY.get(name, ()), type_name, quantity)
-
-
-def _factors(text: str) -> list[tuple[str, float]]:
-    if not text:
-        return []
-    above, *below = text.split("/")
-    found = [_factor(part, 1.0) for part in above.split()]
-    found += [_factor(part, -1.0) for group in below for part in group.strip("()").split()]
-    return [(base, power) for base, power in found if base != "1"]
-
-
-def _factor(text: str, sign: float) -> tuple[str, float]:
-    found = re.fullmatch(r"([A-Za-z]+|1)(?:\^([0-9.]+))?", text)
-    if found is None or found[1] not in _BASE:
-        raise ValueError(f"unit {text!r} is not known")
-    return found[1], sign * float(found[2] or 1.0)
+    return Unit(name, _powers(parts), _DISPLAY.get(name, ()), type_name, quantity)
 
 
 def _power(base: str, power: float) -> str:
     return base if power == 1.0 else f"{base}{power:g}"
 
 
-def _powers(factors: list[tuple[str, float]]) -> tuple[tuple[str, int], ...] | None:
+def _powers(parts: list[tuple[str, float]]) -> tuple[tuple[str, int], ...] | None:
     total = dict.fromkeys(_ORDER, 0.0)
-    for base, power in factors:
+    for base, power in parts:
         for name, own in _BASE[base].items():
             total[name] += power * own
     if any(value != int(value) for value in total.values()):

@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from stribeck.export.names import bounds, effect_prefix, parameter_description, parameter_name
+from stribeck.export.names import bounds, effect_prefix, parameter_description, parameter_name, starting
 from stribeck.export.units import Unit, unit_of
 from stribeck.export.variable import Variable
 from stribeck.model.forward import Forward
@@ -140,8 +140,9 @@ class _Maker:
 
     def values(self, constants: list[tuple[str, str, str, float]]) -> Iterator[Variable]:
         base = self.base
+        fixed = starting(self.forward)
         for i, entry in enumerate(self.path.entries):
-            yield self._parameter(i, entry)
+            yield self._parameter(i, entry, "fixed" if i in fixed else "tunable")
         for key, unit, text in (("q_start", "rad", "position"), ("dq_start", "rad/s", "velocity")):
             for j, name in self._joints():
                 what = f"initial {text} of joint {name} as its sensor gives it"
@@ -160,10 +161,10 @@ class _Maker:
         text = "changes of mode since the start"
         yield Variable("events", base["events"], "local", "discrete", text, None, "calculated", lower=0, real=False)
 
-    def _parameter(self, i: int, entry: Entry) -> Variable:
+    def _parameter(self, i: int, entry: Entry, variability: str) -> Variable:
         lower, upper = bounds(self.forward, entry)
         return Variable(
-            parameter_name(self.forward, entry), self.base["p"] + i, "parameter", "tunable",
+            parameter_name(self.forward, entry), self.base["p"] + i, "parameter", variability,
             parameter_description(self.forward, entry), self._unit(entry.unit), "exact", entry.value,
             lower if math.isfinite(lower) else None, upper if math.isfinite(upper) else None,
         )  # fmt: skip

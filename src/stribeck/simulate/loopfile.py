@@ -85,9 +85,12 @@ def check_loop(loop: Loop, arm: Arm, source: str = "loop") -> None:
             raise InputError(f"{where}.joint is controlled twice", repr(entry.joint), "give each joint one entry")
         seen.add(entry.joint)
         _check_joint(entry, loop, where)
-    for name in loop.clamp:
+    for name, position in loop.clamp.items():
         if name not in arm.names or name in seen:
             raise InputError(f"{source}: clamp names a joint that is not clamped", repr(name), known)
+        if abs(position) > _FARTHEST:
+            what = f"{source}: clamp.{name} lies beyond {_FARTHEST:g} rad"
+            raise InputError(what, f"{position:g}", "give it in rad, and SI units")
     for place in placed_effects(arm):
         _check_delay(place, loop, arm, source)
 

@@ -23,6 +23,16 @@ def test_sound_one_has_no_problems_and_says_what_was_left_out(tmp_path: Path) ->
     assert any("without a unit" in text for text in found.skipped)
 
 
+def test_one_that_cannot_be_run_here_is_not_called_sound(tmp_path: Path) -> None:
+    path = tmp_path / "tiny.fmu"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("modelDescription.xml", DESCRIPTION)
+        archive.writestr("sources/tiny.c", "int lag;")  # how to build it is not said
+    assert validate_fmu(path, run=False) == []
+    (problem,) = validate_fmu(path)
+    assert problem.startswith("it could not be run on this machine: no binary in binaries/")
+
+
 WAYS = {
     CRASH: "Co-Simulation failed while simulating: the binary crashed with SIGSEGV",
     NAN: "CoSimulation gives values of x that are not finite",

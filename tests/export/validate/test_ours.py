@@ -5,13 +5,16 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import fmpy
 import pytest
 
 from stribeck.arm import Arm, EffectEntry, Friction, Joint, arm_to_toml
 from stribeck.export import export_fmu
 from stribeck.export.validate import check_fmu, validate_fmu
+from stribeck.export.validate.check import Validation
 from stribeck.export.validate.compare import against_simulator
-from stribeck.export.validate.opened import opened
+from stribeck.export.validate.opened import Opened, opened
+from stribeck.export.validate.told import told
 
 from ..conftest import two_links
 
@@ -109,6 +112,50 @@ def test_change_is_noticed(exported: Path, tmp_path: Path, monkeypatch: pytest.M
         monkeypatch.setattr("stribeck.export.validate.check.by_itself", lambda fmu, kind, library: [])
     problems = validate_fmu(changed(exported, tmp_path / "changed.fmu", {file: change}), run=runs)
     assert any(says in problem for problem in problems), problems
+
+
+def test_without_a_binary_for_this_machine_its_sources_are_run(
+    exported: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Even where they are those of this version, as an export for other platforms has them."""
+    own = f"binaries/{fmpy.platform}/"
+    with zipfile.ZipFile(exported) as source, zipfile.ZipFile(tmp_path / "other.fmu", "w") as target:
+        for name in source.namelist():
+            if not name.startswith(own):
+                target.writestr(name, source.read(name))
+        (binary,) = (source.read(name) for name in source.namelist() if name.startswith(own))
+
+    def build_sources(fmu: Opened, target: Path) -> tuple[list[str], list[str]]:
+        target.write_bytes(binary)
+        return [], []
+
+    monkeypatch.setattr("stribeck.export.validate.check.reproduction", lambda fmu, arm: ([], []))
+    monkeypatch.setattr("stribeck.export.validate.check.build_sources", build_sources)
+    found = check_fmu(tmp_path / "other.fmu")
+    assert found.problems == ()
+    assert {one.kind for one in found.deviations} == {"CoSimulation", "ModelExchange"}
+
+
+def test_an_effect_that_is_not_installed_is_told_once(
+    exported: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("stribeck.export.validate.check.build_sources", lambda fmu, target: ([], []))
+    effect = swap("[[joints]]", '[[effects]]\neffect = "my_drive"\njoints = ["A"]\n[[joints]]')
+    found = check_fmu(changed(exported, tmp_path / "changed.fmu", {"resources/arm.toml": effect}), run=False)
+    assert [text for text in found.problems if "my_drive" in text] == [
+        "resources/arm.toml has the effect my_drive, which is not installed here: the arm is left out of account"
+    ]
+    assert not any("use one of" in text for text in (*found.problems, *found.skipped))
+    assert len(found.problems) == 1
+
+
+@pytest.mark.long
+def test_a_straight_axis_is_compared_in_metres(made: Callable[[Arm, int], Path]) -> None:
+    arm = one_joint(kind="prismatic")
+    with opened(made(arm, 2)) as fmu:
+        found = against_simulator(fmu, arm, "CoSimulation")
+    said = told(Validation((), (), (found,), ()))
+    assert said[0].startswith(f"CoSimulation: at most {found.position:.2g} m from the arm's own simulator")
 
 
 @pytest.mark.slow

@@ -9,6 +9,8 @@ from pathlib import Path
 import fmpy
 
 from stribeck.arm import Arm, load_arm
+from stribeck.effects.placing import placed_effects
+from stribeck.effects.registry import laws, registry
 from stribeck.errors import StribeckError
 from stribeck.export.validate.binaries import binary_problems, platform_folders
 from stribeck.export.validate.compare import Deviation, against_simulator, by_itself
@@ -76,18 +78,21 @@ def check_fmu(path: Path | str, *, run: bool = True) -> Validation:
             if arm.n > MOST_JOINTS or any("is missing" in problem for problem in declared):
                 skipped.append("comparison with a simulator: the arm inside is not that of the FMU")
                 arm = None
-        elif not fmu.ours:
-            skipped.append("names of the contract, comparison with a simulator: the FMU holds no resources/arm.toml")
+        else:
+            why = "the arm inside cannot be used" if fmu.ours else f"the FMU holds no {ARM}"
+            skipped.append(f"names of the contract, comparison with a simulator: {why}")
         bare = unitless(fmu)
         if bare:
             text = f"{len(bare)} of the real variables without a unit, {bare[0]} among them"
             (found if fmu.ours else skipped).append(text)
-        again, left = ([], ["reproduction: it holds no arm"]) if arm is None else reproduction(fmu, arm)
+        again, left = (
+            ([], ["reproduction: it holds no arm that can be used"]) if arm is None else reproduction(fmu, arm)
+        )
         found += again
         skipped += left
         with tempfile.TemporaryDirectory(prefix="stribeck.build.") as name:
             library = Path(name) / "built.so"
-            if again or left:  # else the sources are those that have just been built
+            if again or left or (run and not _held(fmu)):  # else the sources are those that have just been built
                 problems, left = build_sources(fmu, library)
                 found += problems
                 skipped += left
@@ -99,26 +104,35 @@ def check_fmu(path: Path | str, *, run: bool = True) -> Validation:
 
 
 def _arm(fmu: Opened, found: list[str]) -> Arm | None:
-    """Return the arm that an FMU holds; a file that cannot be read is a problem."""
+    """Return the arm that an FMU holds; a file that cannot be read, or not be made a model of here, is a problem."""
     if not fmu.ours:
         return None
     try:
-        return load_arm(fmu.folder / ARM)
+        arm = load_arm(fmu.folder / ARM)
+        for entry in arm.effects:
+            if entry.effect not in registry() or (entry.law and (entry.effect, entry.law) not in laws()):
+                label = f"{entry.effect}/{entry.law}" if entry.law else entry.effect
+                found.append(
+                    f"{ARM} has the effect {label}, which is not installed here: the arm is left out of account"
+                )
+                return None
+        placed_effects(arm, ARM)
     except StribeckError as error:
         found.append(fmu.inside(str(error)))
         return None
+    return arm
 
 
 def _run(fmu: Opened, arm: Arm | None, built: Path | None, found: list[str], skipped: list[str]) -> list[Deviation]:
     """Simulate every interface type, with the binary of this platform and with the one built from the sources."""
     deviations = []
-    here = f"binaries/{fmpy.platform if fmu.version == 2 else fmpy.platform_tuple}/"
-    held = any(file.startswith(here) for file in fmu.files)
+    if fmu.version not in (2, 3):
+        skipped.append(f"simulation of FMI {fmu.description.fmiVersion}")
+        return []
+    held = _held(fmu)
     libraries = [None] * held + ([built] if built and (not held or fmu.ours) else [])
     if not libraries:
-        skipped.append(f"simulation: no binary in {here} and none could be built")
-    if fmu.version not in (2, 3):
-        return []
+        found.append(f"it could not be run on this machine: no binary in {_here(fmu)} and none built from sources")
     for kind in fmu.kinds:
         for library in libraries:
             origin = "" if library is None else " built from the sources"
@@ -131,13 +145,21 @@ def _run(fmu: Opened, arm: Arm | None, built: Path | None, found: list[str], ski
                 found.append(str(error) + origin)
                 continue
             if not deviation.position <= deviation.allowed:
-                found.append(
-                    f"{kind}{origin} departs from the arm's own simulator by {deviation.position:.2g} rad, "
-                    f"more than {deviation.allowed:.2g}"
-                )
+                apart = f"{deviation.position:.2g} {deviation.unit}, more than {deviation.allowed:.2g}"
+                found.append(f"{kind}{origin} departs from the arm's own simulator by {apart}")
             if library is None or not held:
                 deviations.append(deviation)
     return deviations
+
+
+def _here(fmu: Opened) -> str:
+    """Return the folder of this machine's binary."""
+    return f"binaries/{fmpy.platform if fmu.version == 2 else fmpy.platform_tuple}/"
+
+
+def _held(fmu: Opened) -> bool:
+    """Return whether it holds a binary for this machine."""
+    return any(file.startswith(_here(fmu)) for file in fmu.files)
 
 
 def _facts(fmu: Opened) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.arm import Arm
+from stribeck.arm import Arm, unit_at
 from stribeck.errors import StribeckError
 from stribeck.export.validate.apart import Trial, held_inputs, simulate_apart
 from stribeck.export.validate.opened import Opened
@@ -32,18 +32,21 @@ class Deviation:
     kind : str
         Interface type.
     position : float
-        Largest difference of a joint position, rad.
+        Largest difference of a joint position, in ``unit``.
     events : int
         Changes of a contact mode in the simulator's motion.
     allowed : float
-        What a faithful FMU may come to, rad: an arm that magnifies the errors of the simulator's own steps, as one with
+        What a faithful FMU may come to: an arm that magnifies the errors of the simulator's own steps, as one with
         play does, magnifies those of the FMU as well.
+    unit : str
+        rad, or m of a prismatic axis.
     """
 
     kind: str
     position: float
     events: int
     allowed: float
+    unit: str = "rad"
 
 
 def trial_command(engine: Engine) -> tuple[Floats, Floats]:
@@ -95,7 +98,7 @@ def against_simulator(fmu: Opened, arm: Arm, kind: str, library: Path | None = N
         apart = _apart(position, own.q)
         if apart <= allowed:
             break
-    return Deviation(kind, apart, own.event_count, allowed)
+    return Deviation(kind, apart, own.event_count, allowed, unit_at("rad", arm.joints[0].kind))
 
 
 _START = ("q_start", "dq_start")

@@ -51,7 +51,8 @@ def declaration_problems(fmu: Opened, arm: Arm) -> list[str]:
             problems += _unit_problems(variable, dimension, units)
         if value is not None and _number(variable.start) != value:
             problems.append(f"variable {name} starts at {variable.start}; {value!r} stands in resources/arm.toml")
-        if causality == "parameter" and name.startswith(("joint", "effect")) and variable.variability != "tunable":
+        tuned = ("tunable", "fixed") if name.startswith("effect") else ("tunable",)  # some say how an effect starts
+        if causality == "parameter" and name.startswith(("joint", "effect")) and variable.variability not in tuned:
             problems.append(f"parameter {name} must be tunable: found {variable.variability}")
     return problems
 

@@ -9,7 +9,8 @@ def told(found: Validation) -> list[str]:
     """Return the lines: what it is, how far it departs from the simulator, what was skipped, and the problems."""
     lines = list(found.facts)
     lines += [
-        f"{one.kind}: at most {one.position:.2g} rad from the arm's own simulator, {one.events} stick-slip events"
+        f"{one.kind}: at most {one.position:.2g} {one.unit} from the arm's own simulator, "
+        f"{one.events} stick-slip events"
         for one in found.deviations
     ]
     lines += [f"skipped: {text}" for text in found.skipped]

@@ -62,6 +62,8 @@ static int fm_get_integer(fm_instance *f, unsigned vr, int32_t *value) {
 static int fm_set_parameter(fm_instance *f, unsigned vr, double value) {
     const int i = (int)vr - FM_P;
     if (f->core.p[i] == value) return FM_OK;
+    if (fm_fixed[i] && !(f->core.stands & (FM_START | FM_INIT)))
+        return fm_refuse(f, vr, value, "it says how a simulation starts");
     if (f->core.stands == FM_CONTINUOUS) return fm_refuse(f, vr, value, "a parameter is tuned in event mode");
     if (!(value >= fm_lower[i] && value <= fm_upper[i])) {
         fm_log(f, FM_ERROR, FM_LOG_ERROR, "the parameter with value reference %u must lie between %g and %g, not %g",
