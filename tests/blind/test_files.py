@@ -52,6 +52,7 @@ def changed(*keys: Any, value: Any = None, of: dict[str, Any] = ANSWER) -> dict[
         (changed("diagnosis"), "diagnosis is missing"),
         (changed("diagnosis", value=[]), "diagnosis must be a table: found []"),
         (changed("files"), "files is missing"),
+        (changed("corrected"), "must have retuned and corrected, of which gap.closed tells"),
         (changed("seconds", value="x"), 'seconds must be a number: found "x"'),
         (changed("leave_out", value="delay"), 'leave_out must be an array: found "delay"'),
         (changed("diagnosis", "gap", value={}), "diagnosis.gap.closed is missing"),
@@ -73,6 +74,14 @@ def test_a_damaged_answer_is_refused(tmp_path: Path, answer: dict[str, Any], say
     path.write_text(json.dumps(answer))
     with pytest.raises(InputError, match=re.escape("case_0001.json: ") + ".*" + re.escape(says)):
         read_answer(path)
+
+
+def test_who_claims_nothing_need_not_deliver_arms(tmp_path: Path) -> None:
+    """As another diagnoser, of which names alone are scored."""
+    answer = changed("corrected", of=changed("retuned"))
+    answer["diagnosis"]["gap"]["closed"] = None
+    (tmp_path / "a.json").write_text(json.dumps(answer))
+    assert read_answer(tmp_path / "a.json") == answer
 
 
 def test_what_is_not_scored_is_kept(tmp_path: Path) -> None:

@@ -96,8 +96,12 @@ class _Found:
 @dataclass(frozen=True)
 class _Answered(_Done):
     diagnosis: _Found
-    retuned: str
-    corrected: str
+    retuned: str | None = None
+    corrected: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.diagnosis.gap.closed is not None and None in (self.retuned, self.corrected):
+            raise PydanticCustomError("arms", "must have retuned and corrected, of which gap.closed tells")
 
 
 def read_settings(folder: Path) -> dict[str, Any]:

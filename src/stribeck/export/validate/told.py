@@ -15,4 +15,8 @@ def told(found: Validation) -> list[str]:
     ]
     lines += [f"skipped: {text}" for text in found.skipped]
     lines += [f"problem: {text}" for text in found.problems]
-    return [*lines, f"{len(found.problems)} problems" if found.problems else "no problems"]
+    return [*lines, _count(len(found.problems))]
+
+
+def _count(problems: int) -> str:
+    return "no problems" if not problems else f"{problems} problem{'s' * (problems > 1)}"
