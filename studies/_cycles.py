@@ -12,7 +12,7 @@ from _paper import joint_of_one
 from _single import coulomb
 from matplotlib.figure import Figure
 
-from stribeck.loop.exact.rounds import RoundsEngine
+from stribeck.loop.exact.engine import RoundsEngine
 from stribeck.report.style import COLOUR, MUTED, drawn, end_labels, grid, heading, new_figure, title
 from stribeck.simulate import Compensation, JointLoop, Loop, Reference
 

@@ -21,7 +21,7 @@ from stribeck.loop.answers import Analysis, JointAnswer
 from stribeck.loop.approximate import approximate
 from stribeck.loop.cycle import Cycle
 from stribeck.loop.exact.critical import k_critical
-from stribeck.loop.exact.rounds import RoundsEngine
+from stribeck.loop.exact.engine import RoundsEngine
 from stribeck.loop.files import limit_cycle_json, write_limit_cycle
 from stribeck.loop.surroundings import SLOW, SLOW_WINDING, Grid, grid_of, map_of
 from stribeck.loop.watched import watched

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from stribeck.arm import Arm, Friction, Joint
-from stribeck.loop.exact.rounds import RoundsEngine
+from stribeck.loop.exact.engine import RoundsEngine
 from stribeck.loop.linear import assemble, free
 from stribeck.loop.maps import Map, label_map
 from stribeck.loop.surroundings import Grid, alone, branch_of, map_of

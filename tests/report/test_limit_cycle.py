@@ -16,7 +16,7 @@ from stribeck.cli import main
 from stribeck.loop.analyse import analyse
 from stribeck.loop.answers import Analysis
 from stribeck.loop.cycle import Cycle
-from stribeck.loop.exact.rounds import RoundsEngine
+from stribeck.loop.exact.engine import RoundsEngine
 from stribeck.loop.surroundings import Grid, map_of
 from stribeck.report.cycle_tables import gain_facts, method_facts, method_table, verdict_table
 from stribeck.report.cycle_words import answer_sentences, headline

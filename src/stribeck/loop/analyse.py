@@ -16,7 +16,8 @@ from stribeck.loop.answers import Analysis, JointAnswer, Method
 from stribeck.loop.approximate import Approximation, approximate
 from stribeck.loop.cycle import STOPPED, WORDS, Cycle
 from stribeck.loop.exact.critical import fold_velocity, k_critical
-from stribeck.loop.exact.rounds import RoundsEngine, check_autonomous
+from stribeck.loop.exact.engine import RoundsEngine
+from stribeck.loop.exact.rounds import check_autonomous
 from stribeck.loop.exact.settle import settle
 from stribeck.loop.exact.shooting import shoot
 from stribeck.loop.linear import Assembly, assemble, free, kp_max, margins

@@ -12,7 +12,8 @@ from stribeck.errors import InputError
 from stribeck.loop.answers import Branch, Locus
 from stribeck.loop.approximate import predicted_amplitudes
 from stribeck.loop.exact.branch import Parameter, continue_through
-from stribeck.loop.exact.rounds import Rounds, RoundsEngine
+from stribeck.loop.exact.engine import RoundsEngine
+from stribeck.loop.exact.rounds import Rounds
 from stribeck.loop.linear import Assembly, root_locus
 from stribeck.loop.linear.controller import derivative_gain, tuned_inertia
 from stribeck.loop.linear.gains import MOST_STATES

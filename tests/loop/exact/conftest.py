@@ -6,7 +6,7 @@ from collections.abc import Callable
 import pytest
 
 from stribeck.arm import Arm, Friction, Joint
-from stribeck.loop.exact.rounds import RoundsEngine
+from stribeck.loop.exact.engine import RoundsEngine
 from stribeck.simulate import Compensation, JointLoop, Loop, Reference
 
 A = Friction(5.0, 1.25, 1.5, 0.05)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stribeck.arm import EffectEntry, Friction
-from stribeck.loop.exact.rounds import RoundsEngine
+from stribeck.loop.exact.engine import RoundsEngine
 from stribeck.loop.exact.settle import settle
 from stribeck.loop.exact.shooting import shoot
 from stribeck.simulate import Compensation, JointLoop, Loop, Reference, close_loop

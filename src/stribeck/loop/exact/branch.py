@@ -13,8 +13,9 @@ from stribeck.arm import Arm
 from stribeck.errors import InputError
 from stribeck.loop.cycle import Cycle
 from stribeck.loop.exact.ending import Ending, answers
+from stribeck.loop.exact.engine import RoundsEngine
 from stribeck.loop.exact.place import Place
-from stribeck.loop.exact.rounds import Rounds, RoundsEngine
+from stribeck.loop.exact.rounds import Rounds
 from stribeck.loop.exact.section import Fixed, ReturnMap, solve
 from stribeck.loop.exact.settle import settle_from
 from stribeck.loop.exact.shooting import ending_of

@@ -8,8 +8,9 @@ from dataclasses import replace
 from stribeck.arm import Arm
 from stribeck.errors import InputError
 from stribeck.loop.exact.ending import answers
+from stribeck.loop.exact.engine import RoundsEngine
 from stribeck.loop.exact.place import Place
-from stribeck.loop.exact.rounds import Rounds, RoundsEngine
+from stribeck.loop.exact.rounds import Rounds
 from stribeck.loop.exact.settle import settle_from
 from stribeck.loop.exact.shooting import ending_of
 from stribeck.loop.exact.starts import starts

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from stribeck.arm import Arm
 from stribeck.loop.cycle import STOPPED, Cycle
 from stribeck.loop.exact.ending import Ending, all_die, answers, gather
+from stribeck.loop.exact.engine import RoundsEngine
 from stribeck.loop.exact.place import Place, Stretch
 from stribeck.loop.exact.rest import ahead, follow, winding
-from stribeck.loop.exact.rounds import ANY, NONE, Rounds, RoundsEngine
+from stribeck.loop.exact.rounds import ANY, NONE, Rounds
 from stribeck.loop.exact.stall import left_behind, waiting
 from stribeck.loop.exact.starts import starts
 from stribeck.loop.exact.turns import CREEP, TINY, weighted, whole_rounds

@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 from stribeck.arm import Arm
 from stribeck.loop.cycle import STOPPED, Cycle
 from stribeck.loop.exact.ending import Ending, all_die, answers, gather
+from stribeck.loop.exact.engine import RoundsEngine
 from stribeck.loop.exact.place import Place
 from stribeck.loop.exact.repeat import repeated
 from stribeck.loop.exact.rest import ahead, deviations, follow
-from stribeck.loop.exact.rounds import ANY, NONE, Rounds, RoundsEngine
+from stribeck.loop.exact.rounds import ANY, NONE, Rounds
 from stribeck.loop.exact.section import Fixed, ReturnMap, solve
 from stribeck.loop.exact.settle import settle_from
 from stribeck.loop.exact.stall import PLACES, left_behind, waiting

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from stribeck.arm import Arm
 from stribeck.errors import InputError
 from stribeck.loop.cycle import VERDICTS
-from stribeck.loop.exact.rounds import Rounds, RoundsEngine
+from stribeck.loop.exact.engine import RoundsEngine
+from stribeck.loop.exact.rounds import Rounds
 from stribeck.loop.exact.shooting import shoot
 from stribeck.loop.maps.cells import fits, kernel, run_cells, template_of
 from stribeck.loop.maps.grid import Axes, check_axes, loop_of_cell
