@@ -121,7 +121,9 @@ def test_what_is_the_same_twice_is_computed_once() -> None:
 def test_outputs_that_no_sample_changes() -> None:
     x, p = ca.SX.sym("x"), ca.SX.sym("p")
     tape = Tape(ca.Function("f", [x, p], [ca.densify(ca.vertcat(p**2, 0, 4, x))]), fixed=(1,))
-    np.testing.assert_array_equal(tape.map([np.array([[1.0, 2.0]]), np.array([3.0])]), [[9, 9], [0, 0], [4, 4], [1, 2]])
+    values = tape.map([np.array([[1.0, 2.0]]), np.array([3.0])])
+    np.testing.assert_array_equal(values, [[9, 9], [4, 4], [1, 2]])
+    np.testing.assert_array_equal(tape.whole(values.T), [[9, 0, 4, 1], [9, 0, 4, 2]])
 
 
 def test_foreign_operation_is_refused() -> None:

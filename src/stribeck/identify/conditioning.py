@@ -8,14 +8,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import signal
 from scipy.interpolate import make_interp_spline
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from stribeck.arm import Arm
 from stribeck.identify.braked import braked, undriven
 from stribeck.identify.cutoff import MOST_OF_MOTION, motion_cutoff
-from stribeck.identify.filters import low_pass, smoother
+from stribeck.identify.filters import decimated, low_pass, smoother
 from stribeck.identify.noise import encoder_noise
 from stribeck.identify.sliding import sliding
 from stribeck.run import Run
@@ -102,13 +101,8 @@ class Conditioned:
 
     def filtered(self, values: np.ndarray) -> np.ndarray:
         """Return values (K, ...) low-passed, rows i centred on sample i * decimation + half the taps' length."""
-        reach = len(self.taps) - 1
-        lead = -reach % self.decimation  # so that a kept row falls on the first whole window
-        padded = np.concatenate([np.zeros((lead, *values.shape[1:])), values])
-        full = signal.upfirdn(self.taps, padded, up=1, down=self.decimation, axis=0)
-        count = (len(values) - 1 - reach) // self.decimation + 1
-        first = (reach + lead) // self.decimation
-        return np.asarray(full[first : first + max(count, 0)])
+        flat = values.reshape(len(values), -1)
+        return decimated(flat.T, self.taps, self.decimation).T.reshape(-1, *values.shape[1:])
 
 
 def condition(

@@ -58,13 +58,13 @@ class Drives:
             return still
         drive = still.copy()
         for (what, joint), later in ahead.items():
-            asked = run.time + later
-            inside = np.clip(asked, run.time[0], run.time[-1])
             for name in ("command",) if what == "command" else ("position", "velocity", "acceleration"):
-                curve = self._curve(run, name, joint, still)
-                drive[_rows(name, self.path.n)][joint] = curve(inside)
-                drive[_rows(f"{name}_rate", self.path.n)][joint] = np.where(inside == asked, curve(inside, 1), 0.0)
+                moved, rate = _moved(self._curve(run, name, joint, still), later, run.sample_time)
+                drive[_rows(name, self.path.n)][joint] = moved
+                drive[_rows(f"{name}_rate", self.path.n)][joint] = rate
             if what != "command":
+                asked = run.time + later
+                inside = np.clip(asked, run.time[0], run.time[-1])
                 drive[_rows("sliding", self.path.n)][joint] = np.interp(asked, run.time, run.sliding[:, joint])
                 nearest = np.rint((inside - run.time[0]) / run.sample_time).astype(int)  # which has no slope
                 drive[_rows("resting", self.path.n)][joint] = run.resting[nearest, joint]
@@ -86,11 +86,30 @@ class Drives:
 def delays_of(path: SignalPath, p: np.ndarray) -> np.ndarray:
     """Return the present value of each effect's delay (0 without one), s."""
     delays = np.zeros(len(path.placed))
-    for i, entry in enumerate(path.entries):
-        owner = entry.owner
-        if isinstance(owner, int) and entry.name == "time" and path.placed[owner].effect.delays:
-            delays[owner] = p[i]
+    for i, owner in delayers(path).items():
+        delays[owner] = p[i]
     return delays
+
+
+def delayers(path: SignalPath) -> dict[int, int]:
+    """Return which effect each parameter belongs to that delays a signal: it changes the drive itself."""
+    return {
+        i: entry.owner
+        for i, entry in enumerate(path.entries)
+        if isinstance(entry.owner, int) and entry.name == "time" and path.placed[entry.owner].effect.delays
+    }
+
+
+def _moved(curve: CubicSpline, later: float, step: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return a curve through uniform samples and its slope (N,) a time later than each; beyond its ends it stays."""
+    pieces = curve.c.shape[1]
+    whole = int(np.floor(np.clip(later / step, -pieces - 1.0, pieces + 1.0)))
+    into = later - whole * step  # the same into every piece
+    piece = np.arange(pieces + 1) + whole
+    x = np.where(piece < 0, 0.0, np.where(piece < pieces, into, step))
+    a, b, c, d = curve.c[:, np.clip(piece, 0, pieces - 1)]
+    outside = (piece < 0) | (piece + (into > 0.0) > pieces)
+    return ((a * x + b) * x + c) * x + d, np.where(outside, 0.0, (3.0 * a * x + 2.0 * b) * x + c)
 
 
 def _as_recorded(run: Conditioned) -> np.ndarray:

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy import signal
 
 DESIGNS = 256  # that are kept
@@ -35,6 +36,36 @@ def low_pass(cutoff: float, h: float) -> np.ndarray:
     length = int(3.3 / (cutoff * h)) | 1
     taps = signal.firwin(max(length, 3), cutoff, fs=1.0 / h, window=("kaiser", 5.0))
     return _frozen(np.asarray(taps))
+
+
+def decimated(values: np.ndarray, taps: np.ndarray, every: int) -> np.ndarray:
+    """Return each row (K,) of values filtered, one sample in ``every`` where all taps lie within it.
+
+    Several of them at a time are a product with a matrix that holds the taps at as many places: on a processor, far
+    cheaper than one after the other.
+    """
+    count = (values.shape[1] - len(taps)) // every + 1
+    if count < 1:
+        return np.zeros((len(values), 0))
+    many = min(max(1, len(taps) // every), count)
+    blocks, rest = divmod(count, many)
+    bank = _bank(taps.tobytes(), every, many)
+    seen = sliding_window_view(values, len(bank), axis=1)[:, :: many * every][:, :blocks]
+    parts = [(seen @ bank).reshape(len(values), -1)]
+    if rest:
+        bank = _bank(taps.tobytes(), every, rest)
+        parts.append(values[:, blocks * many * every :][:, : len(bank)] @ bank)
+    return np.concatenate(parts, axis=1)
+
+
+@lru_cache(maxsize=DESIGNS)
+def _bank(taps: bytes, every: int, many: int) -> np.ndarray:
+    """Return a matrix of which each column holds the taps, ``every`` rows further down than the one before."""
+    column = np.frombuffer(taps)[::-1]
+    bank = np.zeros((len(column) + (many - 1) * every, many))
+    for k in range(many):
+        bank[k * every : k * every + len(column), k] = column
+    return _frozen(bank)
 
 
 @lru_cache(maxsize=DESIGNS)

@@ -19,13 +19,21 @@ from stribeck.model.cut import Cut
 from stribeck.model.path import SignalPath
 
 KEPT = 512  # machines, of the last that were asked for: a tenth of a megabyte each for two joints
+MOST_KEPT = 8_000_000  # numbers that one residual keeps
 _kept: OrderedDict[Hashable, Machine] = OrderedDict()
 
 
-def machine_of(path: SignalPath, sample_time: float, columns: tuple[int, ...], *, observe: bool) -> Machine:
-    """Return the machine of a path's cut, the same for all paths of one structure; arguments as of Cut."""
-    key = path.structure, sample_time, columns, observe
-    machine = _kept.pop(key, None) or Machine(Cut(path, sample_time, columns, observe=observe))
+def machine_of(
+    path: SignalPath,
+    sample_time: float,
+    columns: tuple[int, ...],
+    *,
+    observe: bool,
+    moving: tuple[int, ...] | None = None,
+) -> Machine:
+    """Return the machine of a path's cut, the same for all paths of one structure; arguments as of Cut and Machine."""
+    key = path.structure, sample_time, columns, observe, moving
+    machine = _kept.pop(key, None) or Machine(Cut(path, sample_time, columns, observe=observe), moving)
     _kept[key] = machine
     while len(_kept) > KEPT:
         _kept.popitem(last=False)
@@ -53,16 +61,49 @@ class Abreast:
         return together
 
 
-class Machine:
-    """A cut's functions as programs."""
+class Kept:
+    """What a residual's moving parameters and states do not change, along each drive: made once."""
 
-    def __init__(self, cut: Cut) -> None:
-        self.cut = cut
+    def __init__(self) -> None:
+        self._of: dict[int, tuple[np.ndarray, bytes, np.ndarray]] = {}
+
+    def along(self, machine: Machine, drive: np.ndarray, p: np.ndarray, delays: np.ndarray) -> np.ndarray | None:
+        """Return what a machine's tape keeps along a drive; None where all may change, or it would be too much."""
+        if machine.moving is None:
+            return None
+        by = p[machine.still].tobytes() + delays.tobytes()
+        of, same, values = self._of.get(id(drive), (None, b"", None))
+        if of is drive and same == by:
+            return values
+        self._of.pop(id(drive), None)
+        if sum(kept.size for _, _, kept in self._of.values()) > MOST_KEPT:
+            return None
+        values = machine.evaluate.keep([drive, np.empty((0, 0)), p, delays])
+        self._of[id(drive)] = drive, by, values
+        return values
+
+
+class Machine:
+    """A cut's functions as programs.
+
+    Parameters
+    ----------
+    cut : Cut
+    moving : tuple of int or None
+        The only parameters that change from call to call, the drive being the same; None where all may change.
+    """
+
+    def __init__(self, cut: Cut, moving: tuple[int, ...] | None = None) -> None:
+        self.cut, self.moving = cut, moving
+        self.still = [] if moving is None else [i for i in range(cut.path.p.numel()) if i not in moving]
 
     @cached_property
     def evaluate(self) -> Tape:
         """Residual and Jacobian of each sample."""
-        return Tape(self.cut.evaluate, fixed=(2, 3))
+        function = self.cut.evaluate
+        drive, delays = (range(function.numel_in(i)) for i in (0, 3))
+        steady = {} if self.moving is None else {0: drive, 2: self.still, 3: delays}
+        return Tape(function, fixed=(2, 3), steady=steady)
 
     @cached_property
     def follow(self) -> Recursion:
@@ -93,7 +134,8 @@ class Machine:
     def states_at(self, drive: np.ndarray, values: Sequence[np.ndarray], delays: np.ndarray) -> list[np.ndarray]:
         """Return states and sensitivities (nx (1 + active), N) along one drive at each of some parameter values."""
         cut = self.cut
-        start = self.begin_each.map([drive[:, 0], np.transpose(values), delays])
+        first = self.begin_each.map([drive[:, 0], np.transpose(values), delays])
+        start = self.begin_each.whole(first.T).T
         out = self.follow_each.march(start, self.between(drive)[:, :, None], np.transpose(values), delays)
         return [cut.settled(out[:, :, i].T) for i in range(len(values))]
 

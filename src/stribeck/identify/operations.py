@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 import casadi as ca
@@ -84,12 +84,12 @@ def _constant(value: float) -> Operation:
     return Operation(CONST, int(math.copysign(1.0, value) < 0.0), 0, value)
 
 
-def constant_results(operations: Sequence[Operation], fixed: Sequence[int]) -> list[bool]:
-    """Tell which results are the same for all samples."""
+def constant_results(operations: Sequence[Operation], same: Mapping[int, Collection[int]]) -> list[bool]:
+    """Tell which results depend on some rows of the inputs alone."""
     flags: list[bool] = []
     for o in operations:
         if o.kind == LOAD:
-            flags.append(o.a in fixed)
+            flags.append(o.b in same.get(o.a, ()))
         else:
             flags.append(o.kind == CONST or (flags[o.a] and flags[o.b]))
     return flags

@@ -35,8 +35,10 @@ class Recursion:
     def __init__(self, function: ca.Function, fixed: Sequence[int]) -> None:
         self.rows = function.numel_out(0)
         operations, results = numbered(function)
-        constant = constant_results(operations, fixed)
-        early = constant_results(operations, (*fixed, NOW, AFTER))
+        rows = [range(function.numel_in(i)) for i in range(function.n_in())]
+        constant, early = (
+            constant_results(operations, {i: rows[i] for i in same}) for same in (fixed, (*fixed, NOW, AFTER))
+        )
         needed = crossing(operations, results, constant)
         driven = [i for i in crossing(operations, results, early) if not constant[i]]
         count = function.n_in()

@@ -11,9 +11,9 @@ import casadi as ca
 import numpy as np
 
 from stribeck.identify.conditioning import Conditioned
-from stribeck.identify.drives import Drives, delays_of
+from stribeck.identify.drives import Drives, delayers, delays_of
 from stribeck.identify.inertia import MovedInertia
-from stribeck.identify.machine import Abreast, Machine, machine_of
+from stribeck.identify.machine import Abreast, Kept, Machine, machine_of
 from stribeck.model.cut import Cut
 from stribeck.model.path import SignalPath
 
@@ -58,14 +58,16 @@ class Residual:
         free = [i for i, entry in enumerate(path.entries) if entry.sd > 0.0]
         self.columns = tuple(free if columns is None else columns)
         self._inertia, self._drives = MovedInertia(path), Drives(path, self.runs)
+        self._moving = self.columns if self.columns and not delayers(path).keys() & set(self.columns) else None
         self._machines: dict[float, Machine] = {}
         self._abreast: dict[Machine, Abreast] = {}
+        self._kept = Kept()
 
     def _machine(self, run: Conditioned) -> Machine:
         for step, machine in self._machines.items():
             if abs(run.sample_time - step) < SAME_STEP * step:
                 return machine
-        machine = machine_of(self.path, run.sample_time, self._derived, observe=self.observe)
+        machine = machine_of(self.path, run.sample_time, self._derived, observe=self.observe, moving=self._moving)
         return self._machines.setdefault(run.sample_time, machine)
 
     @property
@@ -83,7 +85,7 @@ class Residual:
         other = copy(self)
         for what in ("rows", "reuses"):
             other.__dict__.pop(what, None)
-        other.runs, other.known, other._abreast = tuple(runs), None, {}
+        other.runs, other.known, other._abreast, other._kept = tuple(runs), None, {}, Kept()
         other._drives = Drives(self.path, other.runs)
         return other
 
@@ -104,14 +106,14 @@ class Residual:
     ) -> tuple[np.ndarray, np.ndarray]:
         n = self.path.n
         outputs = []
-        half = len(run.taps)
+        half, machine = len(run.taps), self._machine(run)
+        kept = self._kept.along(machine, drive, p, delays) if len(run.time) <= SAMPLES else None
         for begin in range(0, len(run.time), SAMPLES):
             lo, hi = max(0, begin - half), min(len(run.time), begin + SAMPLES + half)
-            values = self._machine(run).evaluate.map([drive[:, lo:hi], states[:, lo:hi], p, delays]).T
+            values = machine.evaluate.map([drive[:, lo:hi], states[:, lo:hi], p, delays], kept).T
             outputs.append(_keep(run, values, lo, begin, min(begin + SAMPLES, len(run.time))))
         merged = np.concatenate(outputs)
-        width = merged.shape[1] // n - 1
-        rows = merged.reshape(len(merged), width + 1, n)
+        rows = machine.evaluate.whole(merged).reshape(len(merged), -1, n)
         rows[:, :, run.braked] = 0.0
         if run.undriven.any():
             ratio, slopes = self._inertia.nominal_over(run.position.mean(axis=0), p)

@@ -17,6 +17,7 @@ from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.search import forward as forward_module
 from stribeck.gap.search import screen as screening
 from stribeck.gap.search import search as search_module
+from stribeck.gap.search import starts as starts_module
 from stribeck.gap.search import tryout as tryout_module
 from stribeck.gap.search.beside import idle as idle_of
 from stribeck.gap.search.beside import misleading, stands_in, weighed, without_each
@@ -29,6 +30,7 @@ from stribeck.gap.search.projector import Projector
 from stribeck.gap.search.rank import rank
 from stribeck.gap.search.screen import _loudest, screen
 from stribeck.gap.search.setting import Setting
+from stribeck.gap.search.starts import from_every_start
 from stribeck.gap.search.step import Step
 from stribeck.gap.search.tryout import Tryout, _fit_trial, _states
 from stribeck.identify import machine as machine_module
@@ -321,6 +323,7 @@ def test_a_law_that_ends_where_it_cannot_be_meant_starts_elsewhere(
         return Model((Placed(shaft, 0, values),), fit, np.zeros((3, 1)))
 
     monkeypatch.setattr(tryout_module, "fit_model", fit_once)
+    monkeypatch.setattr(starts_module, "fit_model", fit_once)
     monkeypatch.setattr(tryout_module, "weights_of", lambda *_: weights)
     model = _fit_trial(prepared, base, weights, Trial(shaft, 0, damped, promise), FLOOR, 1.0)
     assert model is not None
@@ -350,16 +353,17 @@ def test_of_every_start_the_nearest_that_can_be_meant_are_followed(
         ended = values | ({"gap": 0.0} if gap == spring else {})
         return Model((Placed(play, 0, ended),), fit, held)
 
-    monkeypatch.setattr(tryout_module, "fit_model", fit_once)
-    monkeypatch.setattr(tryout_module, "weights_of", lambda *_: weights)
-    model = tryout_module._from_every_start(prepared, base, weights, play, 0, FLOOR)
+    monkeypatch.setattr(starts_module, "fit_model", fit_once)
+    with Parallel(n_jobs=1) as pool:
+        (model,) = from_every_start(prepared, base, weights, [(play, 0)], pool)
     assert followed[:2] == [first, second]
     assert model is not None
     assert model.placed[-1].values["gap"] == second  # it came further
     assert set(followed) == {first, second}
     followed.clear()
     base.fit.cost = 1.2  # not one start does a good part of it
-    assert tryout_module._from_every_start(prepared, base, weights, play, 0, FLOOR) is None
+    with Parallel(n_jobs=1) as pool:
+        assert from_every_start(prepared, base, weights, [(play, 0)], pool) == [None]
     assert followed == []
 
 
@@ -376,13 +380,17 @@ def test_where_much_is_left_compliances_are_fitted_from_every_start(
     monkeypatch.setattr(tryout_module, "screen", lambda *_: trial)
     monkeypatch.setattr(forward_module, "_survivors", lambda tried, strained: [trial])
 
-    def fitted(prepared: Prepared, base: Model, weights: Weights, effect: Effect, joint: int, floor: object) -> Model:
+    def fitted(prepared: Prepared, base: Model, weights: Weights, effect: Effect, joint: int) -> Model:
         start = Placed(effect, joint, effect.starts(prepared.scales[joint])[0])
         left = part if effect.name == "backlash" else 1.0
         residual = left * base.fit.residual
         return replace(base, placed=(start,), fit=replace(base.fit, residual=residual), held=left * base.held)
 
-    monkeypatch.setattr(tryout_module, "_from_every_start", fitted)
+    def each(prepared: Prepared, base: Model, weights: Weights, wanted: Any, pool: object) -> list[Model]:
+        return [fitted(prepared, base, weights, *one) for one in wanted]
+
+    monkeypatch.setattr(tryout_module, "from_every_start", each)
+    monkeypatch.setattr(tryout_module, "_by_own_weights", lambda prepared, model, weights, floor: model)
     with Parallel(n_jobs=1) as pool:
         setting = Setting(prepared, FLOOR, 0, pool, (), frozenset(), lambda text: None)
         step = forward_module._step(setting, Tryout(setting, base, {}), (), None)
@@ -996,10 +1004,11 @@ def test_a_compliance_that_took_little_is_not_sought_again_beside_as_much(monkey
     base = retune(prepared, FLOOR)
     sought: list[tuple[str, int]] = []
 
-    def nothing(prepared: Prepared, base: Model, weights: Weights, effect: Effect, joint: int, floor: object) -> None:
-        sought.append((effect.name, joint))
+    def nothing(prepared: Prepared, base: Model, weights: Weights, wanted: Any, pool: object) -> list[None]:
+        sought.extend((effect.name, joint) for effect, joint in wanted)
+        return [None] * len(wanted)
 
-    monkeypatch.setattr(tryout_module, "_from_every_start", nothing)
+    monkeypatch.setattr(tryout_module, "from_every_start", nothing)
     with Parallel(n_jobs=1) as pool:
         setting = Setting(prepared, FLOOR, 0, pool, (), frozenset(), lambda text: None)
         for part, anew in ((1.0, True), (0.95, False), (0.5, True), (1.05, False), (2.0, True)):

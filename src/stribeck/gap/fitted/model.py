@@ -172,9 +172,10 @@ class Bristled:
 
     def at(self, p: np.ndarray) -> Weights:
         """Return the weights at the path's values (p,)."""
-        noise, moved = self._prepared.noise, self._prepared.moved[: len(self._prepared.fit)]
+        noise = self._prepared.noise
         if self._residual is None or noise is None or noise.drawn is None:
             return self._weights
+        moved = self._prepared.moved[: len(self._prepared.fit)]
         own = noise_in_rows(self._residual, p, self._residual.value(p), moved)
         if own is None:
             return self._weights

@@ -14,9 +14,10 @@ from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.search.candidates import Trial, candidates
 from stribeck.gap.search.screen import screen
 from stribeck.gap.search.setting import Known, Setting
+from stribeck.gap.search.starts import ends, from_every_start, meant
 from stribeck.identify.problem import Weights
 from stribeck.identify.residual import Residual
-from stribeck.model.effect import Effect, TransmissionEffect
+from stribeck.model.effect import TransmissionEffect
 from stribeck.model.layout import Placed
 from stribeck.model.path import SignalPath
 
@@ -24,9 +25,7 @@ RELIEVED = 0.85  # of a joint's residual: an effect that leaves less is fitted o
 AGAIN = 4  # times at most
 SHORT = 0.5  # of what screening promised: a fit that was stopped and has found less goes on
 LONGER = 80  # evaluations, from where it is, or from where the effect is none
-GLANCE, FOLLOWED, FAR = 6, 2, 40  # evaluations from every start, those that are followed, and how far
 AS_MUCH = 0.85  # of what was left at a joint, or so much less: else a compliance may have been hidden by what is gone
-NEAR = 0.75  # of the base's cost, below which those steps must come: one that does most of a gap is seen to
 MEANT = 0.2  # of a joint's cost promised by a law that ends in a corner where it cannot be meant: it starts elsewhere
 
 
@@ -105,8 +104,10 @@ class Tryout:
         wanted = list(compress(every, new))
         if wanted:
             self._setting.progress(f"fitting {len(wanted)} compliances from every start")
-        given = self._setting.prepared, self.base, self._weights
-        found = self._setting.pool(delayed(_from_every_start)(*given, *one, self._setting.floor) for one in wanted)
+        prepared, floor, pool = self._setting.prepared, self._setting.floor, self._setting.pool
+        best = from_every_start(prepared, self.base, self._weights, wanted, pool)
+        own = iter(pool(delayed(_by_own_weights)(prepared, model, self._weights, floor) for model in best if model))
+        found = [next(own) if model else None for model in best]
         for (_, j), before, model in zip(wanted, compress(vain, new), found, strict=True):
             if model is None:
                 before.append(float(left[j]))
@@ -136,9 +137,9 @@ def _fit_trial(
         model = fit_model(prepared, placed, weights, known, start, evaluations=LONGER)
         if not finite(model):
             return None
-    if trial.effect.nonlinear and trial.promise > MEANT * cost and not _meant(model, prepared):
-        ends = _ends(prepared, base, weights, trial.effect, trial.joint)
-        model = min((model, *(end for end in ends if _meant(end, prepared))), key=lambda other: other.fit.cost)
+    if trial.effect.nonlinear and trial.promise > MEANT * cost and not meant(model, prepared):
+        others = ends(prepared, base, weights, trial.effect, trial.joint)
+        model = min((model, *(end for end in others if meant(end, prepared))), key=lambda other: other.fit.cost)
     return _by_own_weights(prepared, model, weights, floor)
 
 
@@ -156,38 +157,3 @@ def _by_own_weights(prepared: Prepared, model: Model, weights: Weights, floor: n
             break
         model, weights = again, own
     return model
-
-
-def _meant(model: Model, prepared: Prepared) -> bool:
-    place = model.placed[-1]
-    return place.effect.plausible(place.values, prepared.scales[place.joint])
-
-
-def _from_every_start(
-    prepared: Prepared, base: Model, weights: Weights, effect: Effect, joint: int, floor: np.ndarray
-) -> Model | None:
-    """Return a law's best model from all of its starts; None where no few steps do a good part of it."""
-    found = _ends(prepared, base, weights, effect, joint, NEAR * base.fit.cost)
-    return _by_own_weights(prepared, found[0], weights, floor) if found else None
-
-
-def _ends(
-    prepared: Prepared, base: Model, weights: Weights, effect: Effect, joint: int, most: float = np.inf
-) -> list[Model]:
-    """Return where a law's starts lead, the best one first; a few steps, below the cost ``most``, tell which to follow.
-
-    A compliance is screened without its observer, and lightly damped it then rings on beside a record that does not
-    know when it began: such starts seem hopeless there, and the way from a damped one ends damped.
-    """
-    placed = (*base.placed, Placed(effect, joint))
-    starts = effect.starts(prepared.scales[joint])
-    ways = [fit_model(prepared, placed, weights, base.fit, start, evaluations=GLANCE) for start in starts]
-    near = [way for way in _meant_first(ways, prepared) if way.fit.cost < most][:FOLLOWED]
-    return _meant_first(
-        [fit_model(prepared, model.placed, weights, model.fit, evaluations=FAR) for model in near], prepared
-    )
-
-
-def _meant_first(models: Sequence[Model], prepared: Prepared) -> list[Model]:
-    """Return the models that have not run away, by their cost; those with values that can be meant first."""
-    return sorted(filter(finite, models), key=lambda model: (not _meant(model, prepared), model.fit.cost))
