@@ -13,6 +13,7 @@ from stribeck.identify import machine as module
 from stribeck.identify.conditioning import condition
 from stribeck.identify.machine import machine_of
 from stribeck.identify.residual import Residual
+from stribeck.identify.tape import Tape
 from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
 
@@ -84,3 +85,37 @@ def test_the_last_ones_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(module._kept) == 2
     assert machine_of(path(), 0.002, (0,), observe=True) is first
     assert machine_of(path(), 0.002, (1,), observe=True) is not first
+
+
+def test_what_moves_nothing_is_not_worked_out_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Once along each run, until another value or delay asks for it; the residual is the same to the last bit."""
+    runs = [condition(pendulum(), recorded(duration=2.0, noise=1e-5, seed=seed), 20.0) for seed in (0, 1)]
+    late = SignalPath(pendulum(), [Placed(effect_named("delay"), 0, {"time": 0.01}), *path().placed])
+    own = [i for i, entry in enumerate(late.entries) if entry.name in ("C1", "stiffness")]
+    mass, delay = (next(i for i, entry in enumerate(late.entries) if entry.name == name) for name in ("mass", "time"))
+    made: list[int] = []
+    keep = Tape.keep
+
+    def counted(tape: Tape, inputs: list[np.ndarray]) -> np.ndarray:
+        made.append(1)
+        return keep(tape, inputs)
+
+    monkeypatch.setattr(Tape, "keep", counted)
+    residual, p = Residual(late, runs, own), values_of(late.entries)
+    for i, anew in ((own[0], 2), (own[1], 0), (own[0], 0), (mass, 2), (own[1], 0), (delay, 2)):
+        p[i] *= 1.1
+        made.clear()
+        found = residual(p)
+        assert len(made) == anew
+        expected = Residual(late, runs, own)(p)
+        assert all((mine == its).all() for mine, its in zip(found, expected, strict=True))
+
+
+def test_only_so_much_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "MOST_KEPT", 0)
+    runs = [condition(pendulum(), recorded(duration=2.0, noise=1e-5, seed=seed), 20.0) for seed in (0, 1)]
+    residual = Residual(path(), runs)
+    kept = residual(values_of(path().entries))
+    assert len(residual._kept._of) == 1
+    monkeypatch.setattr(module, "MOST_KEPT", 10**9)
+    assert all((a == b).all() for a, b in zip(kept, Residual(path(), runs)(values_of(path().entries)), strict=True))

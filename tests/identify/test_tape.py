@@ -126,6 +126,25 @@ def test_outputs_that_no_sample_changes() -> None:
     np.testing.assert_array_equal(tape.whole(values.T), [[9, 0, 4, 1], [9, 0, 4, 2]])
 
 
+def test_what_is_steady_is_worked_out_once() -> None:
+    """Of rows that stay as they are; what is read off the recording itself is not stored again."""
+    x, s, p = ca.SX.sym("x", 2), ca.SX.sym("s"), ca.SX.sym("p", 3)
+    law = ca.vertcat(ca.sin(x[0]) * p[0] + p[1] * x[1] * s, ca.exp(x[1] * p[2]), p[1] ** 2 + x[0])
+    function = ca.Function("f", [x, s, p], [law])
+    tape = Tape(function, fixed=(2,), steady={0: (0, 1), 2: (0, 2)})
+    rng = np.random.default_rng(4)
+    samples, state, values = rng.normal(size=(2, LANES + 5)), rng.normal(size=(1, LANES + 5)), np.array([1.3, 0.4, 0.8])
+    kept = tape.keep([samples, np.empty((0, 0)), values])
+    expected = [np.sin(samples[0]) * 1.3, np.exp(samples[1] * 0.8)]
+    np.testing.assert_allclose(sorted(kept.tolist()), sorted(row.tolist() for row in expected), rtol=1e-14)
+    for moved in (0.4, -7.0):
+        values[1] = moved
+        inputs = [samples, state, values]
+        np.testing.assert_array_equal(tape.map(inputs, kept), Tape(function, fixed=(2,)).map(inputs))
+    kept[:] = 0.0
+    np.testing.assert_array_equal(tape.map([samples, state, values], kept)[1], 0.0)
+
+
 def test_foreign_operation_is_refused() -> None:
     x = ca.SX.sym("x")
     function = ca.Function("f", [x], [ca.remainder(x, 2)])

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from joblib import Parallel
 
 from stribeck.effects.placing import placed_effects
 from stribeck.gap.fitted.clocks import in_step_beside
@@ -19,6 +18,7 @@ from stribeck.gap.search.gates import LEAST_GAIN
 from stribeck.gap.search.instead import SURELY, instead, outdone, with_as_good
 from stribeck.gap.search.look_alike import with_look_alikes
 from stribeck.gap.search.ordinary import is_ordinary, ordinary, retuned_with
+from stribeck.gap.search.pool import Pool
 from stribeck.gap.search.rank import rank
 from stribeck.gap.search.setting import Known, Progress, Setting
 from stribeck.gap.search.step import Step, last_model
@@ -51,7 +51,7 @@ def search(
     leave_out : sequence of str
         Effects that are no candidates.
     """
-    with Parallel(n_jobs=jobs) as pool:
+    with Pool(jobs) as pool:
         stated = sum(not place.effect.direct for place in placed_effects(prepared.arm))
         prepared = referred(prepared, base)
         setting = Setting(prepared, floor, seed, pool, tuple(leave_out), frozenset(), progress, stated)

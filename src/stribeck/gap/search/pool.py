@@ -1,0 +1,81 @@
+"""Processes that try candidates side by side; the recordings that all of them need are sent to each of them once.
+
+What a process works out along them, it then knows for its next task, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from types import TracebackType
+from typing import Any
+
+import joblib
+
+from stribeck.gap.records.prepare import Prepared
+
+Task = tuple[Callable[..., Any], tuple[Any, ...], dict[str, Any]]  # as joblib.delayed makes them
+
+
+class Pool:
+    """As :class:`joblib.Parallel`, a context; with one job, tasks are done where they are asked for.
+
+    Parameters
+    ----------
+    jobs : int
+    """
+
+    def __init__(self, jobs: int) -> None:
+        self._jobs, self._parallel = jobs, joblib.Parallel(n_jobs=jobs)
+        self._sent: list[tuple[Prepared, _Sent]] = []
+
+    def __enter__(self) -> Pool:
+        self._folder = TemporaryDirectory(prefix="stribeck.")
+        self._parallel.__enter__()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            self._parallel.__exit__(kind, error, trace)
+        finally:
+            self._folder.cleanup()
+
+    def __call__(self, tasks: Iterable[Task]) -> list[Any]:
+        """Return the results of all tasks, in their order."""
+        if self._jobs == 1:
+            return [work(*values, **named) for work, values, named in tasks]
+        sent = ((work, [self._of(value) for value in values], named) for work, values, named in tasks)
+        return list(self._parallel(joblib.delayed(_done)(*task) for task in sent))
+
+    def _of(self, value: object) -> object:
+        """Return what stands for recordings in a task."""
+        if not isinstance(value, Prepared):
+            return value
+        for known, sent in self._sent:
+            if known is value:
+                return sent
+        sent = _Sent(str(Path(self._folder.name) / str(len(self._sent))))
+        joblib.dump(value, sent.path)
+        self._sent.append((value, sent))
+        return sent
+
+
+@dataclass(frozen=True)
+class _Sent:
+    """Recordings that lie in a file of the pool's own folder, which no other user can read."""
+
+    path: str
+
+
+@lru_cache(maxsize=2)
+def _read(sent: _Sent) -> object:
+    return joblib.load(sent.path)
+
+
+def _done(work: Callable[..., Any], values: list[object], named: dict[str, Any]) -> object:
+    return work(*(_read(value) if isinstance(value, _Sent) else value for value in values), **named)

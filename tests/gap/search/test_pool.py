@@ -1,0 +1,47 @@
+"""Tasks side by side along recordings that each process is sent once."""
+
+from pathlib import Path
+
+import pytest
+from joblib import delayed
+
+from stribeck.gap.records.prepare import Prepared, prepare
+from stribeck.gap.search.pool import Pool
+
+from ..conftest import NOMINAL, recorded
+
+
+@pytest.fixture(scope="module")
+def prepared() -> Prepared:
+    return prepare(NOMINAL, recorded())
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_what_is_worked_out_along_recordings_is_known_to_the_next_task(prepared: Prepared, jobs: int) -> None:
+    def seen(prepared: Prepared, number: int, *, times: int = 1) -> tuple[int, bool, float]:
+        known = "moved" in vars(prepared)
+        return number * times, known, float(prepared.moved[0].position.sum())
+
+    vars(prepared).pop("moved", None)
+    with Pool(jobs) as pool:
+        folder = Path(pool._folder.name)
+        found = pool(delayed(seen)(prepared, k, times=3) for k in range(12))
+        again = pool(delayed(seen)(prepared, k) for k in range(12))
+        assert len(list(folder.iterdir())) == (0 if jobs == 1 else 1)
+        assert folder.stat().st_mode & 0o077 == 0
+    assert not folder.exists()
+    assert [number for number, _, _ in found] == list(range(0, 36, 3))
+    assert [number for number, _, _ in again] == list(range(12))
+    assert sum(not known for _, known, _ in (*found, *again)) <= jobs
+    assert len({total for _, _, total in (*found, *again)}) == 1
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_an_error_leaves_nothing_behind(prepared: Prepared, jobs: int) -> None:
+    def fails(prepared: Prepared) -> None:
+        raise ArithmeticError("of a task")
+
+    with pytest.raises(ArithmeticError, match="of a task"), Pool(jobs) as pool:
+        folder = Path(pool._folder.name)
+        pool([delayed(fails)(prepared)])
+    assert not folder.exists()

@@ -1,0 +1,26 @@
+"""The analysis filter, several samples at a time, against one after the other."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import signal
+
+from stribeck.identify.filters import decimated, low_pass
+
+
+@given(st.integers(0, 400), st.integers(1, 40), st.integers(1, 12), st.integers(1, 5))
+def test_decimated(samples: int, half: int, every: int, rows: int) -> None:
+    taps = signal.firwin(2 * half + 1, 0.2)
+    values = np.random.default_rng(samples).normal(size=(rows, samples))
+    count = max(0, -(-(samples - 2 * half) // every))
+    slow = [np.convolve(row, taps, "valid")[::every] if count else np.empty(0) for row in values]
+    found = decimated(values, taps, every)
+    assert found.shape == (rows, count)
+    np.testing.assert_allclose(found, np.reshape(slow, found.shape), rtol=0.0, atol=1e-13)
+
+
+@pytest.mark.parametrize("every", [1, 3, 7])
+def test_of_a_steady_signal_nothing_is_lost(every: int) -> None:
+    found = decimated(np.full((2, 500), 3.0), low_pass(20.0, 0.002), every)
+    np.testing.assert_allclose(found, 3.0, rtol=1e-12)
