@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from stribeck.effects.registry import registry
 from stribeck.identify.conditioning import condition
@@ -103,3 +104,19 @@ def test_a_fit_that_leads_nowhere_ends_and_says_so() -> None:
     assert rough.calls < 40
     start = rough.value(values_of(path.entries))
     assert found.cost <= 0.5 * float(np.sum((start * weights.scale) ** 2))
+
+
+def test_drives_that_stay_late_are_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """And what is kept along them is kept for all evaluations."""
+    run = condition(pendulum(), recorded(duration=2.0, noise=1e-5), 20.0)
+    late = Placed(registry()["delay"], 0, {"time": 0.01})
+    path = SignalPath(pendulum(), [late, Placed(registry()["load_dependent_friction"], 0, {"ratio": 0.1})])
+    p = values_of(path.entries)
+    own = [i for i, entry in enumerate(path.entries) if entry.owner == 1]
+    secants = Secants(path, [run], np.full(len(p), 0.1), own)
+    first = secants(p)
+    (known,) = secants._kept._of
+    monkeypatch.setattr(CubicSpline, "__init__", None)
+    again = secants(p)
+    assert list(secants._kept._of) == [known]
+    assert all((one == other).all() for one, other in zip(first, again, strict=True))

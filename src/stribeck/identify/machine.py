@@ -65,22 +65,21 @@ class Kept:
     """What a residual's moving parameters and states do not change, along each drive: made once."""
 
     def __init__(self) -> None:
-        self._of: dict[int, tuple[np.ndarray, bytes, np.ndarray]] = {}
+        self._by = b""
+        self._of: dict[int, tuple[np.ndarray, np.ndarray]] = {}
 
     def along(self, machine: Machine, drive: np.ndarray, p: np.ndarray, delays: np.ndarray) -> np.ndarray | None:
         """Return what a machine's tape keeps along a drive; None where all may change, or it would be too much."""
         if machine.moving is None:
             return None
         by = p[machine.still].tobytes() + delays.tobytes()
-        of, same, values = self._of.get(id(drive), (None, b"", None))
-        if of is drive and same == by:
-            return values
-        self._of.pop(id(drive), None)
-        if sum(kept.size for _, _, kept in self._of.values()) > MOST_KEPT:
-            return None
-        values = machine.evaluate.keep([drive, np.empty((0, 0)), p, delays])
-        self._of[id(drive)] = drive, by, values
-        return values
+        if by != self._by:
+            self._by, self._of = by, {}
+        if id(drive) not in self._of:
+            if sum(values.size for _, values in self._of.values()) > MOST_KEPT:
+                return None
+            self._of[id(drive)] = drive, machine.evaluate.keep([drive, np.empty((0, 0)), p, delays])
+        return self._of[id(drive)][1]
 
 
 class Machine:

@@ -86,11 +86,10 @@ class Secants(Residual):
         late: dict[bytes, list[int]] = {}
         for k, p in enumerate(trials):
             late.setdefault(delays_of(self.path, p).tobytes(), []).append(k)
-        for run, still in zip(self.runs, self._drives.recorded, strict=True):
-            machine = self._machine(run)
-            for together in late.values():
-                delays = delays_of(self.path, trials[together[0]])
-                drive = self._drives.along(run, delays, still)
+        for together in late.values():
+            delays = delays_of(self.path, trials[together[0]])
+            for run, drive in zip(self.runs, self._drives.at(delays), strict=True):
+                machine = self._machine(run)
                 states = machine.states_at(drive, [trials[k] for k in together], delays)
                 for k, along in zip(together, states, strict=True):
                     parts[k].append(self._one(run, drive, along, trials[k], delays)[0])
