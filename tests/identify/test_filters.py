@@ -24,3 +24,12 @@ def test_decimated(samples: int, half: int, every: int, rows: int) -> None:
 def test_of_a_steady_signal_nothing_is_lost(every: int) -> None:
     found = decimated(np.full((2, 500), 3.0), low_pass(20.0, 0.002), every)
     np.testing.assert_allclose(found, 3.0, rtol=1e-12)
+
+
+@pytest.mark.parametrize("wrong", [np.inf, -np.inf, np.nan, 1e308])
+def test_what_has_run_away_is_seen_and_not_warned_of(wrong: float) -> None:
+    values = np.ones((2, 500))
+    values[1, 200:210] = wrong
+    found = decimated(values, 3.0 * low_pass(20.0, 0.002), 3)
+    np.testing.assert_allclose(found[0], 3.0)
+    assert not np.all(np.abs(found[1]) < 1e150)

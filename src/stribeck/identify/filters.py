@@ -42,7 +42,7 @@ def decimated(values: np.ndarray, taps: np.ndarray, every: int) -> np.ndarray:
     """Return each row (K,) of values filtered, one sample in ``every`` where all taps lie within it.
 
     Several of them at a time are a product with a matrix that holds the taps at as many places: on a processor, far
-    cheaper than one after the other.
+    cheaper than one after the other. What is no number makes all of those none.
     """
     count = (values.shape[1] - len(taps)) // every + 1
     if count < 1:
@@ -51,10 +51,11 @@ def decimated(values: np.ndarray, taps: np.ndarray, every: int) -> np.ndarray:
     blocks, rest = divmod(count, many)
     bank = _bank(taps.tobytes(), every, many)
     seen = sliding_window_view(values, len(bank), axis=1)[:, :: many * every][:, :blocks]
-    parts = [(seen @ bank).reshape(len(values), -1)]
-    if rest:
-        bank = _bank(taps.tobytes(), every, rest)
-        parts.append(values[:, blocks * many * every :][:, : len(bank)] @ bank)
+    with np.errstate(over="ignore", invalid="ignore"):  # of what has run away
+        parts = [(seen @ bank).reshape(len(values), -1)]
+        if rest:
+            bank = _bank(taps.tobytes(), every, rest)
+            parts.append(values[:, blocks * many * every :][:, : len(bank)] @ bank)
     return np.concatenate(parts, axis=1)
 
 
