@@ -82,6 +82,7 @@ def taken_steps(
                 rivals=(best,),
                 ranking=ranking,
                 worth=None,
+                together=None,
                 as_good=(),
                 look_alike=None,
                 screened_out=tried,

@@ -92,6 +92,7 @@ class Cause:
     probability that this effect is there at all, beside whatever else is. ``parameters`` is joint -> parameter ->
     Estimate; ``closes`` the part of the closable gap that it closes; ``law`` is joint -> law, where the effect is a
     family with several. ``alike`` is joint -> those of ``equivalent`` that the data cannot tell from it there.
+    ``anywhere``: it is at one of the joints at least, and the data cannot tell at which.
     """
 
     effect: str
@@ -103,6 +104,7 @@ class Cause:
     presence: float | None = None
     law: Mapping[str, str] = field(default_factory=dict)
     alike: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    anywhere: bool = False
 
 
 @dataclass(frozen=True)

@@ -83,6 +83,8 @@ def claim(diagnosis: Diagnosis, cause: Cause) -> str:
     """Return one cause as it may be claimed: "presliding or backlash at joint A (97 %): these data cannot tell"."""
     names = [words.effect(name) for name in dict.fromkeys((cause.effect, *cause.equivalent))]
     place = f"at {words.joints(cause.joints)}"
+    if cause.anywhere:
+        place = f"at {words.joints(cause.joints, 'or')}, or at {'both' if len(cause.joints) == 2 else 'several'}"
     chance = words.class_probability(diagnosis, cause)
     if len(names) == 1:
         return f"{names[0]} {place}{_chance(chance, 'that it is there')}"

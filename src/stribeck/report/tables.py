@@ -57,7 +57,9 @@ def cause_table(diagnosis: Diagnosis) -> Table:
         )
         cells = (
             name,
-            words.listing([words.clean(joint) for joint in cause.joints]) if own else "",
+            words.listing([words.clean(joint) for joint in cause.joints], "or" if cause.anywhere else "and")
+            if own
+            else "",
             probability(cause.presence) if cause.presence is not None else "",
             probability(cause.probability),
             words.listing([words.effect(other) for other in cause.equivalent if other != cause.effect]),

@@ -72,11 +72,11 @@ def listing(items: tuple[str, ...] | list[str], last: str = "and") -> str:
     return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} {last} {items[-1]}" if items else ""
 
 
-def joints(names: tuple[str, ...] | list[str]) -> str:
+def joints(names: tuple[str, ...] | list[str], last: str = "and") -> str:
     """Return "joint A" or "joints A and B"."""
     if not names:
         return "the arm"
-    text = listing([clean(name) for name in names])
+    text = listing([clean(name) for name in names], last)
     if any("joint" in name.lower() for name in names):  # "joint_3" says it already
         return text
     return f"{'joint' if len(names) == 1 else 'joints'} {text}"

@@ -235,3 +235,36 @@ def test_what_may_stand_for_it_is_told_by_the_last_values() -> None:
     steps[-1].best.placed = (replace(places[0], values={**values, "position": 0.1}), places[1])
     causes, _ = causes_of(steps, ("A", "B"), (scale, scale))
     assert causes[0].equivalent == ("contact", "cable_spring")
+
+
+@pytest.mark.parametrize(
+    ("apart", "together", "joints", "anywhere"),
+    [
+        ((2.0, 1.5), 12.0, ("A", "B"), True),  # each does the other's work
+        ((2.0, 1.5), 2.2, ("A", "B"), True),  # nor is all of it worth much: it is not named
+        ((12.0, 1.5), 12.0, ("A",), False),  # one is there for sure
+        ((12.0, 11.0), 14.0, ("A", "B"), False),
+    ],
+)
+def test_what_is_there_at_one_joint_or_another(
+    apart: tuple[float, float], together: float, joints: tuple[str, ...], anywhere: bool
+) -> None:
+    def worth(t: float) -> Any:
+        size = t**2 / 16.0
+        power = np.array([[size + 1.0] * 2, [1.0] * 2])
+        return SimpleNamespace(overall=[0.0, size / (size + 1.0)], t=[0.0, t], power=power)
+
+    placed = [Placed(effect_named("presliding"), j, {"stiffness": 50.0, "damping": 1.0}) for j in (0, 1)]
+    steps = taken_steps(placed, [8.0, 8.0], gap=FLOOR, floor=FLOOR)
+    for step, t in zip(steps, apart, strict=True):
+        step.worth, step.together = worth(t), worth(together)
+    (cause,), left = causes_of(steps, ("A", "B"), SCALES)
+    assert cause.joints == joints
+    assert cause.anywhere is anywhere
+    assert (named_of([cause]) == ("presliding",)) is (max(*apart, together) > 10.0)
+    assert cause.probability + left == pytest.approx(1.0)
+    for step in steps:
+        step.together = None
+    (alone,), _ = causes_of(steps, ("A", "B"), SCALES)
+    assert (alone.presence == cause.presence) is not anywhere
+    assert not alone.anywhere

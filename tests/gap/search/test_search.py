@@ -14,13 +14,14 @@ from stribeck.effects.registry import effect_named, registry
 from stribeck.gap.diagnose import diagnose
 from stribeck.gap.fitted.model import Model, fit_model, retune, start_values, weights_of
 from stribeck.gap.records.prepare import Prepared, prepare
+from stribeck.gap.search import beside as beside_module
 from stribeck.gap.search import forward as forward_module
 from stribeck.gap.search import screen as screening
 from stribeck.gap.search import search as search_module
 from stribeck.gap.search import starts as starts_module
 from stribeck.gap.search import tryout as tryout_module
 from stribeck.gap.search.beside import idle as idle_of
-from stribeck.gap.search.beside import misleading, stands_in, weighed, without_each
+from stribeck.gap.search.beside import misleading, stands_in, weighed, with_together, without_each
 from stribeck.gap.search.candidates import Trial, candidates
 from stribeck.gap.search.families import best_laws, best_of_each, close_laws, laws_instead, relawed
 from stribeck.gap.search.forward import _survivors
@@ -1018,3 +1019,33 @@ def test_a_compliance_that_took_little_is_not_sought_again_beside_as_much(monkey
             assert bool(sought) is anew, part
             assert {"backlash", "joint_flexibility"} <= {name for name, _ in sought} or not anew
             sought.clear()
+
+
+def test_what_was_taken_at_several_joints_is_weighed_as_a_whole(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Against a model without it at any of them; what every arm has is no cause, and stays."""
+
+    def place(name: str, joint: int, **values: float) -> Placed:
+        return Placed(effect_named(name), joint, values)
+
+    own = place("cable_spring", 0, stiffness=3.0, rest=0.0)
+    soft = [place("joint_flexibility", j, stiffness=60.0, damping=0.8) for j in (0, 1)]
+    late = [place("delay", j, time=time) for j, time in ((0, 0.02), (1, 1e-4))]
+    placed = (own, *soft, *late)
+    asked: list[tuple[Placed, ...]] = []
+
+    def fitted(prepared: object, placed: Any, *_: object, **named: object) -> Any:
+        asked.append(tuple(placed))
+        return SimpleNamespace(placed=tuple(placed))
+
+    monkeypatch.setattr(beside_module, "fit_model", fitted)
+    monkeypatch.setattr(beside_module, "weights_of", lambda *_: None)
+    monkeypatch.setattr(beside_module, "finite", lambda model: True)
+    monkeypatch.setattr(beside_module, "rank", lambda prepared, models, *_: len(models[0].placed))
+    models: list[Any] = [SimpleNamespace(placed=placed[: k + 1]) for k in range(5)]
+    ranking: Any = SimpleNamespace(best=1)
+    steps = [Step(before, (best,), ranking, (1,), (), FLOOR) for before, best in pairwise(models)]
+    prepared: Any = SimpleNamespace(scales=(Scale(1.0, 1.0, 1.0, 1.0, 1.0, 1e-3),) * 2)
+    found = with_together(prepared, steps, Parallel(n_jobs=1), 0)
+    assert asked == [(own, *late), (own, *soft, late[1])]
+    assert [step.together for step in found] == [3, 3, 4, 4]
+    assert with_together(prepared, steps[:1], None, 0) == tuple(steps[:1])

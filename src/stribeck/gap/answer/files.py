@@ -141,6 +141,7 @@ def _cause(cause: Cause) -> dict[str, Any]:
         "closes": _estimate(cause.closes),
         **({"law": dict(cause.law)} if cause.law else {}),
         **({} if cause.presence is None else {"presence": _number(cause.presence)}),
+        **({"anywhere": True} if cause.anywhere else {}),
     }
 
 

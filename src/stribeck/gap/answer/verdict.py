@@ -67,12 +67,15 @@ def causes_of(steps: Sequence[Step], names: Sequence[str], scales: Sequence[Scal
     for effect, all_of_it in gathered.items():
         telling = [one for one in all_of_it if not one.ordinary] or all_of_it
         surest = max(one.presence for one in telling)
-        telling = [one for one in telling if one.presence > NAMED_OVER] or telling  # a joint is named as an effect is
+        sure = [one for one in telling if one.presence > NAMED_OVER]  # a joint is named as an effect is
+        somewhere = min(one.together for one in telling)
+        anywhere = not sure and len(telling) > 1 and somewhere > surest
+        surest, telling = somewhere if anywhere else surest, sure or telling
         part = sum(one.share for one in all_of_it) / whole
         common = late if effect in late else ()
         equivalent = tuple(dict.fromkeys((*(name for one in telling for name in one.equivalent), *common)))
         at = {names[j]: (*one.equivalent, *common) for one in telling for j in one.place.joints(len(names))}
-        causes.append(Cause(effect, surest * part, tuple(at), equivalent, presence=surest, alike=at))
+        causes.append(Cause(effect, surest * part, tuple(at), equivalent, presence=surest, alike=at, anywhere=anywhere))
     left_over = 1.0 - sum(cause.probability for cause in causes)
     return causes, max(left_over, 0.0)
 
@@ -97,11 +100,12 @@ def with_idle(causes: Sequence[Cause], idle: Collection[str]) -> tuple[list[Caus
 
 
 class _Found(NamedTuple):
-    """What one step took: how surely it is there, its part of what is closed, and its equivalents."""
+    """What one step took: how surely it is there, and how surely there or at another joint, and what it closes."""
 
     place: Placed
     ordinary: bool
     presence: float
+    together: float
     share: float
     equivalent: tuple[str, ...]
 
@@ -124,7 +128,9 @@ def _found(step: Step, steps: Sequence[Step], fills: bool, scales: Sequence[Scal
     also = [name for name in last.effect.also(last.values, scales[last.joint]) if name in _tried(step)]
     equivalent = tuple(dict.fromkeys([place.effect.name, *(law.name for law in (*twins, *beside)), *also]))
     decoy = step.look_alike.chance if step.look_alike else 0.0
-    return _Found(place, ordinary, presence(evidence(step)) * kept * (1.0 - decoy), share, equivalent)
+    kept *= 1.0 - decoy
+    sure, together = (presence(evidence(step, worth)) * kept for worth in (step.worth, step.together))
+    return _Found(place, ordinary, sure, together, share, equivalent)
 
 
 def late_as_one(steps: Sequence[Step], joints: int) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import Any
@@ -67,6 +68,31 @@ def weighed(prepared: Prepared, steps: Sequence[Step], without: Sequence[Model],
     final, floor = last_model(steps), steps[-1].floor
     found = [rank(prepared, [model, final], floor, seed) if finite(model) else None for model in without]
     return tuple(replace(step, worth=found[i]) if i < len(found) else step for i, step in enumerate(steps))
+
+
+def with_together(prepared: Prepared, steps: Sequence[Step], pool: Any, seed: int) -> tuple[Step, ...]:
+    """Return the steps; those that took one effect at several joints with what it is worth at all of them.
+
+    At each it may do much of the other's work: neither is worth much then, though it is surely there at one of them.
+    """
+    final, floor, own = last_model(steps), steps[-1].floor, len(steps[0].base.placed)
+    base, found = final.placed[:own], final.placed[own:]
+    names = [name for name, count in Counter(place.effect.name for place in found).items() if count > 1]
+    if not names:
+        return tuple(steps)
+    weights = weights_of(final, prepared, floor)
+    kept = [[p for p in found if p.effect.name != name or is_ordinary(p, prepared.scales)] for name in names]
+    rests = [(*base, *others) for others in kept]
+    models = pool(delayed(fit_model)(prepared, rest, weights, None, evaluations=WEIGHING) for rest in rests)
+    worth = {
+        name: rank(prepared, [model, final], floor, seed)
+        for name, model in zip(names, models, strict=True)
+        if finite(model)
+    }
+    return tuple(
+        replace(step, together=worth.get(step.best.placed[-1].effect.name) if step.taken and step.best else None)
+        for step in steps
+    )
 
 
 def idle(steps: Sequence[Step]) -> tuple[str, int] | None:

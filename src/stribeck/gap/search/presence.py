@@ -13,6 +13,7 @@ from dataclasses import astuple, dataclass
 
 import numpy as np
 
+from stribeck.gap.search.rank import Ranking
 from stribeck.gap.search.step import Step
 
 LEAST_T, MOST_GAIN = 0.3, 0.99  # beyond these, less or more says no more
@@ -67,12 +68,16 @@ def presence(seen: Evidence) -> float:
     return CERTAIN / (1.0 + float(np.exp(-odds)))
 
 
-def evidence(step: Step) -> Evidence:
-    """Return the evidence for what a step of a search took: by its worth, or by its own ranking where none is known."""
+def evidence(step: Step, worth: Ranking | None = None) -> Evidence:
+    """Return the evidence for what a step of a search took: by its worth, or by its own ranking where none is known.
+
+    Or by another ``worth``, of it and of what else goes with it.
+    """
     assert step.best is not None
     elusive = step.best.placed[-1].effect.elusive
     r = step.ranking
-    shown, k = (r, r.best) if step.worth is None else (step.worth, 1)
+    worth = worth or step.worth
+    shown, k = (r, r.best) if worth is None else (worth, 1)
     gain = -float(np.log(1.0 - min(shown.overall[k], MOST_GAIN)))
     removed = shown.power[0] - shown.power[k]
     closing = int(np.argmax(removed))

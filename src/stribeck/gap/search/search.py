@@ -11,7 +11,7 @@ from stribeck.effects.placing import placed_effects
 from stribeck.gap.fitted.clocks import in_step_beside
 from stribeck.gap.fitted.model import Model, referred, retune
 from stribeck.gap.records.prepare import Prepared
-from stribeck.gap.search.beside import idle, misleading, stands_in, weighed, without_each
+from stribeck.gap.search.beside import idle, misleading, stands_in, weighed, with_together, without_each
 from stribeck.gap.search.each_joint import with_lags
 from stribeck.gap.search.forward import forward, hardly
 from stribeck.gap.search.gates import LEAST_GAIN
@@ -78,6 +78,7 @@ def search(
                 others = instead(prepared, steps, pool, leave_out, gone)
         steps = with_as_good(prepared, steps, without, others, seed)
         steps = with_lags(prepared, steps, without, pool, seed, leave_out)
+        steps = with_together(prepared, steps, pool, seed)
         return prepared, with_look_alikes(prepared, steps, without, pool, seed)
 
 

@@ -30,6 +30,9 @@ class Step:
     worth : Ranking or None
         Of a step that took an effect, once the search has ended: the last model without that effect, and whole. An
         effect that the gap of another one hid shows there what it is worth.
+    together : Ranking or None
+        Of a step that took an effect which others took at other joints, once the search has ended: the last model
+        without it at any of them, and whole.
     as_good : tuple of Model
         Of a step that took an effect, once the search has ended: the whole model with that effect, then those with a
         rival in its place that these data cannot tell from it. Empty where there is none.
@@ -44,6 +47,7 @@ class Step:
     screened_out: tuple[tuple[str, int], ...]
     floor: np.ndarray
     worth: Ranking | None = None
+    together: Ranking | None = None
     as_good: tuple[Model, ...] = ()
     look_alike: LookAlike | None = None
 
