@@ -52,6 +52,23 @@ def test_named_effect_at_another_joint_is_not_the_claim(diagnosis):
     assert "joint B" not in sentences.which(made)
 
 
+@pytest.mark.parametrize(
+    ("joints", "alike", "says"),
+    [
+        (("A", "B"), (), "Presliding at joints A or B, or at both (probability 97 % that it is there)."),
+        (("A", "B", "C"), (), "Presliding at joints A, B or C, or at several (probability 97 % that it is there)."),
+        (("A", "B"), ("backlash",), "Presliding or backlash at joints A or B, or at both (97 % together): these data"),
+    ],
+)
+def test_what_is_somewhere_is_claimed_nowhere_else(diagnosis, joints, alike, says):
+    made = diagnosis()
+    cause, *others = made.causes
+    cause = replace(cause, joints=joints, equivalent=("presliding", *alike), presence=0.97, anywhere=True)
+    made = replace(made, causes=(cause, *others))
+    assert sentences.which(made).replace("\u00a0", " ").startswith(says)
+    assert says[: says.index(" (")] in " ".join(printed(made).split()).replace("\u00a0", " ")
+
+
 def test_a_warning_that_the_screen_shows_already_is_not_said_twice(diagnosis):
     made = replace(diagnosis(), warnings=("run.csv: doubtful", "a limit"))
     assert "warning: run.csv: doubtful" in printed(made)

@@ -160,3 +160,9 @@ def test_the_same_diagnosis_gives_the_same_bytes(diagnosis, tmp_path):
         (tmp_path / name).mkdir()
         write_diagnosis(diagnosis, tmp_path / name)
     assert (tmp_path / "a/diagnosis.json").read_bytes() == (tmp_path / "b/diagnosis.json").read_bytes()
+
+
+def test_a_cause_that_may_be_at_any_of_its_joints_says_so(diagnosis):
+    first, *others = diagnosis.causes
+    scattered = replace(diagnosis, causes=(replace(first, anywhere=True), *others))
+    assert [cause.get("anywhere") for cause in diagnosis_json(scattered)["causes"]] == [True, None, None]
