@@ -232,3 +232,12 @@ def test_the_second_joint_alone_is_late(name: str) -> None:
     inside = slice(len(asked) // 3, -4)  # the record's ends wrap around, and the bristle forgets with which it began
     assert asked[inside] == pytest.approx(expected[inside], abs=1e-9)
     assert np.abs(Residual(shifted, [run], ())(values_of(shifted.entries))[0] - expected)[inside].max() > 0.1
+
+
+def test_a_run_that_is_shorter_than_the_filter_adds_no_row() -> None:
+    long, short = (condition(pendulum(), recorded(rate=1000.0, duration=d, noise=1e-5), 20.0) for d in (4.0, 0.1))
+    assert len(short.analysis_index) == 0
+    path = SignalPath(pendulum())
+    alone, both = (Residual(path, runs)(values_of(path.entries)) for runs in ([long], [long, short]))
+    assert all((one == other).all() for one, other in zip(alone, both, strict=True))
+    assert short.filtered(np.zeros((0, 2, 3))).shape == (0, 2, 3)

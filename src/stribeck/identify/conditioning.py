@@ -5,6 +5,7 @@ Motion and torque pass the same zero-phase filters, so that filtering changes th
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -101,8 +102,9 @@ class Conditioned:
 
     def filtered(self, values: np.ndarray) -> np.ndarray:
         """Return values (K, ...) low-passed, rows i centred on sample i * decimation + half the taps' length."""
-        flat = values.reshape(len(values), -1)
-        return decimated(flat.T, self.taps, self.decimation).T.reshape(-1, *values.shape[1:])
+        flat = values.reshape(len(values), math.prod(values.shape[1:]))
+        kept = decimated(flat.T, self.taps, self.decimation).T
+        return kept.reshape(len(kept), *values.shape[1:])
 
 
 def condition(

@@ -113,7 +113,8 @@ class Residual:
             values = machine.evaluate.map([drive[:, lo:hi], states[:, lo:hi], p, delays], kept).T
             outputs.append(_keep(run, values, lo, begin, min(begin + SAMPLES, len(run.time))))
         merged = np.concatenate(outputs)
-        rows = machine.evaluate.whole(merged).reshape(len(merged), -1, n)
+        whole = machine.evaluate.whole(merged)
+        rows = whole.reshape(len(whole), whole.shape[1] // n, n)
         rows[:, :, run.braked] = 0.0
         if run.undriven.any():
             ratio, slopes = self._inertia.nominal_over(run.position.mean(axis=0), p)

@@ -76,10 +76,12 @@ class Tape:
     def _known(self, inputs: Sequence[Floats]) -> Floats:
         """Return what depends on fixed inputs alone: most calls, along one run after the other, have the same."""
         by = b"".join(inputs[i].tobytes() for i in self.fixed)
-        if not self._last[1].size or self._last[0] != by:
+        same, known = self._last  # by a name of its own: another thread may ask with other values
+        if not known.size or same != by:
             firsts = [v if i in self.fixed else v[:, :1] for i, v in enumerate(inputs)]
-            self._last = by, known_values(self._once, firsts)
-        return self._last[1]
+            known = known_values(self._once, firsts)
+            self._last = by, known
+        return known
 
     def whole(self, values: Floats) -> Floats:
         """Return all outputs (M, rows) of those (M, K) that are not always zero."""

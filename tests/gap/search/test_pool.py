@@ -1,5 +1,6 @@
 """Tasks side by side along recordings that each process is sent once."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -45,3 +46,15 @@ def test_an_error_leaves_nothing_behind(prepared: Prepared, jobs: int) -> None:
         folder = Path(pool._folder.name)
         pool([delayed(fails)(prepared)])
     assert not folder.exists()
+
+
+def test_of_the_recordings_that_were_sent_the_last_are_kept(prepared: Prepared) -> None:
+    def cutoff(prepared: Prepared) -> float:
+        return prepared.cutoff
+
+    with Pool(2) as pool:
+        for k in range(5):
+            one = replace(prepared, cutoff=float(k))
+            assert pool(delayed(cutoff)(one) for _ in range(3)) == [k] * 3
+        assert len(list(Path(pool._folder.name).iterdir())) == 2
+        assert pool([delayed(cutoff)(one)]) == [4]

@@ -28,7 +28,7 @@ def told_off_the_line(arm: Arm, causes: Sequence[Cause], named: Sequence[str]) -
     last = arm.joints[-1]
     told = []
     for cause in causes:
-        if cause.effect != TURNED or TURNED not in named or last.name not in cause.joints:
+        if cause.effect != TURNED or TURNED not in named or last.name not in cause.joints or cause.anywhere:
             continue
         if last.com[1] != 0.0 or "com_y" in last.tolerance:
             continue

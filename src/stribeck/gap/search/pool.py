@@ -5,6 +5,7 @@ What a process works out along them, it then knows for its next task, too.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import lru_cache
@@ -19,9 +20,13 @@ from stribeck.gap.records.prepare import Prepared
 
 Task = tuple[Callable[..., Any], tuple[Any, ...], dict[str, Any]]  # as joblib.delayed makes them
 
+SENT = 2  # that are kept: tasks that are asked for together are along one or two
+
 
 class Pool:
     """As :class:`joblib.Parallel`, a context; with one job, tasks are done where they are asked for.
+
+    Recordings are known by their place: each task's are among its positional arguments.
 
     Parameters
     ----------
@@ -30,10 +35,11 @@ class Pool:
 
     def __init__(self, jobs: int) -> None:
         self._jobs, self._parallel = jobs, joblib.Parallel(n_jobs=jobs)
-        self._sent: list[tuple[Prepared, _Sent]] = []
+        self._sent: deque[tuple[Prepared, _Sent]] = deque()
+        self._count = 0
 
     def __enter__(self) -> Pool:
-        self._folder = TemporaryDirectory(prefix="stribeck.")
+        self._folder = TemporaryDirectory(prefix="stribeck.", ignore_cleanup_errors=True)
         self._parallel.__enter__()
         return self
 
@@ -53,15 +59,18 @@ class Pool:
         return list(self._parallel(joblib.delayed(_done)(*task) for task in sent))
 
     def _of(self, value: object) -> object:
-        """Return what stands for recordings in a task."""
+        """Return what stands for recordings in a task: of all that were sent, the last few are kept."""
         if not isinstance(value, Prepared):
             return value
         for known, sent in self._sent:
             if known is value:
                 return sent
-        sent = _Sent(str(Path(self._folder.name) / str(len(self._sent))))
+        self._count += 1
+        sent = _Sent(str(Path(self._folder.name) / str(self._count)))
         joblib.dump(value, sent.path)
         self._sent.append((value, sent))
+        if len(self._sent) > SENT:
+            Path(self._sent.popleft()[1].path).unlink()
         return sent
 
 
@@ -72,7 +81,7 @@ class _Sent:
     path: str
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=1)
 def _read(sent: _Sent) -> object:
     return joblib.load(sent.path)
 

@@ -32,7 +32,7 @@ class Step:
         effect that the gap of another one hid shows there what it is worth.
     together : Ranking or None
         Of a step that took an effect which others took at other joints, once the search has ended: the last model
-        without it at any of them, and whole.
+        without it at any of them, where it is more than every arm has, and whole.
     as_good : tuple of Model
         Of a step that took an effect, once the search has ended: the whole model with that effect, then those with a
         rival in its place that these data cannot tell from it. Empty where there is none.
