@@ -10,6 +10,7 @@ from joblib import delayed
 
 from stribeck.gap.fitted.model import Model, finite, fit_model
 from stribeck.gap.records.prepare import Prepared
+from stribeck.gap.search.pool import Pool
 from stribeck.identify.problem import Weights
 from stribeck.model.effect import Effect
 from stribeck.model.layout import Placed
@@ -21,17 +22,9 @@ NEAR = 0.75  # of the base's cost, below which those steps must come: one that d
 def from_every_start(
     prepared: Prepared, base: Model, weights: Weights, wanted: Sequence[tuple[Effect, int]], pool: Callable[..., Any]
 ) -> list[Model | None]:
-    """Return the best model of each law at a joint, from all of its starts; None where no few steps do a good part.
-
-    The starts of all laws are fitted side by side, for one law may take as long as all others.
-    """
-    starts = [(k, start) for k, (e, j) in enumerate(wanted) for start in e.starts(prepared.scales[j])]
-    glances = pool(delayed(_glance)(prepared, base, weights, *wanted[k], start) for k, start in starts)
-    ways = _of_each(len(wanted), [k for k, _ in starts], glances)
-    near = [(k, model) for k, of in enumerate(ways) for model in _near(of, prepared, NEAR * base.fit.cost)]
-    far = pool(delayed(_far)(prepared, weights, model) for _, model in near)
-    ended = _of_each(len(wanted), [k for k, _ in near], far)
-    return [next(iter(_meant_first(of, prepared)), None) for of in ended]
+    """Return the best model of each law at a joint, from all of its starts; None where no few steps do a good part."""
+    found = _ends_of_each(prepared, base, weights, wanted, pool, NEAR * base.fit.cost)
+    return [next(iter(of), None) for of in found]
 
 
 def ends(prepared: Prepared, base: Model, weights: Weights, effect: Effect, joint: int) -> list[Model]:
@@ -40,9 +33,32 @@ def ends(prepared: Prepared, base: Model, weights: Weights, effect: Effect, join
     A compliance is screened without its observer, and lightly damped it then rings on beside a record that does not
     know when it began: such starts seem hopeless there, and the way from a damped one ends damped.
     """
-    starts = effect.starts(prepared.scales[joint])
-    ways = [_glance(prepared, base, weights, effect, joint, start) for start in starts]
-    return _meant_first([_far(prepared, weights, model) for model in _near(ways, prepared)], prepared)
+    (found,) = _ends_of_each(prepared, base, weights, [(effect, joint)], Pool(1))
+    return found
+
+
+def _ends_of_each(
+    prepared: Prepared,
+    base: Model,
+    weights: Weights,
+    wanted: Sequence[tuple[Effect, int]],
+    pool: Callable[..., Any],
+    most: float = np.inf,
+) -> list[list[Model]]:
+    """Return where each law's starts lead that a few steps bring below the cost ``most``, the best one first.
+
+    The starts of all laws are fitted side by side, for one law may take as long as all others.
+    """
+    starts = [(k, start) for k, (e, j) in enumerate(wanted) for start in e.starts(prepared.scales[j])]
+    glances = pool(delayed(_glance)(prepared, base, weights, *wanted[k], start) for k, start in starts)
+    ways = _of_each(len(wanted), [k for k, _ in starts], glances)
+    near = [
+        (k, model)
+        for k, of in enumerate(ways)
+        for model in [way for way in _meant_first(of, prepared) if way.fit.cost < most][:FOLLOWED]
+    ]
+    far = pool(delayed(_far)(prepared, weights, model) for _, model in near)
+    return [_meant_first(of, prepared) for of in _of_each(len(wanted), [k for k, _ in near], far)]
 
 
 def meant(model: Model, prepared: Prepared) -> bool:
@@ -60,11 +76,6 @@ def _glance(
 ) -> Model:
     placed = (*base.placed, Placed(effect, joint))
     return fit_model(prepared, placed, weights, base.fit, dict(start), evaluations=GLANCE)
-
-
-def _near(ways: Sequence[Model], prepared: Prepared, most: float = np.inf) -> list[Model]:
-    """Return the models that are worth following, below a cost."""
-    return [way for way in _meant_first(ways, prepared) if way.fit.cost < most][:FOLLOWED]
 
 
 def _far(prepared: Prepared, weights: Weights, model: Model) -> Model:
