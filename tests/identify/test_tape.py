@@ -61,20 +61,23 @@ def test_recursion(runs: int, monkeypatch: pytest.MonkeyPatch) -> None:
             np.testing.assert_allclose(out[k + 1, :, run], state, rtol=1e-13)
 
 
-def test_one_drive_of_many_values() -> None:
-    """What is not fixed may differ from run to run; a drive may be that of all runs."""
+@pytest.mark.parametrize(("drives", "count"), [(1, LANES + 3), (3, 2), (5, LANES // 3), (LANES + 2, 2)])
+def test_few_drives_of_many_values(drives: int, count: int) -> None:
+    """What is not fixed may differ from lane to lane; the drives are those of every so many lanes."""
     x, now, after, p, q = ca.SX.sym("x"), ca.SX.sym("now", 2), ca.SX.sym("after", 2), ca.SX.sym("p", 2), ca.SX.sym("q")
     function = ca.Function("f", [x, now, after, p, q], [ca.cos(q) * p[0] * x + ca.sin(now[1]) * p[1] + after[0]])
     rng = np.random.default_rng(2)
-    start, drive = rng.normal(size=(1, LANES + 3)), rng.normal(size=(2, 20, 1))
-    values, fixed = rng.uniform(0.1, 0.9, (2, LANES + 3)), np.array([0.4])
+    lanes = drives * count
+    start, drive = rng.normal(size=(1, lanes)), rng.normal(size=(2, 20, drives))
+    values, fixed = rng.uniform(0.1, 0.9, (2, lanes)), np.array([0.4])
     tape = Recursion(function, fixed=(4,))
     out = tape.march(start, drive, values, fixed)
-    for run in range(LANES + 3):
-        alone = tape.march(start[:, [run]], drive, values[:, [run]], fixed)
+    for run in range(lanes):
+        own = drive[:, :, [run % drives]]
+        alone = tape.march(start[:, [run]], own, values[:, [run]], fixed)
         state = start[:, run]
         for k in range(19):
-            state = function(state, drive[:, k, 0], drive[:, k + 1, 0], values[:, run], fixed).full().ravel()
+            state = function(state, own[:, k, 0], own[:, k + 1, 0], values[:, run], fixed).full().ravel()
         np.testing.assert_allclose([out[-1, :, run], alone[-1, :, 0]], [state, state], rtol=1e-13)
 
 

@@ -67,7 +67,7 @@ class Stop(ca.Callback):  # type: ignore[misc]
 
     def eval(self, arg: Sequence[Any]) -> list[Any]:
         """Return the results."""
-        return [1 if self.come or self.problem.evaluations >= self.limit or self.problem.stuck else 0]
+        return [1 if self.come or self.problem.evaluations >= self.limit else 0]
 
 
 class Cost(ca.Callback):  # type: ignore[misc]
@@ -84,7 +84,7 @@ class Cost(ca.Callback):  # type: ignore[misc]
 
     def eval(self, arg: Sequence[Any]) -> list[Any]:
         """Return the results."""
-        return [self.problem.cost(arg[0].full().ravel())]
+        return [self.problem.evaluate(arg[0].full().ravel())[0]]
 
 
 class Hessian(ca.Callback):  # type: ignore[misc]

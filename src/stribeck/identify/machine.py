@@ -130,13 +130,20 @@ class Machine:
         out = self.follow.march(start, abreast.of(self, drives), p, delays)
         return [cut.settled(out[:length, :, i].T) for i, length in enumerate(lengths)]
 
-    def states_at(self, drive: np.ndarray, values: Sequence[np.ndarray], delays: np.ndarray) -> list[np.ndarray]:
-        """Return states and sensitivities (nx (1 + active), N) along one drive at each of some parameter values."""
-        cut = self.cut
-        first = self.begin_each.map([drive[:, 0], np.transpose(values), delays])
-        start = self.begin_each.whole(first.T).T
-        out = self.follow_each.march(start, self.between(drive)[:, :, None], np.transpose(values), delays)
-        return [cut.settled(out[:, :, i].T) for i in range(len(values))]
+    def states_at(
+        self, drives: Sequence[np.ndarray], values: Sequence[np.ndarray], delays: np.ndarray, abreast: Abreast
+    ) -> list[list[np.ndarray]]:
+        """Return states and sensitivities (nx (1 + active), N) for each drive at each of some parameter values."""
+        cut, count, columns = self.cut, len(drives), np.transpose(values)
+        first = [self.begin_each.whole(self.begin_each.map([drive[:, 0], columns, delays]).T).T for drive in drives]
+        start = np.stack(first, axis=2).reshape(
+            cut.follow.numel_in(0), count * len(values)
+        )  # drives of the first values
+        out = self.follow_each.march(start, abreast.of(self, drives), np.repeat(columns, count, axis=1), delays)
+        return [
+            [cut.settled(out[: drive.shape[1], :, i + count * k].T) for k in range(len(values))]
+            for i, drive in enumerate(drives)
+        ]
 
     def between(self, drive: np.ndarray) -> np.ndarray:
         """Return a drive (rows, N) whose acceleration does not droop between samples, where it runs straight."""

@@ -1,4 +1,4 @@
-"""Maximum a posteriori fit with IPOPT: the residual along recorded motion, within the arm file's tolerances."""
+"""Maximum a posteriori fit: the residual along recorded motion, within the arm file's tolerances, with IPOPT."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from stribeck.identify.callbacks import Cost, Gradient, Hessian, Stop
 from stribeck.identify.interrupts import held_back
 from stribeck.identify.problem import PRIOR_LIMIT, Problem, Weights
 from stribeck.identify.residual import Residual
+from stribeck.identify.trust_region import trust_region
 from stribeck.model.layout import Entry, values_of
 
 GOOD = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
@@ -36,7 +37,7 @@ class Fit:
     misfit, prior : float
         Half the weighted sum of squares, and half the prior's chi-square.
     status : str
-        IPOPT's return status. ``ok`` tells whether it is a solution.
+        How the solver ended, in IPOPT's words. ``ok`` tells whether it is a solution.
     at_limit : tuple of str
         Keys of nominal values that the data push to PRIOR_LIMIT standard deviations or beyond.
     """
@@ -101,13 +102,15 @@ def fit(
 
     Notes
     -----
-    Gauss-Newton Hessian, gradient as the residual has it. Where derivatives are dear, they alone are counted as
-    evaluations, and PATIENCE of them that lead nowhere end the fit: its status is No_Further_Descent. Nominal values
-    stay within PRIOR_LIMIT prior standard deviations, those of
-    friction's level within LEVEL_LIMIT, the rest of friction within FRICTION_LIMIT.
+    Gauss-Newton Hessian, gradient as the residual has it. Where that is not quite the cost's (``Residual.dear``) a
+    search along a line is led astray: such a fit goes by :func:`stribeck.identify.trust_region.trust_region` instead.
+    Nominal values stay within PRIOR_LIMIT prior standard deviations, those of friction's level within LEVEL_LIMIT, the
+    rest of friction within FRICTION_LIMIT.
     """
     p0 = values_of(residual.path.entries) if start is None else start
     problem = Problem(residual, weights, p0, scales or {}, added)
+    if residual.dear:
+        return _result(problem, *trust_region(problem, evaluations))
     usual, other = (CAREFUL, BOLD) if careful else (BOLD, CAREFUL)
     found, status, iterations = _solved(problem, evaluations, tolerance, usual)
     if problem.best[0] == problem.first and (status not in GOOD or problem.evaluate(found)[0] > problem.first):
@@ -124,7 +127,6 @@ def _solved(
     cost, gradient, hessian = Cost(problem), Gradient(problem), Hessian(problem)
     z = ca.MX.sym("z", len(problem.free))
     come: list[int] = []
-    problem.fallen = (problem.fallen[0], problem.evaluations)
     stop = Stop(problem, problem.evaluations + evaluations, come)
     options = {
         "grad_f": gradient,
@@ -155,8 +157,7 @@ def _solved(
     with held_back(come):
         solution = solver(x0=problem.start, lbx=lower, ubx=upper)
     stats = solver.stats()
-    status = "No_Further_Descent" if problem.stuck else str(stats["return_status"])
-    return solution["x"].full().ravel(), status, int(stats["iter_count"])
+    return solution["x"].full().ravel(), str(stats["return_status"]), int(stats["iter_count"])
 
 
 def _result(problem: Problem, z: np.ndarray, status: str, iterations: int) -> Fit:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -15,7 +16,6 @@ PRIOR_LIMIT = 3.0  # standard deviations that re-tuning may move a nominal value
 FRICTION_LIMIT = 6.0  # the same for what friction does with speed
 LEVEL_LIMIT = 30.0  # and for its level, which its prior alone holds: other laws would stand in for it
 LEVELS = ("C0", "C2")
-PATIENCE, WORTH = 10, 1e-3  # evaluations of dear derivatives in which the cost must fall by that part
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,6 @@ class Problem:
         self._key: bytes | None = None  # of nothing yet: where all values are held, z has no bytes at all
         self._cost, self._rows = (np.inf, np.empty(0), np.empty(0)), (np.empty(0), np.empty(0), np.inf)
         self.evaluations = 0
-        self.fallen = (np.inf, 0)
         self.best, self.first = (np.inf, self.start), np.inf
 
     @staticmethod
@@ -90,28 +89,6 @@ class Problem:
         limit = np.where(self.has_prior, [prior_limit(self.entries[i]) for i in self.free], np.inf)
         return np.maximum(low, -limit), np.minimum(high, limit)
 
-    def cost(self, z: np.ndarray) -> float:
-        """Return the cost at z; alone where derivatives are dear, as a search along a line asks for no more."""
-        if not self.residual.dear or self._key == z.tobytes():
-            return float(self.evaluate(z)[0])
-        with np.errstate(over="ignore", invalid="ignore"):  # a trial step may run away: IPOPT turns back there
-            weighted = self.residual.value(self.physical(z)) * self.weights.scale
-            return self._tried(0.5 * float(np.sum(weighted**2)) + 0.5 * float(np.sum(self.prior(z) ** 2)), z)
-
-    def _tried(self, cost: float, z: np.ndarray) -> float:
-        if cost < self.fallen[0] - WORTH * abs(cost):
-            self.fallen = (cost, self.evaluations)
-        if self.first == np.inf:
-            self.first = cost
-        if cost < self.best[0]:
-            self.best = (cost, z)
-        return cost
-
-    @property
-    def stuck(self) -> bool:
-        """Whether dear derivatives have led nowhere for a while."""
-        return self.residual.dear and self.evaluations - self.fallen[1] >= PATIENCE
-
     def prior(self, z: np.ndarray) -> np.ndarray:
         """Return how far each value is from its nominal one (f,), in standard deviations; 0 where it has none."""
         return np.where(self.has_prior, z, 0.0)
@@ -121,7 +98,10 @@ class Problem:
         if self._key != z.tobytes():
             self._key, self._cost = z.tobytes(), self._compute(z)
             self.evaluations += 1
-            self._tried(self._cost[0], z)
+            if self.first == np.inf:
+                self.first = self._cost[0]
+            if self._cost[0] < self.best[0]:
+                self.best = (self._cost[0], z)
         return self._cost
 
     def rows(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
@@ -129,14 +109,32 @@ class Problem:
         self.evaluate(z)
         return self._rows
 
+    def squared(self, z: np.ndarray) -> np.ndarray:
+        """Return residuals (M n), in units of information, and priors (f,): half their squares are the cost."""
+        return self._squared(self.residual.value(self.physical(z)), z)
+
+    def slopes(self, z: np.ndarray) -> np.ndarray:
+        """Return the derivatives (M n + f, f) of :meth:`squared`."""
+        _, jacobian, _ = self.rows(z)
+        return np.concatenate([self._columns(jacobian, self.physical(z)), np.diag(self.has_prior.astype(float))])
+
+    def _squared(self, r: np.ndarray, z: np.ndarray) -> np.ndarray:
+        with np.errstate(over="ignore", invalid="ignore"):  # a trial step may run away: a fit turns back there
+            return np.concatenate([(r * self.weights.scale).ravel(), self.prior(z)])
+
+    def _columns(self, jacobian: np.ndarray, p: np.ndarray) -> np.ndarray:
+        weighted = jacobian * self.weights.scale[..., None]
+        return np.asarray(weighted.reshape(math.prod(weighted.shape[:2]), -1) * self._slope(p))
+
+    def _slope(self, p: np.ndarray) -> np.ndarray:
+        """Return by how much physical values change with scaled ones."""
+        return np.where(self.log, p[self.free], self.unit)
+
     def _compute(self, z: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
         p = self.physical(z)
-        with np.errstate(over="ignore", invalid="ignore"):  # as in ``cost``
+        with np.errstate(over="ignore", invalid="ignore"):  # as in ``squared``
             r, jacobian = self.residual(p)
-            slope = np.where(self.log, p[self.free], self.unit)
-            weighted = (r * self.weights.scale).ravel()
-            columns = (jacobian * self.weights.scale[..., None]).reshape(len(weighted), -1) * slope
-            prior = self.prior(z)
+            weighted, columns, prior = (r * self.weights.scale).ravel(), self._columns(jacobian, p), self.prior(z)
             misfit = 0.5 * float(weighted @ weighted)
             self._rows = r, jacobian, misfit
             cost = misfit + 0.5 * float(prior @ prior)
@@ -145,5 +143,5 @@ class Problem:
                 rows, slopes = self.added(p)
                 rows = rows * self.weights.scale
                 cost -= 0.5 * float(np.sum(rows**2))
-                gradient -= np.einsum("kmn,kmnf->f", rows * self.weights.scale, slopes) * slope
+                gradient -= np.einsum("kmn,kmnf->f", rows * self.weights.scale, slopes) * self._slope(p)
             return cost, gradient, columns.T @ columns + np.diag(self.has_prior.astype(float))

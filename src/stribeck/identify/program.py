@@ -16,9 +16,15 @@ Floats = NDArray[np.float64]
 
 
 class Argument(ctypes.Structure):
-    """Where the machine finds an input: its address, and the steps from row to row and from sample to sample."""
+    """Where the machine finds an input: its address, and the steps from row to row and from sample to sample.
 
-    _fields_ = (("base", ctypes.c_void_p), ("row", ctypes.c_longlong), ("column", ctypes.c_longlong))
+    Of a recursion, the lanes after which its columns begin anew; 0 where they do not.
+    """
+
+    _fields_ = (
+        ("base", ctypes.c_void_p), ("row", ctypes.c_longlong), ("column", ctypes.c_longlong),
+        ("period", ctypes.c_longlong),
+    )  # fmt: skip
 
 
 class Line(NamedTuple):

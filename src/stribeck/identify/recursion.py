@@ -57,23 +57,25 @@ class Recursion:
         Parameters
         ----------
         start : array (rows, R)
-            States at the first sample, R runs side by side.
-        drive : array (d, T, R) or (d, T, 1)
-            Each run's own, or that of all.
+            States at the first sample, R lanes side by side.
+        drive : array (d, T, D)
+            Of the first D lanes, of the next D, and so on: a D that divides R.
         others : array
             The remaining inputs, the same at all samples: (rows,) where fixed, else (rows, R).
         """
         (_, samples, drives), runs = drive.shape, start.shape[1]
         if runs > LANES:
+            wide = LANES // drives * drives or LANES
             parts = []
-            for lo in range(0, runs, LANES):
-                here = slice(lo, lo + LANES)
+            for lo in range(0, runs, wide):
+                here = slice(lo, lo + wide)
                 own = (v if v.ndim == 1 else v[:, here] for v in others)
-                parts.append(self.march(start[:, here], drive[:, :, here] if drives > 1 else drive, *own))
+                mine = drive[:, :, np.arange(runs)[here] % drives] if drives > LANES else drive
+                parts.append(self.march(start[:, here], mine, *own))
             return np.concatenate(parts, axis=2)
         lanes = -(-runs // FEW) * FEW if runs > 1 else 1
         index = np.minimum(np.arange(lanes), runs - 1)
-        drive = np.ascontiguousarray(drive[:, :, index] if drives > 1 and lanes > runs else drive, dtype=float)
+        drive = np.ascontiguousarray(drive, dtype=float)
         out = np.empty((samples, self.rows, lanes))
         out[0] = start[:, index]
         values = [np.ascontiguousarray(v if v.ndim == 1 else v[:, index], dtype=float) for v in others]
@@ -88,12 +90,12 @@ class Recursion:
         """Fill in the states (B + 1, rows, lanes) after the first of them, under a drive (d, B + 1, columns)."""
         steps, columns, lanes = len(out) - 1, drive.shape[2], out.shape[2]
         count, row, once = steps * columns, drive.strides[0] // drive.itemsize, argument(known, 1, repeated=True)
-        now, after = (Argument(drive.ctypes.data + later * columns * drive.itemsize, row, 1) for later in (0, 1))
+        now, after = (Argument(drive.ctypes.data + later * columns * drive.itemsize, row, 1, 0) for later in (0, 1))
         told = np.empty((max(1, self._ahead.outputs), count))
-        nothing = Argument(None, 0, 0)
+        nothing = Argument(None, 0, 0, 0)
         call = self._ahead.call([nothing, now, after, *still, once], told)
         library().tape_map(*call, ctypes.c_longlong(count), work(self._ahead.slots))
-        pushed = Argument(told.ctypes.data, count, 0 if columns == 1 else 1)
+        pushed = Argument(told.ctypes.data, count, 1, 0 if columns == lanes else columns)
         call = self._each.call([nothing, nothing, nothing, *still, once, pushed], out)
         sizes = [ctypes.c_longlong(size) for size in (steps, self.rows, 4 + len(still), columns, lanes)]
         library().tape_march(*call, *sizes, work(self._each.slots))

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from copy import copy
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import casadi as ca
 import numpy as np
@@ -16,6 +16,8 @@ from stribeck.identify.inertia import MovedInertia
 from stribeck.identify.machine import Abreast, Kept, Machine, machine_of
 from stribeck.model.cut import Cut
 from stribeck.model.path import SignalPath
+
+Found = TypeVar("Found")
 
 SAMPLES = 40_000  # evaluated at a time: bounds the memory of the Jacobian
 SAME_STEP = 1e-4  # of it, by which the steps of two runs may differ and still be one: so much do their clocks, too
@@ -154,14 +156,36 @@ class Residual:
         """Return states and sensitivities (nx (1 + active), N) along each run."""
         if self.known and runs is self.runs and self.reuses:
             return [states.T for states in self.known]
-        out: list[np.ndarray] = [np.empty(0)] * len(runs)
+
+        def states(machine: Machine, drives: Sequence[np.ndarray], abreast: Abreast) -> list[np.ndarray]:
+            return machine.states(drives, p, delays, abreast)
+
+        return self._by_machine(runs, drives, states)
+
+    def _states_at(
+        self, drives: Sequence[np.ndarray], values: Sequence[np.ndarray], delays: np.ndarray
+    ) -> list[list[np.ndarray]]:
+        """Return states (nx, N) along each run at each of some parameter values, all of them side by side."""
+
+        def states(machine: Machine, drives: Sequence[np.ndarray], abreast: Abreast) -> list[list[np.ndarray]]:
+            return machine.states_at(drives, values, delays, abreast)
+
+        return self._by_machine(self.runs, drives, states)
+
+    def _by_machine(
+        self,
+        runs: Sequence[Conditioned],
+        drives: Sequence[np.ndarray],
+        states: Callable[[Machine, Sequence[np.ndarray], Abreast], list[Found]],
+    ) -> list[Found]:
+        """Return what runs of one machine have side by side, run by run."""
         machines = [self._machine(run) for run in runs]
+        out: dict[int, Found] = {}
         for machine in dict.fromkeys(machines):
             mine = [i for i, its in enumerate(machines) if its is machine]
-            abreast = self._abreast.setdefault(machine, Abreast())
-            for i, states in zip(mine, machine.states([drives[i] for i in mine], p, delays, abreast), strict=True):
-                out[i] = states
-        return out
+            found = states(machine, [drives[i] for i in mine], self._abreast.setdefault(machine, Abreast()))
+            out |= dict(zip(mine, found, strict=True))
+        return [out[i] for i in range(len(runs))]
 
     @cached_property
     def reuses(self) -> bool:

@@ -82,15 +82,15 @@ class Secants(Residual):
 
     def _values(self, trials: Sequence[np.ndarray]) -> list[np.ndarray]:
         """Return the residual (M, n) at each of some parameter values, which advance side by side."""
-        parts: list[list[np.ndarray]] = [[] for _ in trials]
         late: dict[bytes, list[int]] = {}
         for k, p in enumerate(trials):
             late.setdefault(delays_of(self.path, p).tobytes(), []).append(k)
+        out = [np.empty(0)] * len(trials)
         for together in late.values():
-            delays = delays_of(self.path, trials[together[0]])
-            for run, drive in zip(self.runs, self._drives.at(delays), strict=True):
-                machine = self._machine(run)
-                states = machine.states_at(drive, [trials[k] for k in together], delays)
-                for k, along in zip(together, states, strict=True):
-                    parts[k].append(self._one(run, drive, along, trials[k], delays)[0])
-        return [np.concatenate(own) for own in parts]
+            values, delays = [trials[k] for k in together], delays_of(self.path, trials[together[0]])
+            drives = self._drives.at(delays)
+            along = self._states_at(drives, values, delays)
+            for k, p, states in zip(together, values, zip(*along, strict=True), strict=True):
+                parts = [self._one(*one, p, delays)[0] for one in zip(self.runs, drives, states, strict=True)]
+                out[k] = np.concatenate(parts)
+        return out

@@ -112,7 +112,7 @@ def known_values(once: Program, inputs: Sequence[Floats]) -> Floats:
 
 def argument(values: Floats, samples: int, *, repeated: bool = False) -> Argument:
     """Return where the machine finds values: rows of one number a sample, or of one that is ``repeated`` for all."""
-    return Argument(values.ctypes.data, 1 if repeated else samples, 0 if repeated else 1)
+    return Argument(values.ctypes.data, 1 if repeated else samples, 0 if repeated else 1, 0)
 
 
 def work(slots: int) -> ctypes.Array[ctypes.c_double]:

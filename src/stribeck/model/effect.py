@@ -180,6 +180,8 @@ class TransmissionEffect(Effect):
 
     rough: ClassVar[float] = 0.0
     """Relative step over which a residual is smooth, where blows make derivatives at a point useless; else 0."""
+    damper: ClassVar[str | None] = None
+    """Parameter that damps those blows, if one does."""
 
     @abstractmethod
     def transmitted(self, deflection: Expression, rate: Expression, p: Parameters) -> Expression:

@@ -39,6 +39,7 @@ class Backlash(TransmissionEffect):
     nonlinear = True
     zone = True
     rough = ROUGH
+    damper = "damping"
     parameters = (
         Parameter("gap", "rad", "full width of the play", 0.0, 1e-7, 0.5, log=True),
         Parameter("stiffness", "N m/rad", "contact stiffness", math.inf, 1e-2, 1e8, log=True),

@@ -57,7 +57,7 @@ def screen(
     """
     path = prepared.path((*base.placed, Placed(effect, joint)))
     own = [i for i, entry in enumerate(path.entries) if entry.owner == len(base.placed)]
-    runs = _loudest(prepared, base, weights) if effect.nonlinear else list(range(len(prepared.fit)))
+    runs = _loudest(prepared, base, weights) if effect.nonlinear or path.rough else list(range(len(prepared.fit)))
     same = [states[i] for i in runs] if states and not effect.delays else None
     some = [prepared.fit[i] for i in runs]
     # a first compliance is tried without its observer, which takes noise from a residual besides

@@ -26,6 +26,7 @@ AGAIN = 4  # times at most
 SHORT = 0.5  # of what screening promised: a fit that was stopped and has found less goes on
 LONGER = 80  # evaluations, from where it is, or from where the effect is none
 AS_MUCH = 0.85  # of what was left at a joint, or so much less: else a compliance may have been hidden by what is gone
+LEAST_DAMPED = 0.03  # of the damping at which a play's fit ends, from which it is started once more
 MEANT = 0.2  # of a joint's cost promised by a law that ends in a corner where it cannot be meant: it starts elsewhere
 
 
@@ -137,10 +138,23 @@ def _fit_trial(
         model = fit_model(prepared, placed, weights, known, start, evaluations=LONGER)
         if not finite(model):
             return None
+    if isinstance(trial.effect, TransmissionEffect) and trial.effect.damper:
+        model = _with_less(trial.effect.damper, model, prepared, weights)
     if trial.effect.nonlinear and trial.promise > MEANT * cost and not meant(model, prepared):
         others = ends(prepared, base, weights, trial.effect, trial.joint)
         model = min((model, *(end for end in others if meant(end, prepared))), key=lambda other: other.fit.cost)
     return _by_own_weights(prepared, model, weights, floor)
+
+
+def _with_less(damper: str, model: Model, prepared: Prepared, weights: Weights) -> Model:
+    """Return the better of a model and one that is fitted from it with the blows of its last effect all but undamped.
+
+    Damped blows are smooth, and what screening finds without an observer is damped: no way leads from there to a play
+    that knocks.
+    """
+    start = {**model.placed[-1].values, damper: LEAST_DAMPED * model.placed[-1].values[damper]}
+    other = fit_model(prepared, model.placed, weights, model.fit, start, evaluations=20)
+    return other if finite(other) and other.fit.cost < model.fit.cost else model
 
 
 def _by_own_weights(prepared: Prepared, model: Model, weights: Weights, floor: np.ndarray) -> Model:

@@ -26,10 +26,11 @@ enum {
     MUL_ADD, MUL_SUB, SUB_MUL /* x y + z, x y - z, z - x y */
 };
 
-/* One argument: element i of sample s stands at base[i * row + s * column]. */
+/* One argument: element i of sample s stands at base[i * row + (s % period) * column]; without a period, at
+ * base[i * row + s * column]. */
 typedef struct {
     const double *base;
-    long long row, column;
+    long long row, column, period;
 } argument;
 
 /* All operations of kind F that follow one another. FEW results at a time, all of them before the first is stored: the
@@ -68,7 +69,9 @@ INLINE void row(const int *code, long long length, const double *constants, cons
             const argument *x = in + c[2];
             const double *from = x->base + c[3] * x->row + s * x->column;
             double *o = work + (long long)c[1] * stride;
-            if (x->column == 1)
+            if (x->period)
+                for (int l = 0, k = 0; l < n; l++, k = k + 1 < x->period ? k + 1 : 0) o[l] = from[k * x->column];
+            else if (x->column == 1)
                 for (int l = 0; l < n; l++) o[l] = from[l];
             else
                 for (int l = 0; l < n; l++) o[l] = from[l * x->column];

@@ -1,0 +1,46 @@
+"""A fit by secants: within a region that shrinks wherever the cost does not follow them.
+
+Over the width of a secant the cost of a play is smooth, and within it as wrinkled as its blows are many. A search along
+a line, as IPOPT's, asks whether the cost falls as its gradient says, finds that it does not, and walks about.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from stribeck.identify.problem import Problem
+
+HUGE = 1e100  # of what is squared: a trial step that comes there has run away
+LITTLE = 1e-4  # of the cost: a step that takes less ends the fit
+SHORT = 2e-3  # of the scaled values: so short a step is lost among the wrinkles
+INSIDE = 1e-9  # of its bounds a fit must start
+WORDS = {0: "Maximum_Iterations_Exceeded", 1: "Solve_Succeeded", 3: "No_Further_Descent"}
+
+
+def trust_region(problem: Problem, evaluations: int) -> tuple[np.ndarray, str, int]:
+    """Return where the fit ends (f,), how in IPOPT's words, and the number of times that derivatives were asked for.
+
+    Never above its start: SciPy's reflective trust region (Branch, Coleman & Li 1999).
+
+    Parameters
+    ----------
+    problem : Problem
+    evaluations : int
+        Of the residual, at most; derivatives at some of the same places.
+    """
+
+    def squared(z: np.ndarray) -> np.ndarray:
+        values = problem.squared(z)
+        return values if np.all(np.abs(values) < HUGE) else np.full_like(values, np.inf)
+
+    lower, upper = problem.bounds()
+    start = np.clip(problem.start, lower + INSIDE, upper - INSIDE)
+    if not len(start):
+        return start, "Solve_Succeeded", 0
+    if not np.all(np.isfinite(squared(start))):
+        return start, "Invalid_Number_Detected", 0
+    found = least_squares(
+        squared, start, problem.slopes, bounds=(lower, upper), ftol=LITTLE, xtol=SHORT, gtol=1e-8, max_nfev=evaluations
+    )
+    return found.x, WORDS.get(found.status, "Solved_To_Acceptable_Level"), int(found.njev)
