@@ -27,6 +27,7 @@ from stribeck.gap.search.families import best_laws, best_of_each, close_laws, la
 from stribeck.gap.search.forward import _survivors
 from stribeck.gap.search.judged import Judged, as_hopeful
 from stribeck.gap.search.ordinary import _needed_of
+from stribeck.gap.search.pool import Pool
 from stribeck.gap.search.projector import Projector
 from stribeck.gap.search.rank import rank
 from stribeck.gap.search.screen import _loudest, screen
@@ -268,11 +269,13 @@ def test_a_fit_that_was_stopped_short_goes_on(
         return model
 
     monkeypatch.setattr(tryout_module, "fit_model", fit_once)
-    model = _fit_trial(prepared, base, weights, trial, FLOOR, np.inf)
+    fitted = _fit_trial(prepared, base, weights, trial, FLOOR)
     assert (stopped[0].fit.cost > base.fit.cost) is (time > 0.05)
     assert not stopped[0].fit.ok
-    assert model is not None
-    assert model.placed[0].values["time"] == pytest.approx(trial_time(prepared, base, weights), rel=0.05)
+    assert fitted is not None
+    assert fitted.by_own_weights.placed[0].values["time"] == pytest.approx(
+        trial_time(prepared, base, weights), rel=0.05
+    )
 
 
 @pytest.mark.parametrize(("name", "goes_on"), [("torque_gain", True), ("delay", False)])
@@ -292,7 +295,7 @@ def test_what_a_law_spares_the_prior_is_no_part_of_its_promise(
         return Model((Placed(trial.effect, 0, trial.start),), fit, base.held)
 
     monkeypatch.setattr(tryout_module, "fit_model", fit_once)
-    assert _fit_trial(prepared, base, weights, trial, FLOOR, np.inf) is not None
+    assert _fit_trial(prepared, base, weights, trial, FLOOR) is not None
     assert (tryout_module.LONGER in asked) is goes_on
 
 
@@ -323,10 +326,13 @@ def test_a_law_that_ends_where_it_cannot_be_meant_starts_elsewhere(
         values = {**values, "damping": 1e4} if values["stiffness"] == starts[2]["stiffness"] else values
         return Model((Placed(shaft, 0, values),), fit, np.zeros((3, 1)))
 
+    setting = Setting(prepared, FLOOR, 0, Pool(1), (), frozenset(), lambda text: None)
+    tryout = Tryout(setting, base, {})
+    tryout.cost = np.ones(1)
     monkeypatch.setattr(tryout_module, "fit_model", fit_once)
     monkeypatch.setattr(starts_module, "fit_model", fit_once)
     monkeypatch.setattr(tryout_module, "weights_of", lambda *_: weights)
-    model = _fit_trial(prepared, base, weights, Trial(shaft, 0, damped, promise), FLOOR, 1.0)
+    (model,) = tryout.fitted([Trial(shaft, 0, damped, promise)])
     assert model is not None
     assert model.fit.cost == cost
     assert shaft.plausible(model.placed[0].values, prepared.scales[0]) is (cost < 50.0)
@@ -406,8 +412,9 @@ def test_a_large_gap_is_weighed_anew_as_it_closes() -> None:
     weights = weights_of(base, prepared, FLOOR)
     trial = screen(prepared, base, weights, effect_named("asymmetric_friction"), 0)
     once = fit_model(prepared, [Placed(trial.effect, 0)], weights, base.fit, trial.start)
-    model = _fit_trial(prepared, base, weights, trial, FLOOR, np.inf)
-    assert model is not None
+    fitted = _fit_trial(prepared, base, weights, trial, FLOOR)
+    assert fitted is not None
+    model = fitted.by_own_weights
     assert model.rms()[0] < 0.8 * once.rms()[0]
     assert model.placed[0].values["coulomb"] == pytest.approx(2.0, rel=0.1)
 
@@ -1049,3 +1056,25 @@ def test_what_was_taken_at_several_joints_is_weighed_as_a_whole(monkeypatch: pyt
     assert asked == [(own, *late), (own, *soft, late[1])]
     assert [step.together for step in found] == [3, 3, 4, 4]
     assert with_together(prepared, steps[:1], None, 0) == tuple(steps[:1])
+
+
+@pytest.mark.parametrize(("cost", "taken"), [(9.0, True), (70.0, False), (np.nan, False)])
+def test_a_play_is_fitted_once_more_with_its_blows_all_but_undamped(
+    late: tuple[Prepared, Model, Weights], monkeypatch: pytest.MonkeyPatch, cost: float, taken: bool
+) -> None:
+    prepared, base, weights = late
+    play = effect_named("backlash")
+    start = {"gap": 0.01, "stiffness": 700.0, "damping": 20.0}
+
+    def fit_once(prepared: Prepared, placed: Any, weights: Weights, known: Any, start: Any, **_: Any) -> Any:
+        again = start["damping"] < 1.0
+        residual = np.full((3, 1), np.inf if again and np.isnan(cost) else 1.0)
+        fit: Any = SimpleNamespace(cost=cost if again else 50.0, ok=True, residual=residual)
+        return Model((Placed(play, 0, start),), fit, residual)
+
+    monkeypatch.setattr(tryout_module, "fit_model", fit_once)
+    monkeypatch.setattr(tryout_module, "weights_of", lambda *_: weights)
+    fitted = _fit_trial(prepared, base, weights, Trial(play, 0, start, 1.0), FLOOR)
+    assert fitted is not None
+    damping = tryout_module.LEAST_DAMPED * 20.0 if taken else 20.0
+    assert fitted.model.placed[0].values == {"gap": 0.01, "stiffness": 700.0, "damping": pytest.approx(damping)}

@@ -10,7 +10,6 @@ from joblib import delayed
 
 from stribeck.gap.fitted.model import Model, finite, fit_model
 from stribeck.gap.records.prepare import Prepared
-from stribeck.gap.search.pool import Pool
 from stribeck.identify.problem import Weights
 from stribeck.model.effect import Effect
 from stribeck.model.layout import Placed
@@ -23,41 +22,33 @@ def from_every_start(
     prepared: Prepared, base: Model, weights: Weights, wanted: Sequence[tuple[Effect, int]], pool: Callable[..., Any]
 ) -> list[Model | None]:
     """Return the best model of each law at a joint, from all of its starts; None where no few steps do a good part."""
-    found = _ends_of_each(prepared, base, weights, wanted, pool, NEAR * base.fit.cost)
+    found = ends(prepared, base, [weights] * len(wanted), wanted, pool, NEAR * base.fit.cost)
     return [next(iter(of), None) for of in found]
 
 
-def ends(prepared: Prepared, base: Model, weights: Weights, effect: Effect, joint: int) -> list[Model]:
-    """Return where a law's starts lead, the best one first.
-
-    A compliance is screened without its observer, and lightly damped it then rings on beside a record that does not
-    know when it began: such starts seem hopeless there, and the way from a damped one ends damped.
-    """
-    (found,) = _ends_of_each(prepared, base, weights, [(effect, joint)], Pool(1))
-    return found
-
-
-def _ends_of_each(
+def ends(
     prepared: Prepared,
     base: Model,
-    weights: Weights,
+    weights: Sequence[Weights],
     wanted: Sequence[tuple[Effect, int]],
     pool: Callable[..., Any],
     most: float = np.inf,
 ) -> list[list[Model]]:
     """Return where each law's starts lead that a few steps bring below the cost ``most``, the best one first.
 
-    The starts of all laws are fitted side by side, for one law may take as long as all others.
+    The starts of all laws are fitted side by side, for one law may take as long as all others. A compliance is screened
+    without its observer, and lightly damped it then rings on beside a record that does not know when it began: such
+    starts seem hopeless there, and the way from a damped one ends damped.
     """
     starts = [(k, start) for k, (e, j) in enumerate(wanted) for start in e.starts(prepared.scales[j])]
-    glances = pool(delayed(_glance)(prepared, base, weights, *wanted[k], start) for k, start in starts)
+    glances = pool(delayed(_glance)(prepared, base, weights[k], *wanted[k], start) for k, start in starts)
     ways = _of_each(len(wanted), [k for k, _ in starts], glances)
     near = [
         (k, model)
         for k, of in enumerate(ways)
         for model in [way for way in _meant_first(of, prepared) if way.fit.cost < most][:FOLLOWED]
     ]
-    far = pool(delayed(_far)(prepared, weights, model) for _, model in near)
+    far = pool(delayed(_far)(prepared, weights[k], model) for k, model in near)
     return [_meant_first(of, prepared) for of in _of_each(len(wanted), [k for k, _ in near], far)]
 
 

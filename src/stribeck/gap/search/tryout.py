@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 from itertools import compress
+from typing import NamedTuple
 
 import numpy as np
 from joblib import delayed
@@ -82,12 +83,34 @@ class Tryout:
         """Return a fitted model of each trial; None where the fit runs away."""
         prepared, floor = self._setting.prepared, self._setting.floor
         new = [trial for trial in trials if trial.law_key not in self._models]
-        models = self._setting.pool(
-            delayed(_fit_trial)(prepared, self.base, self._weights, trial, floor, float(self.cost[trial.joint]))
-            for trial in new
+        tried = self._setting.pool(
+            delayed(_fit_trial)(prepared, self.base, self._weights, trial, floor) for trial in new
         )
-        self._models |= {trial.law_key: model for trial, model in zip(new, models, strict=True)}
+        found = {
+            trial.law_key: fitted.by_own_weights if fitted else None for trial, fitted in zip(new, tried, strict=True)
+        }
+        pairs = [(trial, fitted) for trial, fitted in zip(new, tried, strict=True) if fitted is not None]
+        self._models |= found | self._elsewhere(pairs)
         return [self._models[trial.law_key] for trial in trials]
+
+    def _elsewhere(self, tried: Sequence[tuple[Trial, _Fitted]]) -> dict[tuple[str, str, int], Model]:
+        """Return models from other starts of laws that promise much and have ended where they cannot be meant."""
+        prepared, floor, pool = self._setting.prepared, self._setting.floor, self._setting.pool
+        astray = [
+            (trial, fitted)
+            for trial, fitted in tried
+            if trial.effect.nonlinear
+            and trial.promise > MEANT * self.cost[trial.joint]
+            and not meant(fitted.model, prepared)
+        ]
+        wanted, weights = [(t.effect, t.joint) for t, _ in astray], [fitted.weights for _, fitted in astray]
+        better = []
+        for (trial, fitted), of in zip(astray, ends(prepared, self.base, weights, wanted, pool), strict=True):
+            best = min((end for end in of if meant(end, prepared)), key=lambda end: end.fit.cost, default=fitted.model)
+            if best.fit.cost < fitted.model.fit.cost:
+                better.append((trial, best, fitted.weights))
+        own = pool(delayed(_by_own_weights)(prepared, model, weights, floor) for _, model, weights in better)
+        return {trial.law_key: model for (trial, *_), model in zip(better, own, strict=True)}
 
     def sought(self, joints: Collection[int]) -> list[Model]:
         """Return fitted models of the compliances that could be added at some joints, each from all of its starts.
@@ -121,9 +144,15 @@ def _states(prepared: Prepared, base: Model) -> tuple[np.ndarray, ...] | None:
     return tuple(residual.states(run, base.fit.p) for run in prepared.fit) if residual.path.x.numel() else None
 
 
-def _fit_trial(
-    prepared: Prepared, base: Model, weights: Weights, trial: Trial, floor: np.ndarray, cost: float
-) -> Model | None:
+class _Fitted(NamedTuple):
+    """A model, the weights by which it was fitted, and the model once more by its own."""
+
+    model: Model
+    weights: Weights
+    by_own_weights: Model
+
+
+def _fit_trial(prepared: Prepared, base: Model, weights: Weights, trial: Trial, floor: np.ndarray) -> _Fitted | None:
     placed = (*base.placed, Placed(trial.effect, trial.joint))
     path = SignalPath(prepared.arm, placed)
     weights = Bristled(prepared, path, weights).at(start_values(path, base.fit, trial.start))
@@ -140,10 +169,7 @@ def _fit_trial(
             return None
     if isinstance(trial.effect, TransmissionEffect) and trial.effect.damper:
         model = _with_less(trial.effect.damper, model, prepared, weights)
-    if trial.effect.nonlinear and trial.promise > MEANT * cost and not meant(model, prepared):
-        others = ends(prepared, base, weights, trial.effect, trial.joint)
-        model = min((model, *(end for end in others if meant(end, prepared))), key=lambda other: other.fit.cost)
-    return _by_own_weights(prepared, model, weights, floor)
+    return _Fitted(model, weights, _by_own_weights(prepared, model, weights, floor))
 
 
 def _with_less(damper: str, model: Model, prepared: Prepared, weights: Weights) -> Model:
