@@ -94,14 +94,22 @@ class Tryout:
         return [self._models[trial.law_key] for trial in trials]
 
     def _elsewhere(self, tried: Sequence[tuple[Trial, _Fitted]]) -> dict[tuple[str, str, int], Model]:
-        """Return models from other starts of laws that promise much and have ended where they cannot be meant."""
+        """Return models from other starts of laws that promise much and have ended where they cannot be meant.
+
+        Not where another law leaves no more than noise, as a spring does of what passes for a play: there is nothing to
+        find.
+        """
         prepared, floor, pool = self._setting.prepared, self._setting.floor, self._setting.pool
+        told = [fitted.by_own_weights for _, fitted in tried if meant(fitted.by_own_weights, prepared)]
+        nothing = np.full(len(floor), np.inf)
+        least = np.min([nothing, *(np.sqrt(np.mean(model.whole**2, axis=0)) for model in told)], axis=0)
         astray = [
             (trial, fitted)
             for trial, fitted in tried
             if trial.effect.nonlinear
             and trial.promise > MEANT * self.cost[trial.joint]
             and not meant(fitted.model, prepared)
+            and least[trial.joint] > floor[trial.joint]
         ]
         wanted, weights = [(t.effect, t.joint) for t, _ in astray], [fitted.weights for _, fitted in astray]
         better = []
