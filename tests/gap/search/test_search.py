@@ -16,6 +16,7 @@ from stribeck.gap.fitted.model import Model, fit_model, retune, start_values, we
 from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.search import beside as beside_module
 from stribeck.gap.search import forward as forward_module
+from stribeck.gap.search import screen as screen_module
 from stribeck.gap.search import screen as screening
 from stribeck.gap.search import search as search_module
 from stribeck.gap.search import starts as starts_module
@@ -558,6 +559,26 @@ def test_half_of_the_runs_that_says_most(late: tuple[Prepared, Model, Weights]) 
     loud = np.repeat([0.0, 1.0, 2.0][: len(lengths)], lengths)[:, None]
     fit = replace(base.fit, residual=loud * quiet)
     assert _loudest(prepared, replace(base, fit=fit), weights) == [1, 2]
+
+
+@pytest.mark.parametrize(("beside", "name", "some"), [(0, "delay", False), (0, "presliding", True), (1, "delay", True)])
+def test_what_takes_long_is_screened_along_some_runs(
+    monkeypatch: pytest.MonkeyPatch, beside: int, name: str, some: bool
+) -> None:
+    """A law that does, and any law beside a play."""
+    prepared = prepare(NOMINAL, recorded(("delay", {"time": 0.012})))
+    play = Placed(effect_named("backlash"), 0, {"gap": 0.01, "stiffness": 700.0, "damping": 1.0})
+    placed = [play][:beside]
+    base = fit_model(prepared, placed, weights_of(retune(prepared, FLOOR), prepared, FLOOR), evaluations=1)
+    asked: list[int] = []
+
+    def few(prepared: Prepared, base: Model, weights: Weights) -> list[int]:
+        asked.append(len(prepared.fit))
+        return _loudest(prepared, base, weights)
+
+    monkeypatch.setattr(screen_module, "_loudest", few)
+    screen(prepared, base, weights_of(base, prepared, FLOOR), effect_named(name), 0)
+    assert bool(asked) is some
 
 
 @pytest.mark.parametrize(
