@@ -136,9 +136,8 @@ class Machine:
         """Return states and sensitivities (nx (1 + active), N) for each drive at each of some parameter values."""
         cut, count, columns = self.cut, len(drives), np.transpose(values)
         first = [self.begin_each.whole(self.begin_each.map([drive[:, 0], columns, delays]).T).T for drive in drives]
-        start = np.stack(first, axis=2).reshape(
-            cut.follow.numel_in(0), count * len(values)
-        )  # drives of the first values
+        shape = cut.follow.numel_in(0), count * len(values)  # all drives at the first values, then at the next ones
+        start = np.stack(first, axis=2).reshape(shape)
         out = self.follow_each.march(start, abreast.of(self, drives), np.repeat(columns, count, axis=1), delays)
         return [
             [cut.settled(out[: drive.shape[1], :, i + count * k].T) for k in range(len(values))]

@@ -1,4 +1,7 @@
-"""Maximum a posteriori fit: the residual along recorded motion, within the arm file's tolerances, with IPOPT."""
+"""Maximum a posteriori fit: the residual along recorded motion, within the arm file's tolerances.
+
+With IPOPT; by secants within a trust region.
+"""
 
 from __future__ import annotations
 

@@ -111,16 +111,14 @@ class Problem:
 
     def squared(self, z: np.ndarray) -> np.ndarray:
         """Return residuals (M n), in units of information, and priors (f,): half their squares are the cost."""
-        return self._squared(self.residual.value(self.physical(z)), z)
+        r = self.residual.value(self.physical(z))
+        with np.errstate(over="ignore", invalid="ignore"):  # a trial step may run away: a fit turns back there
+            return np.concatenate([(r * self.weights.scale).ravel(), self.prior(z)])
 
     def slopes(self, z: np.ndarray) -> np.ndarray:
         """Return the derivatives (M n + f, f) of :meth:`squared`."""
         _, jacobian, _ = self.rows(z)
         return np.concatenate([self._columns(jacobian, self.physical(z)), np.diag(self.has_prior.astype(float))])
-
-    def _squared(self, r: np.ndarray, z: np.ndarray) -> np.ndarray:
-        with np.errstate(over="ignore", invalid="ignore"):  # a trial step may run away: a fit turns back there
-            return np.concatenate([(r * self.weights.scale).ravel(), self.prior(z)])
 
     def _columns(self, jacobian: np.ndarray, p: np.ndarray) -> np.ndarray:
         weighted = jacobian * self.weights.scale[..., None]

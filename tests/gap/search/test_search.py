@@ -339,6 +339,33 @@ def test_a_law_that_ends_where_it_cannot_be_meant_starts_elsewhere(
     assert shaft.plausible(model.placed[0].values, prepared.scales[0]) is (cost < 50.0)
 
 
+@pytest.mark.parametrize("left", [0.5, 2.0])
+def test_nothing_starts_elsewhere_where_another_law_leaves_no_more_than_noise(
+    late: tuple[Prepared, Model, Weights], monkeypatch: pytest.MonkeyPatch, left: float
+) -> None:
+    """In noise floors."""
+    prepared, base, weights = late
+    damped, delay = {"stiffness": 7.0, "damping": 1e4}, {"time": 0.012}
+    trials = [Trial(effect_named("joint_flexibility"), 0, damped, 1.0), Trial(effect_named("delay"), 0, delay, 1.0)]
+    elsewhere: list[Any] = []
+
+    def fit_once(prepared: Prepared, placed: Any, weights: Weights, known: Any, start: Any, **_: Any) -> Any:
+        fit: Any = SimpleNamespace(cost=50.0, ok=True, residual=np.full((3, 1), left * FLOOR[0]))
+        return Model((Placed(placed[-1].effect, 0, start),), fit, fit.residual)
+
+    def ends(*given: Any) -> list[list[Model]]:
+        elsewhere.extend(effect.name for effect, _ in given[3])
+        return [[] for _ in given[3]]
+
+    tryout = Tryout(Setting(prepared, FLOOR, 0, Pool(1), (), frozenset(), lambda text: None), base, {})
+    tryout.cost = np.ones(1)
+    monkeypatch.setattr(tryout_module, "fit_model", fit_once)
+    monkeypatch.setattr(tryout_module, "ends", ends)
+    monkeypatch.setattr(tryout_module, "weights_of", lambda *_: weights)
+    assert None not in tryout.fitted(trials)
+    assert elsewhere == (["joint_flexibility"] if left > 1.0 else [])
+
+
 def test_of_every_start_the_nearest_that_can_be_meant_are_followed(
     late: tuple[Prepared, Model, Weights], monkeypatch: pytest.MonkeyPatch
 ) -> None:
