@@ -106,7 +106,8 @@ def _draw_row(ax: Axes, place: int, row: Candidate, partner: bool, named: bool) 
 
 
 def _trouble(status: str) -> str:
-    fine = status in ("", "ok") or status.lower().startswith(("solve_succeeded", "solved"))
+    # a fit by secants ends where its steps are lost among the wrinkles of the cost, unless it is stopped
+    fine = status in ("", "ok") or status.lower().startswith(("solve_succeeded", "solved", "no_further_descent"))
     # the solver's word for an end that its caller set: nobody asked the reader
     plain = "not converged" if status == "User_Requested_Stop" else status.replace("_", " ").lower()
     return "" if fine else words.short(plain, 40)
