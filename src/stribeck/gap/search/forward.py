@@ -17,6 +17,7 @@ from stribeck.gap.search.presence import CENTRE, evidence, presence
 from stribeck.gap.search.setting import Known, Setting
 from stribeck.gap.search.step import Step, last_model
 from stribeck.gap.search.tryout import Tryout
+from stribeck.model.effect import TransmissionEffect
 from stribeck.model.layout import Placed
 
 LEAST_SURVIVORS, LEAST_AT_JOINT = 3, 2
@@ -111,11 +112,19 @@ def _sought(tryout: Tryout, judged: Judged) -> list[Model]:
 
 
 def _survivors(tried: Sequence[Trial], *, strained: bool) -> list[Trial]:
-    """Return the trials that are worth a full fit: the most hopeful ones, a few at each joint.
+    """Return the trials that are worth a full fit: the most hopeful ones, compliances and all others by themselves.
 
-    Where re-tuning has come to its limits (``strained``), what the limits forbid is linear no more, and the laws that
-    such values mimic are fitted in any case.
+    Screened without an observer, a compliance takes noise from a residual besides: at each joint of a long arm two of
+    them may promise more than what is there, and their fits take long. Where re-tuning has come to its limits
+    (``strained``), what the limits forbid is linear no more, and the laws that such values mimic are fitted in any case.
     """
+    firm = [trial for trial in tried if not isinstance(trial.effect, TransmissionEffect)]
+    yielding = [trial for trial in _most_hopeful(tried, strained=strained) if trial not in firm]
+    return _most_hopeful(firm, strained=strained) + yielding[:MOST_SURVIVORS]
+
+
+def _most_hopeful(tried: Sequence[Trial], *, strained: bool) -> list[Trial]:
+    """Return the trials that promise most, a few at each joint."""
     ordered = sorted((trial for trial in tried if np.isfinite(trial.promise)), key=lambda trial: -trial.promise)
     best = ordered[0].promise if ordered else 0.0
     here: dict[int, int] = {}
