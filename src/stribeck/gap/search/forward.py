@@ -116,7 +116,7 @@ def _survivors(tried: Sequence[Trial], *, strained: bool) -> list[Trial]:
 
     Screened without an observer, a compliance takes noise from a residual besides: at each joint of a long arm two of
     them may promise more than what is there, and their fits take long. Where re-tuning has come to its limits
-    (``strained``), what the limits forbid is linear no more, and the laws that such values mimic are fitted in any case.
+    (``strained``), what these forbid is linear no more, and the laws that such values mimic are fitted in any case.
     """
     firm = [trial for trial in tried if not isinstance(trial.effect, TransmissionEffect)]
     yielding = [trial for trial in _most_hopeful(tried, strained=strained) if trial not in firm]
