@@ -1,5 +1,9 @@
 """Tasks side by side along recordings that each process is sent once."""
 
+import os
+import sys
+import time
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
@@ -58,3 +62,20 @@ def test_of_the_recordings_that_were_sent_the_last_are_kept(prepared: Prepared) 
             assert pool(delayed(cutoff)(one) for _ in range(3)) == [k] * 3
         assert len(list(Path(pool._folder.name).iterdir())) == 2
         assert pool([delayed(cutoff)(one)]) == [4]
+
+
+def test_a_process_that_has_grown_is_replaced_without_a_word(prepared: Prepared) -> None:
+    pytest.importorskip("psutil", reason="without it, no process is watched")
+
+    def grows(prepared: Prepared, number: int) -> tuple[int, int]:
+        if number > 1:  # what a first task leaves is taken as a process's size
+            vars(sys).setdefault("grown", []).append(b"x" * 330_000_000)
+            time.sleep(1.1)
+        return number, os.getpid()
+
+    with Pool(2) as pool, warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        found = pool(delayed(grows)(prepared, k) for k in range(8))
+    assert not said
+    assert [number for number, _ in found] == list(range(8))
+    assert len({process for _, process in found}) > 2

@@ -5,6 +5,7 @@ What a process works out along them, it then knows for its next task, too.
 
 from __future__ import annotations
 
+import warnings
 from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -56,7 +57,10 @@ class Pool:
         if self._jobs == 1:
             return [work(*values, **named) for work, values, named in tasks]
         sent = ((work, [self._of(value) for value in values], named) for work, values, named in tasks)
-        return list(self._parallel(joblib.delayed(_done)(*task) for task in sent))
+        with warnings.catch_warnings():
+            # what was compiled for a long arm fills a process, which then makes room for another: no news to a reader
+            warnings.filterwarnings("ignore", "A worker stopped")
+            return list(self._parallel(joblib.delayed(_done)(*task) for task in sent))
 
     def _of(self, value: object) -> object:
         """Return what stands for recordings in a task: of all that were sent, the last few are kept."""
