@@ -9,6 +9,7 @@ import pytest
 from stribeck.gap.result import Estimate
 from stribeck.report.numbers import (
     as_written,
+    change,
     estimate,
     interval,
     number,
@@ -32,6 +33,13 @@ def plain(text):
 )  # fmt: skip
 def test_number(value, text):
     assert plain(number(value)) == text
+
+
+@pytest.mark.parametrize(("part", "text"), [
+    (-0.56, "−56 %"), (0.031, "+3.1 %"), (-2e-5, "0 %"), (0.0, "0 %"), (3e-4, "0 %"), (-1.0, "−100 %"),
+])  # fmt: skip
+def test_change(part: float, text: str) -> None:
+    assert plain(change(part)) == text
 
 
 @pytest.mark.parametrize(

@@ -68,6 +68,12 @@ def percent(part: float) -> str:
     return f"{_percent_digits(part)}{NBSP}%"
 
 
+def change(part: float) -> str:
+    """Return a change by a part of one in per cent, with its sign; none where it rounds to nothing."""
+    size = percent(abs(part))
+    return size if size == percent(0.0) else f"{MINUS if part < 0.0 else '+'}{size}"
+
+
 def percent_interval(value: Estimate) -> str:
     """Return "62 % (50 to 70 %)"; the value alone where the interval is not known."""
     if not (math.isfinite(value.low) and math.isfinite(value.high)):

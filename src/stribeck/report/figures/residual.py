@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from stribeck.gap.result import Diagnosis, Place
 from stribeck.report import sentences, words
-from stribeck.report.numbers import MINUS, percent
+from stribeck.report.numbers import change, percent
 from stribeck.report.signals import Window, sampled, stacked, telling_family, telling_window, thin
 from stribeck.report.style import COLOUR, MUTED, RULE, drawn, grid, heading, key, new_figure, title
 
@@ -83,8 +83,7 @@ def _panel(diagnosis: Diagnosis, joint: int) -> str:
     ]
     if len(rms) == 1 or not rms[0] > 0:
         return name
-    change = (rms[1] / rms[0]) ** 2 - 1.0
-    return f"{name}: squared residual {MINUS if change < 0 else '+'}{percent(abs(change))}"
+    return f"{name}: squared residual {change((rms[1] / rms[0]) ** 2 - 1.0)}"
 
 
 def _removed(diagnosis: Diagnosis, place: Place) -> float:

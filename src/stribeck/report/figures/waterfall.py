@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from stribeck.gap.result import Diagnosis
 from stribeck.report import words
-from stribeck.report.numbers import MINUS, number, percent, percent_interval
+from stribeck.report.numbers import change, number, percent, percent_interval
 from stribeck.report.style import COLOUR, INK, MUTED, RULE, WIDTH, drawn, heading, new_figure, title
 
 Step = tuple[str, float]
@@ -63,10 +63,10 @@ def _draw_step(ax: Axes, row: int, stage: str, value: float, previous: float) ->
         )
         return
     ax.barh(row, value, height=0.62, color=COLOUR.get(stage, COLOUR["corrected"]))
-    change = ""
+    by = ""
     if stage != "noise_floor" and previous > 0:
         part = value / previous - 1.0
-        change = f"  ({MINUS if part < 0 else '+'}{percent(abs(part))})"
+        by = f"  ({change(part)})"
         if value < previous:
             ax.barh(
                 row,
@@ -79,7 +79,7 @@ def _draw_step(ax: Axes, row: int, stage: str, value: float, previous: float) ->
                 linewidth=0,
             )
     ax.annotate(
-        f"{number(value)}{change}",
+        f"{number(value)}{by}",
         (value, row),
         xytext=(5, 0),
         textcoords="offset points",
