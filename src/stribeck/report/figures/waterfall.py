@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from stribeck.gap.result import Diagnosis
 from stribeck.report import words
-from stribeck.report.numbers import change, number, percent, percent_interval
+from stribeck.report.numbers import change, number, percent_interval
 from stribeck.report.style import COLOUR, INK, MUTED, RULE, WIDTH, drawn, heading, new_figure, title
 
 Step = tuple[str, float]
