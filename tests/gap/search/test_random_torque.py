@@ -15,11 +15,11 @@ from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.records.spread import Noise
 from stribeck.gap.result import Diagnosis
 from stribeck.gap.search import judged
-from stribeck.gap.search.random_torque import random_joints, random_torque
+from stribeck.gap.search.random_torque import _features, _unforetold, random_joints, random_torque
 from stribeck.report import sentences
 from stribeck.run import Run
 
-from ..conftest import NOMINAL, recorded
+from ..conftest import NOMINAL, conditioned, recorded
 
 FLOOR = np.array([0.02])
 NOISE = {"amplitude": 0.0, "frequency": 1.0, "phase": 0.0, "noise": 0.3, "bandwidth": 3.0}
@@ -119,6 +119,18 @@ def test_what_other_runs_foretell_is_not(law: float, most: int, least: int) -> N
         told += [row.rms for row in random_torque(prepared, leaving(base, residual), FLOOR)]
     assert least <= len(told) <= most
     assert told == pytest.approx([LEVEL * np.sqrt(1.0 - law)] * len(told), rel=0.3)
+
+
+def test_friction_that_is_uneven_over_the_travel_is_foretold_by_other_runs() -> None:
+    runs = conditioned([20.0] * 4)
+    speed, place = (
+        np.concatenate([getattr(run, name)[run.analysis_index] for run in runs])[:, 0]
+        for name in ("velocity", "position")
+    )
+    features, noise = _features(runs), np.random.default_rng(0).standard_normal(len(place))
+    for lobes in (2.0, 3.0, 5.0):
+        assert _unforetold(np.sin(lobes * place) * np.sign(speed), runs, features) < 0.1
+    assert _unforetold(noise, runs, features) > 0.9
 
 
 @pytest.mark.long

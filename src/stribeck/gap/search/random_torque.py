@@ -39,7 +39,7 @@ KURTOSIS = (2.5, 3.7)  # 3 for a normal distribution
 LEAST_UNFORETOLD = 0.35  # of the squares: the arm, and its loop, move with what shakes it
 RIDGE = 100.0  # rows that the ridge is worth
 LAGS = (-3, 0, 3)  # rows
-WAVES = 12  # over the travel, of what repeats with position
+WAVES, OF_FRICTION = 12, 4  # over the travel: of what repeats with position, and of that with the sense of motion
 
 
 @dataclass(frozen=True)
@@ -180,6 +180,7 @@ def _features(runs: Sequence[Conditioned]) -> Floats:
             for name in ("velocity", "acceleration", "command")
         )
         direction = np.tanh(5.0 * speed)
+        waves += [wave(k * turn) * direction for k in range(1, OF_FRICTION + 1) for wave in (np.sin, np.cos)]
         out += [np.sin(position), np.cos(position), speed, acceleration, torque, direction]
         out += [speed * np.abs(speed), torque * direction, np.gradient(torque), np.gradient(acceleration)]
     moving = [np.roll(feature, lag) for feature in out for lag in LAGS]
