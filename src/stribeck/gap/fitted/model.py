@@ -23,6 +23,8 @@ from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
 
 NEIGHBOURS = 15  # rows, over which the noise of a row is averaged; it is drawn once
+ROUNDS = 12  # of re-tuning, at most: weights that are far off halve from one to the next
+SAME_SIZE, SAME_MEMORY = 0.02, 0.1  # by which the weights of two rounds may differ and hold: a fit by them is the same
 HUGE = 1e100  # N m: a law that has run away, whose squares are no numbers any more
 
 
@@ -213,15 +215,28 @@ def weights_from(
 
 
 def retune(
-    prepared: Prepared, floor: np.ndarray, placed: Sequence[Placed] = (), rounds: int = 3, known: Fit | None = None
+    prepared: Prepared, floor: np.ndarray, placed: Sequence[Placed] = (), rounds: int = ROUNDS, known: Fit | None = None
 ) -> Model:
     """Return the re-tuned model: weights and fit in turn until the weights hold, from nominal values or ``known`` ones.
 
-    Effects start where they are stated; a wave that starts beside values that are far off may leap to another pitch.
+    Of a torque that does not change all rows count as few: values that are far off come to theirs by and by. Effects
+    start where they are stated; a wave that starts beside values that are far off may leap to another pitch.
     """
     path = SignalPath(prepared.arm, placed)
     residual, _ = Residual(path, prepared.fit, ())(start_values(path, known, None))
-    model = fit_model(prepared, placed, weights_from(residual, prepared, floor), known, careful=bool(path.placed))
+    weights = weights_from(residual, prepared, floor)
+    model = fit_model(prepared, placed, weights, known, careful=bool(path.placed))
     for _ in range(rounds - 1):
-        model = fit_model(prepared, placed, weights_of(model, prepared, floor), model.fit)
+        before, weights = weights, weights_of(model, prepared, floor)
+        if _alike(before, weights):
+            break
+        model = fit_model(prepared, placed, weights, model.fit)
     return model
+
+
+def _alike(first: Weights, second: Weights) -> bool:
+    """Return whether a fit by two weights comes to the same."""
+    size = [np.sqrt(np.mean(weights.sd**2, axis=0)) for weights in (first, second)]
+    return bool(
+        np.allclose(*size, rtol=SAME_SIZE) and np.allclose(first.correlation, second.correlation, rtol=SAME_MEMORY)
+    )

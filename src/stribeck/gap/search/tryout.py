@@ -23,7 +23,7 @@ from stribeck.model.layout import Placed
 from stribeck.model.path import SignalPath
 
 RELIEVED = 0.85  # of a joint's residual: an effect that leaves less is fitted once more, with weights of its own
-AGAIN = 4  # times at most
+AGAIN = 8  # times at most
 SHORT = 0.5  # of what screening promised: a fit that was stopped and has found less goes on
 LONGER = 80  # evaluations, from where it is, or from where the effect is none
 AS_MUCH = 0.85  # of what was left at a joint, or so much less: else a compliance may have been hidden by what is gone
