@@ -174,8 +174,8 @@ CASES = {
     ),
     "contact/linear": Case(
         "B",
-        {"stiffness": 20.0, "position": -0.4, "side": -1.0, "damping": 0.0, "exponent": 1.0},
-        {"stiffness": (-20.0, 1.0), "position": (-0.4, 0.02)},
+        {"stiffness": 20.0, "position": -0.4, "side": -1.0, "damping": 0.0, "exponent": 1.0, "damper": 0.5},
+        {"stiffness": (-20.0, 1.0), "position": (-0.4, 0.02), "damping": (0.5, 0.05)},
         0.1,
     ),
     "contact/hunt_crossley": Case(

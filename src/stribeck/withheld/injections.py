@@ -19,7 +19,8 @@ What the names leave open:
 - ``time_shift``: positive where the recorded position is late, q[i] being the position at t[i] - time;
 - ``torque_dead_zone``: the torque below which nothing comes through, on either side; with a ``jump`` of 1 it all does
   beyond, of 0 what goes beyond;
-- ``contact``: a stop of the joint, rad; where the ``direction`` of its normal is given, a wall in the plane, m;
+- ``contact``: a stop of the joint, rad, where a ``damper`` may stand, N m s/rad; where the ``direction`` of its normal
+  is given, a wall in the plane, m;
 - ``torque_ripple``: relative, at the rotor's angle; ``cogging`` the same in N m;
 - ``gravity_tilt``: change of gravity in the arm's plane, m/s^2; ``base_flexibility``: rocking about the first axis,
   rad, or about a foot at (foot_x, foot_y) from it, m; where the ``direction`` is given, sliding along it, m.
@@ -165,7 +166,8 @@ KNOWN: dict[str, Rule] = {
     ),
     "contact": Rule(
         {"stiffness": 0.0},
-        {"position": 0.5, "side": 1.0, "damping": 0.5, "exponent": 1.5, "direction": math.nan}, special.wall,
+        {"position": 0.5, "side": 1.0, "damping": 0.5, "exponent": 1.5, "damper": 0.0, "direction": math.nan},
+        special.wall,
     ),
     "input_disturbance": Rule(
         {"noise": 0.0, "amplitude": 0.0}, {"bandwidth": 10.0, "frequency": 3.0, "phase": 0.0, "duty": 0.0}, {},

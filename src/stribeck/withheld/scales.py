@@ -169,9 +169,12 @@ def _contact(st: Stage) -> Params:
         return lambda s: {"stiffness": s * st.torque / length / (0.1 * length) ** exponent, **plane}
     side = st.one_of(-1.0, 1.0)
     place = float(np.quantile(st.angles, 0.85 if side > 0 else 0.15))
-    damping = 0.4 / st.radian if exponent > 1.0 else 0.0
-    shared = {"position": place, "side": side, "damping": damping, "exponent": exponent}
-    return lambda s: {"stiffness": s * st.torque / (0.1 * st.radian) ** exponent, **shared}
+    shared = {"position": place, "side": side, "exponent": exponent}
+    size = st.torque / (0.1 * st.radian) ** exponent
+    if exponent > 1.0:
+        return lambda s: {"stiffness": s * size, "damping": 0.4 / st.radian, **shared}
+    lag = st.one_of(0.0, 1.0) * st.between(0.01, 0.05)  # s, of the damper beside a spring
+    return lambda s: {"stiffness": s * size, "damping": 0.0, "damper": s * size * lag, **shared}
 
 
 def _disturbance(st: Stage) -> Params:

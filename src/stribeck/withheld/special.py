@@ -172,7 +172,7 @@ def _in_plane(plant: Plant, effect: str) -> None:
 def wall(plant: Plant, k: int, p: Params) -> Plant:
     """Put a wall in the way of joint `k`, rad, or, with a ``direction`` of its normal, of the arm's tip, m."""
     if math.isnan(p["direction"]):
-        names = ("stiffness", "position", "side", "damping", "exponent")
+        names = ("stiffness", "position", "side", "damping", "exponent", "damper")
         return plant.with_joint(k, **{f"wall_{name}": p[name] for name in names})
     _in_plane(plant, "contact")
     return plant.with_world(

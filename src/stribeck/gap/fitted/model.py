@@ -236,7 +236,7 @@ def retune(
 
 def _alike(first: Weights, second: Weights) -> bool:
     """Return whether a fit by two weights comes to the same."""
-    size = [np.sqrt(np.mean(weights.sd**2, axis=0)) for weights in (first, second)]
-    return bool(
-        np.allclose(*size, rtol=SAME_SIZE) and np.allclose(first.correlation, second.correlation, rtol=SAME_MEMORY)
+    size, other = (np.sqrt(np.mean(weights.sd**2, axis=0)) for weights in (first, second))
+    return np.allclose(size, other, rtol=SAME_SIZE) and np.allclose(
+        first.correlation, second.correlation, rtol=SAME_MEMORY
     )

@@ -70,14 +70,16 @@ static double shaft(const Joint *j, double twist, double twist_rate) {
     return torque;
 }
 
-/* Cable and wall, on the link's angle. Wall: Hunt & Crossley (1975), force k d^e (1 + c d'). */
+/* Cable and wall, on the link's angle. Wall: Hunt & Crossley (1975), force k d^e (1 + c d'), and a damper D d' beside. */
 static double outside(const Joint *j, double angle, double rate) {
     double taut = angle - j->cable_rest;
     double torque = -taut * (j->cable_stiffness + j->cable_cubic * taut * taut);
     if (j->wall_stiffness > 0.0) {
         double depth = (angle - j->wall_position) * j->wall_side;
         if (depth > 0.0) {
-            double force = j->wall_stiffness * pow(depth, j->wall_exponent) * (1.0 + j->wall_damping * rate * j->wall_side);
+            double sinks = rate * j->wall_side;
+            double force = j->wall_stiffness * pow(depth, j->wall_exponent) * (1.0 + j->wall_damping * sinks);
+            force += j->wall_damper * sinks;
             torque -= j->wall_side * fmax(0.0, force);
         }
     }

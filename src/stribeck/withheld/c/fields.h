@@ -29,7 +29,7 @@
     X(eccentricity_overtone) X(eccentricity_overtone_phase) X(time_shift) X(velocity_lag)                        \
     /* outside forces */                                                                                         \
     X(cable_stiffness) X(cable_rest) X(cable_cubic) X(wall_position) X(wall_side) X(wall_stiffness) X(wall_damping) \
-    X(wall_exponent)                                                                                             \
+    X(wall_exponent) X(wall_damper)                                                                              \
     /* effects that no library knows */                                                                          \
     X(supply_torque) X(supply_frequency) X(supply_speed)                                                         \
     X(sticky_torque) X(sticky_centre) X(sticky_width) X(sticky_load)                                             \
