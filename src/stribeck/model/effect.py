@@ -68,6 +68,8 @@ class Effect(ABC):
     """What is no effect of the library and takes the same torque where the arm has one joint only."""
     kin: ClassVar[tuple[str, ...]] = ()
     """Phenomena, words shared by laws: a law may fill in what another one leaves of a phenomenon that both are of."""
+    edged: ClassVar[bool] = False
+    """True where the torque over position has an edge, which no wave bends like."""
     direct: ClassVar[bool] = False
     """True where the records themselves show the effect (``observed``), which leaves no trace in the torque."""
     whole_arm: ClassVar[bool] = False

@@ -8,7 +8,7 @@ import pytest
 
 from stribeck.effects.registry import effect_named, laws
 from stribeck.gap.answer.verdict import NAMED_OVER, causes_of
-from stribeck.gap.search.kin import filling_in
+from stribeck.gap.search.kin import EDGED, filling_in
 from stribeck.model.layout import Placed
 from stribeck.model.scale import Scale
 
@@ -56,6 +56,27 @@ def test_what_ends_at_the_noise_is_there_beside_its_kin(larger: str, smaller: st
     both = (larger, 0, 20.0), (smaller, 0, 9.0)
     assert filling_in(taken(*both, left=1.5), SCALES) == [False, False]
     assert filling_in(taken(*both, left=2.5), SCALES) == [False, True]
+
+
+def test_an_edge_that_ends_at_the_noise_is_there_beside_a_wave() -> None:
+    """Of a wave that bends like it, four per cent would be left."""
+    both = ("cogging", 0, 20.0), ("contact", 0, 9.0)
+    assert filling_in(taken(*both, left=1.1), SCALES) == [False, False]
+    assert filling_in(taken(*both, left=1.5), SCALES) == [False, True]
+    assert filling_in(taken(("cable_spring", 0, 20.0), both[1], left=1.1), SCALES) == [False, True]
+
+
+@pytest.mark.parametrize("lobes", [2.0, 3.0, 4.0, 6.0, 8.0])
+@pytest.mark.parametrize("exponent", [1.0, 1.5])
+def test_no_edge_bends_like_a_wave(lobes: float, exponent: float) -> None:
+    """Over two radians, beside what is re-tuned anyway: a constant, a line, and gravity."""
+    q = np.linspace(-1.0, 1.0, 400)
+    retuned = np.linalg.qr(np.stack([np.ones_like(q), q, np.sin(q), np.cos(q)], axis=1))[0]
+    edges = np.maximum(q - np.linspace(-0.95, 0.95, 60)[:, None], 0.0) ** exponent
+    for phase in np.linspace(0.0, np.pi, 12, endpoint=False):
+        wave, *bent = (y - retuned @ (retuned.T @ y) for y in (np.sin(lobes * q + phase), *edges, *edges[:, ::-1]))
+        left = [1.0 - (edge @ wave) ** 2 / ((edge @ edge + 1e-9) * (wave @ wave)) for edge in bent]
+        assert min(left) > EDGED
 
 
 @pytest.mark.parametrize(("larger", "smaller"), [("actuator_lag", "delay"), ("cable_spring", "cogging")])

@@ -32,6 +32,7 @@ class Contact(ExternalEffect):
     shows = "position"
     source = "Hunt & Crossley (1975)"
     kin = ("curve",)
+    edged = True
     parameters = (
         Parameter("stiffness", "N m/rad^1.5", "stiffness, negative for a wall on the negative side"),
         Parameter("position", "rad", "where the wall begins", reach=20.0),

@@ -36,6 +36,7 @@ class ContactLinear(ExternalEffect):
     shows = "position"
     source = "Hooke's law and a damper beside it (Kelvin & Voigt), on one side"
     kin = ("curve",)
+    edged = True
     parameters = (
         Parameter("stiffness", "N m/rad", "stiffness, negative for a stop on the negative side"),
         Parameter("position", "rad", "where the stop begins", reach=20.0),

@@ -25,6 +25,7 @@ class ContactPlane(ExternalEffect):
     shows = "position"
     source = "Hunt & Crossley (1975)"
     kin = ("curve",)
+    edged = True
     everywhere = True
     parameters = (
         Parameter("stiffness", "N/m^1.5", "stiffness of the wall", 0.0, 0.0),

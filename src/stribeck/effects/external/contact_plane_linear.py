@@ -23,6 +23,7 @@ class ContactPlaneLinear(ExternalEffect):
     shows = "position"
     source = "Hooke's law, on one side; damping as in Hunt & Crossley (1975)"
     kin = ("curve",)
+    edged = True
     everywhere = True
     parameters = (
         Parameter("stiffness", "N/m", "stiffness of the wall", 0.0, 0.0),
