@@ -129,6 +129,7 @@ def test_starts_are_plausible(effect: Effect, scale: Scale) -> None:
         ("dwell_time/at_rest", {"rise": 0.7, "time": 1.3, "distance": 3e-4}),
         ("dwell_time/frozen", {"rise": 0.7, "time": 1.3}),
         ("contact", {"stiffness": 1.0, "position": 0.1, "damping": 2.0 / SMALL.speed}),  # at usual speed a damper
+        ("contact/linear", {"stiffness": 1.0, "position": 0.1, "damping": 0.4 * SMALL.travel / SMALL.speed}),
         ("cogging", {"sine": 0.02, "cosine": 0.0, "harmonic": 15.3}),  # two thirds of a period: any curve over position
         ("torque_ripple", {"sine": 0.1, "cosine": 0.0, "harmonic": 15.3}),
         (

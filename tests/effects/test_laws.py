@@ -5,6 +5,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -178,6 +179,20 @@ def test_stiff_contact_does_not_throw_the_link(damping: float) -> None:
     r = Residual(path, clean().fit, ())(values_of(path.entries))[0]
     torque = np.concatenate([run.command for run in clean().fit])
     assert np.sqrt(np.mean(r**2)) < np.sqrt(np.mean(torque**2))
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_stop_with_a_damper_pushes_and_never_pulls(side: float) -> None:
+    stop = laws()["contact", "linear"]
+    p = {"stiffness": 20.0 * side, "position": 0.3 * side, "damping": 2.0}
+
+    def push(depth: float, rate: float) -> float:
+        motion: Any = SimpleNamespace(link_position=side * (0.3 + depth), link_velocity=side * rate)
+        return side * float(stop.torque(motion, {}, p))
+
+    assert push(0.1, 0.5) == pytest.approx(20.0 * 0.1 + 2.0 * 0.5)
+    assert push(0.1, -0.5) == pytest.approx(20.0 * 0.1 - 2.0 * 0.5)
+    assert push(0.1, -5.0) == push(-0.1, 5.0) == 0.0
 
 
 def aged(law: str, trial: dict[str, float], seconds: float, slide: float, start: Sequence[float]) -> Sequence[float]:

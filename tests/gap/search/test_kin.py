@@ -59,7 +59,7 @@ def test_what_ends_at_the_noise_is_there_beside_its_kin(larger: str, smaller: st
 
 
 def test_an_edge_that_ends_at_the_noise_is_there_beside_a_wave() -> None:
-    """Of a wave that bends like it, four per cent would be left."""
+    """Laid over a wave, it would leave a thirtieth."""
     both = ("cogging", 0, 20.0), ("contact", 0, 9.0)
     assert filling_in(taken(*both, left=1.1), SCALES) == [False, False]
     assert filling_in(taken(*both, left=1.5), SCALES) == [False, True]

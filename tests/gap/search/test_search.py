@@ -582,12 +582,13 @@ def test_laws_that_strained_values_mimic_are_fitted_in_any_case() -> None:
 def test_compliances_do_not_crowd_out_what_promises_less() -> None:
     laws = "joint_flexibility", "backlash"
     compliances = [Trial(effect_named(name), joint, {}, 300.0 - joint) for name in laws for joint in range(6)]
-    there = Trial(effect_named("position_dependent_friction"), 2, {}, 90.0)
+    compliances.append(Trial(effect_named("base_flexibility", "sliding"), 0, {}, 400.0))
+    there = [Trial(effect_named("position_dependent_friction"), 2, {}, 90.0 - k) for k in range(3)]
     rest = [Trial(effect_named("delay"), joint, {}, 2.0 + 0.1 * joint) for joint in range(6)]
-    kept = _survivors([*compliances, there, *rest], strained=False)
-    assert there in kept
+    kept = _survivors([*compliances, *there, *rest], strained=False)
+    assert all(trial in kept for trial in there)
     assert [trial for trial in kept if trial in compliances] == sorted(compliances, key=lambda t: -t.promise)[:8]
-    assert len(kept) == len({trial.key for trial in kept})
+    assert len(kept) == len({(trial.key, trial.promise) for trial in kept})
 
 
 def test_half_of_the_runs_that_says_most(late: tuple[Prepared, Model, Weights]) -> None:

@@ -17,11 +17,12 @@ from stribeck.gap.search.presence import CENTRE, evidence, presence
 from stribeck.gap.search.setting import Known, Setting
 from stribeck.gap.search.step import Step, last_model
 from stribeck.gap.search.tryout import Tryout
-from stribeck.model.effect import TransmissionEffect
+from stribeck.model.effect import StandEffect, TransmissionEffect
 from stribeck.model.layout import Placed
 
 LEAST_SURVIVORS, LEAST_AT_JOINT = 3, 2
 MOST_SURVIVORS = 8
+YIELDING = (TransmissionEffect, StandEffect)  # compliances, of a joint and under the arm
 HOPEFUL = 0.3  # of the best promise: candidates with less are not fitted
 MOST_EFFECTS, MOST_STEPS = 3, 5  # one effect at two joints takes two steps
 MUCH = 2.0  # noise floors rms that a step leaves: what screening is blind to is looked for as well
@@ -118,8 +119,8 @@ def _survivors(tried: Sequence[Trial], *, strained: bool) -> list[Trial]:
     them may promise more than what is there, and their fits take long. Where re-tuning has come to its limits
     (``strained``), what these forbid is linear no more, and the laws that such values mimic are fitted in any case.
     """
-    firm = [trial for trial in tried if not isinstance(trial.effect, TransmissionEffect)]
-    yielding = [trial for trial in _most_hopeful(tried, strained=strained) if trial not in firm]
+    firm = [trial for trial in tried if not isinstance(trial.effect, YIELDING)]
+    yielding = [trial for trial in _most_hopeful(tried, strained=strained) if isinstance(trial.effect, YIELDING)]
     return _most_hopeful(firm, strained=strained) + yielding[:MOST_SURVIVORS]
 
 

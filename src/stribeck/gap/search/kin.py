@@ -4,7 +4,7 @@ Nature keeps to no library: a friction that is higher at one spot is not quite a
 what the wave leaves. Two kinds of lateness, or two waves, hardly ever meet in one joint; one that is no pure pole does.
 But what fills in leaves some in turn: one that ends at the noise what another one left is there. Not so a curve over
 position, for two waves bend like any, nor a second lateness of one channel: a pole and a delay make up most third ones.
-An edge bends like no wave: laid over one, with line and constant re-tuned, it leaves four per cent of it at least.
+An edge bends like no wave: laid over one, with line and constant re-tuned, it leaves a thirtieth of it at least.
 """
 
 from __future__ import annotations
