@@ -11,6 +11,7 @@ from stribeck.effects.registry import registry
 from stribeck.gap.fitted.model import fit_model, retune, weights_of
 from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.search import screen as screening
+from stribeck.gap.search.descent import Descent
 from stribeck.gap.search.screen import screen
 from stribeck.model.layout import Placed
 from stribeck.run import Run
@@ -49,8 +50,7 @@ def test_a_search_made_anew_starts_where_it_came_to(monkeypatch: pytest.MonkeyPa
     prepared, floor = shifted(-0.026, 2e-5), np.full(1, 0.02)
     base = retune(prepared, floor, ())
     weights, starts = weights_of(base, prepared, floor), []
-    descend = screening._descend
-    monkeypatch.setattr(screening, "_descend", lambda *given: starts.append(given[2]) or descend(*given))
+    monkeypatch.setattr(screening, "Descent", lambda *given: starts.append(given[2]) or Descent(*given))
     first = screen(prepared, base, weights, registry()["time_shift"], 0)
     before = len(starts)
     again = screen(prepared, base, weights, registry()["time_shift"], 0, first.start, anew=True)

@@ -24,6 +24,7 @@ from stribeck.gap.search import tryout as tryout_module
 from stribeck.gap.search.beside import idle as idle_of
 from stribeck.gap.search.beside import misleading, stands_in, weighed, with_together, without_each
 from stribeck.gap.search.candidates import Trial, candidates
+from stribeck.gap.search.descent import Descent
 from stribeck.gap.search.families import best_laws, best_of_each, close_laws, laws_instead, relawed
 from stribeck.gap.search.forward import _survivors
 from stribeck.gap.search.judged import Judged, as_hopeful
@@ -227,14 +228,13 @@ def test_a_start_that_ends_as_another_law_stands_back(
     """A play that has closed is a spring, which is tried itself: what stays a play is taken, though it saves less."""
     ends = iter([(1e-6, 5.0), (0.02, 3.0)])
 
-    def descend(residual: Any, projector: Any, p: np.ndarray, own: Any, unit: Any, steps: int) -> Any:
-        if steps == screening.LOOK:
-            return screening._Way(0.0, p, 0.0)
-        p = p.copy()
-        p[own[0]], saved = next(ends)
-        return screening._Way(saved, p, 0.0)
+    def go(way: Descent, steps: int) -> None:
+        way.saved, way.ahead = 0.0, 0.0
+        if steps == screening.STEPS:
+            way.p = way.p.copy()
+            way.p[way._own[0]], way.saved = next(ends)
 
-    monkeypatch.setattr(screening, "_descend", descend)
+    monkeypatch.setattr(Descent, "go", go)
     prepared, base, weights = late
     trial = screen(prepared, base, weights, effect_named("backlash"), 0)
     assert (trial.start["gap"], trial.promise) == (0.02, 3.0)
@@ -251,8 +251,11 @@ def test_a_law_that_runs_away_leads_nowhere(late: tuple[Prepared, Model, Weights
     )
     projector = Projector(base.fit, weights, np.arange(len(base.fit.residual)))
     start = start_values(path, base.fit, {"time": 0.01})
-    assert screening._descend(residual, projector, start, own, np.ones(1), 1).saved > 0.0
-    assert screening._descend(away(), projector, start, own, np.ones(1), 3).saved == -np.inf
+    near, far = (Descent(which, projector, start, own, np.ones(1)) for which in (residual, away()))
+    near.go(1)
+    far.go(3)
+    assert near.saved > 0.0
+    assert far.saved == far.ahead == -np.inf
 
 
 @pytest.mark.parametrize("time", [0.012, 0.06], ids=["below the base", "above it"])
@@ -985,13 +988,13 @@ def test_a_start_that_is_about_to_save_nothing_is_looked_at_only(
 ) -> None:
     prepared, base, weights = late
     followed: list[bool] = []
-    descend = screening._descend
+    go = Descent.go
 
-    def looking(residual: Any, projector: Any, p: Any, own: Any, unit: Any, steps: int) -> Any:
+    def looking(way: Descent, steps: int) -> None:
         followed.append(steps == screening.STEPS)
-        return descend(residual, projector, p, own, unit, steps)
+        go(way, steps)
 
-    monkeypatch.setattr(screening, "_descend", looking)
+    monkeypatch.setattr(Descent, "go", looking)
     ends = {}
     for worth in (0.0, screening.WORTH, 2.0):
         monkeypatch.setattr(screening, "WORTH", worth)
@@ -1000,6 +1003,20 @@ def test_a_start_that_is_about_to_save_nothing_is_looked_at_only(
             ends[name, worth] = screen(prepared, base, weights, effect_named(name), 0), any(followed)
     assert [ends[key][1] for key in ends] == [True, True, False, True, False, False]
     assert all(np.isfinite(trial.promise) for trial, _ in ends.values())  # as far as it was looked at
+
+
+def test_beside_a_play_what_does_not_show_at_once_is_not_looked_for(
+    late: tuple[Prepared, Model, Weights], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each look takes long there."""
+    prepared, base, weights = late
+    followed: list[int] = []
+    monkeypatch.setattr(Descent, "go", lambda way, steps: setattr(way, "ahead", 0.0) or followed.append(steps))
+    play = Placed(effect_named("backlash"), 0, effect_named("backlash").starts(prepared.scales[0])[0])
+    for placed, looks in (((), {screening.LOOK, screening.STEPS}), ((play,), {screening.LOOK})):
+        followed.clear()
+        screen(prepared, replace(base, placed=placed), weights, effect_named("presliding"), 0)
+        assert set(followed) == looks
 
 
 def test_the_search_without_what_is_needless_starts_from_what_every_arm_has_as_well(

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from stribeck.gap.fitted.differentiable import differentiable
-from stribeck.gap.fitted.model import HUGE, Bristled, Model, start_values
+from stribeck.gap.fitted.model import Bristled, Model, start_values
 from stribeck.gap.fitted.sizes import effect_scales
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.search.candidates import Trial
+from stribeck.gap.search.descent import Descent
 from stribeck.gap.search.projector import Projector
 from stribeck.identify.problem import Weights
 from stribeck.identify.residual import Residual
@@ -21,13 +21,10 @@ from stribeck.model.path import SignalPath
 from stribeck.model.resting import resting
 from stribeck.model.waves import Reach, Trace
 
-REACH = 50.0  # typical sizes that one step may go: far, for it is taken back where it does not help
 LOOK, STEPS = 2, 12  # evaluations of every start, and further ones of the most hopeful starts, at most
 FOLLOWED = 2  # starts that are followed to the end
 HOPELESS = 10.0  # of the base's cost: a start that adds more at first is not followed
 WORTH = 0.01  # of the base's cost at a joint: a start that is about to save less is looked at, not followed
-LEAST_DAMPING = 1e-3
-LITTLE = 0.02  # of the cost saved: a step that promises less is not made
 
 
 def screen(
@@ -70,10 +67,10 @@ def screen(
     plain = Projector(base.fit, weights, rows)
     cost = plain.cost
 
-    def down(p: np.ndarray, steps: int) -> _Way:
+    def way_from(p: np.ndarray) -> Descent:
         counted = bristled.at(p)
         projector = plain if counted is weights else Projector(base.fit, counted, rows)
-        return _descend(residual, projector, p, own, unit, steps)
+        return Descent(residual, projector, p, own, unit)
 
     names = [path.entries[i].name for i in own]
     scale = prepared.scales[joint]
@@ -83,14 +80,18 @@ def screen(
     others = () if known and effect.nonlinear else effect.starts_from(scale, trace)
     if not (known and anew and others == effect.starts(scale)):
         starts += others
-    tried = [down(start_values(path, base.fit, start), LOOK) for start in starts]
+    tried = [way_from(start_values(path, base.fit, start)) for start in starts]
+    for way in tried:
+        way.go(LOOK)
     # by where they are about to go: what has run away to nothing loses nothing either, and leads nowhere
     hopeful = [way for way in tried if way.ahead > -HOPELESS * cost]
-    # what a law that takes long comes to is the only start of later steps; a value e times as large is not seen ahead
-    sought = (effect.nonlinear and not known) or any(path.entries[i].log for i in own)
+    # what a law that takes long comes to is the only start of later steps; a value e times as large is not seen ahead;
+    # beside a play, where each look takes long, what does not show at once is not looked for
+    far = (effect.nonlinear and not known) or any(path.entries[i].log for i in own)
+    sought = far and not SignalPath(prepared.arm, base.placed).rough
     for way in sorted(hopeful, key=lambda way: -way.ahead)[:FOLLOWED]:
         if sought or way.ahead > WORTH * cost / prepared.arm.n:
-            way = down(way.p, STEPS)
+            way.go(STEPS)
         values = dict(zip(names, map(float, way.p[own]), strict=True))
         plausible = effect.plausible(values, scale)  # else it stands for another law, which is tried itself
         if (plausible, way.saved) > (sound, best.promise):
@@ -147,51 +148,3 @@ def _rows_of(prepared: Prepared, runs: Sequence[int]) -> np.ndarray:
 def _units(path: SignalPath, prepared: Prepared, own: Sequence[int]) -> np.ndarray:
     scales = effect_scales(path, prepared)
     return np.array([1.0 if path.entries[i].log else scales.get(path.entries[i].key, 1.0) for i in own])
-
-
-@dataclass(frozen=True)
-class _Way:
-    """The largest cost reduction met on the way down from a start, all values there, and the next step's promise."""
-
-    saved: float
-    p: np.ndarray
-    ahead: float
-
-
-def _descend(
-    residual: Residual, projector: Projector, p: np.ndarray, own: Sequence[int], unit: np.ndarray, steps: int
-) -> _Way:
-    """Return how far down one comes from a start in a few evaluations."""
-    entries = [residual.path.entries[i] for i in own]
-    log = np.array([entry.log for entry in entries], dtype=bool)
-    lower, upper = (np.array([getattr(entry, side) for entry in entries]) for side in ("lower", "upper"))
-    best, at, ahead, damping = -np.inf, p, -np.inf, LEAST_DAMPING
-    curvature, downhill = np.zeros((len(own), len(own))), np.zeros(len(own))
-    for _ in range(steps):
-        r, jacobian = residual(p)
-        slope = np.where(log, p[own], 1.0) * unit
-        saved = -np.inf
-        if np.all(np.abs(r) < HUGE) and np.all(np.abs(jacobian * slope) < HUGE):
-            saved, *equations = projector.step(r, jacobian * slope)
-        if saved > best:
-            best, at, damping = saved, p, max(damping / 10.0, LEAST_DAMPING)
-            curvature, downhill = equations
-        elif np.isfinite(best):
-            damping *= 30.0
-        else:
-            break
-        step = np.clip(_damped(curvature, downhill, damping), -REACH, REACH)
-        made = np.where(log, np.clip(step, -1.0, 1.0), step)
-        ahead = best - float(downhill @ made) - 0.5 * float(made @ curvature @ made)
-        if -0.5 * float(downhill @ step) < LITTLE * max(best, 1.0):
-            break
-        grown = at[own] * np.exp(np.where(log, made, 0.0))
-        p = at.copy()
-        p[own] = np.clip(np.where(log, grown, at[own] + made * unit), lower, upper)
-    return _Way(best, at, ahead)
-
-
-def _damped(curvature: np.ndarray, slope: np.ndarray, damping: float) -> np.ndarray:
-    """Return the step of Levenberg (1944) and Marquardt (1963)."""
-    ridge = np.diag(damping * np.diag(curvature) + 1e-9 * np.max(np.diag(curvature)) + 1e-12)
-    return np.asarray(np.linalg.solve(curvature + ridge, -slope))
