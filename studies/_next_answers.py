@@ -90,10 +90,8 @@ def _by_refitting(case: Poor, plan: Plan, experiment: Experiment, run: Run, chan
     """Judge by what each candidate, re-tuned, leaves of a recording with a known change, or with none."""
     arm = plan.prepared.arm
     recorded = condition(arm, run, plan.prepared.cutoff, thin=True)
-    left = []
-    for model in plan.models:
-        candidate = Candidate(arm, model, plan.weights, change)
-        left.append(candidate.excess(recorded))
+    noise = plan.noise_along(recorded)
+    left = [Candidate(arm, model, plan.weights, change).excess(recorded, noise) for model in plan.models]
     order = np.argsort(left)
     apart = float(np.sqrt(max(left[order[1]] ** 2 - left[order[0]] ** 2, 0.0)))
     best = experiment.separates[int(order[0])].split(" at ")[0]

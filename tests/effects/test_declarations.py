@@ -464,7 +464,7 @@ class Pade(Impostor):
 @pytest.mark.parametrize("part", [0.0005, 0.002, 0.01, 0.05])
 def test_a_start_is_near_any_bristle_and_any_play(part: float) -> None:
     """Of a twentieth of a per cent of the travel to some: what is further than thrice from all starts gets lost."""
-    for law in ("lugre", "maxwell_slip"):
+    for law in ("lugre", "maxwell_slip", "elasto_plastic"):
         given = [values["stiffness"] for values in effect_named("presliding", law).starts(LARGE)]
         assert min(abs(math.log(k * part * LARGE.travel / LARGE.friction)) for k in given) < math.log(3.0)
     gaps = [values["gap"] for values in effect_named("backlash").starts(LARGE)]

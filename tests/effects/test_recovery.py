@@ -62,6 +62,8 @@ CASES = {
     # after a reversal one bristle is twice as stiff as at rest, elements are not
     "presliding/lugre": Case("A", {"stiffness": 300.0, "damping": 4.0}, {"stiffness": (200.0, 100.0)}, 0.25),
     "presliding/maxwell_slip": Case("A", {"stiffness": 300.0, "damping": 4.0}, {"stiffness": (300.0, 60.0)}, 0.15),
+    # the plant's elements give way from the first moment on; this bristle is a spring for long, and softer instead
+    "presliding/elasto_plastic": Case("A", {"stiffness": 300.0, "damping": 4.0}, {"stiffness": (200.0, 100.0)}, 0.3),
     # the plant delays the viscous part as well, which one pole leaves in phase
     "frictional_lag/one_pole": Case("A", {"time": 0.05}, {"time": (0.04, 0.012)}, 0.92, 2),
     # a delay of 0.05 s in the plant; one pole of the whole curve is as late at slow changes

@@ -12,7 +12,7 @@ from stribeck.model.path import SignalPath
 from stribeck.run import Run
 
 LEVEL, STIFFNESS, SD, STEP = 2.0, 2000.0, 1e-5, 0.002  # N m, N m/rad, rad, s
-LAWS = ["lugre", "maxwell_slip"]
+LAWS = ["lugre", "maxwell_slip", "elasto_plastic"]
 
 
 def path_with(law: str) -> SignalPath:

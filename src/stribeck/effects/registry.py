@@ -55,6 +55,7 @@ from stribeck.effects.friction.negative_damping_gaussian import NegativeDampingG
 from stribeck.effects.friction.position_dependent_friction import PositionDependentFriction
 from stribeck.effects.friction.position_dependent_friction_harmonics import PositionDependentFrictionHarmonics
 from stribeck.effects.friction.presliding import Presliding
+from stribeck.effects.friction.presliding_elasto_plastic import PreslidingElastoPlastic
 from stribeck.effects.friction.presliding_maxwell_slip import PreslidingMaxwellSlip
 from stribeck.effects.friction.quadratic_damping import QuadraticDamping
 from stribeck.effects.rigid_body.base_flexibility import BaseFlexibility
@@ -79,6 +80,7 @@ _OWN: tuple[type[Effect], ...] = (
     NegativeDampingGaussian,
     Presliding,
     PreslidingMaxwellSlip,
+    PreslidingElastoPlastic,
     FrictionalLag,
     FrictionalLagDelay,
     FrictionalLagFallingPart,

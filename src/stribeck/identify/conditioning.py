@@ -86,8 +86,8 @@ class Conditioned:
         return self.time if self.clock is None else self.time - self.time[0] + self.clock
 
     def as_recorded(self, run: Conditioned) -> Conditioned:
-        """Return a run in the place among all recordings that another conditioning of it was given, and as held."""
-        return replace(self, clock=run.clock, past=run.past, braked=run.braked)
+        """Return a run in the place among all recordings that another conditioning of it was given, held and driven."""
+        return replace(self, clock=run.clock, past=run.past, braked=run.braked, undriven=run.undriven)
 
     @property
     def sample_time(self) -> float:

@@ -184,6 +184,8 @@ class TransmissionEffect(Effect):
     """Relative step over which a residual is smooth, where blows make derivatives at a point useless; else 0."""
     damper: ClassVar[str | None] = None
     """Parameter that damps those blows, if one does."""
+    room: ClassVar[str | None] = None
+    """Parameter that is the room between them, if one is."""
 
     @abstractmethod
     def transmitted(self, deflection: Expression, rate: Expression, p: Parameters) -> Expression:

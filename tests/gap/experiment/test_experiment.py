@@ -99,9 +99,23 @@ def test_commands_make_the_motion() -> None:
     p = plan(q)
     t = np.arange(0.0, 4.0, p.step)
     runs = [p.planned("a chirp", Motion("a chirp", (0,)).course(t, p.seen))]
+    noise = [np.ones((len(runs[0].analysis_index), 1))]
     for candidate in p.candidates:
-        driven, bare = candidate.misfit(candidate.driven(runs))[0][0], candidate.misfit(runs)[0][0]
+        driven, bare = candidate.misfit(candidate.driven(runs), noise)[0][0], candidate.misfit(runs, noise)[0][0]
         assert np.sqrt(np.mean(driven**2)) < 0.03 * np.sqrt(np.mean(bare**2))  # of a chirp up to the cutoff
+
+
+def test_a_quick_motion_is_told_to_be_noisier_than_a_slow_one() -> None:
+    """The recorded ones scatter by what the weights say, as does a slow one; filters leave more of quick reversals."""
+    p = plan(late())
+    t = np.arange(0.0, 4.0, p.step)
+    smooth = [p.planned("a sine", 0.3 * (1.0 - np.cos(rate * t))[:, None]) for rate in (5.0, 25.0)]
+    noise = [*p._noise(p.candidates[0], smooth), *map(p.noise_along, p.prepared.fit)]
+    slow, quick, *recorded_ones = (float(np.sqrt(np.mean(sd**2))) for sd in noise)
+    so_far = float(np.sqrt(np.mean(p.weights.sd**2)))
+    assert recorded_ones == pytest.approx([so_far] * len(recorded_ones), rel=0.3)
+    assert slow == pytest.approx(so_far, rel=0.3)
+    assert quick > 1.25 * slow
 
 
 def test_a_joint_that_holds_still_is_held_by_its_torque() -> None:

@@ -20,9 +20,9 @@ from ..conftest import NOMINAL, conditioned
 def test_a_law_that_runs_away_is_far_off_by_a_number(far: float) -> None:
     residual, jacobian = np.full((4, 1), far), np.full((4, 1, 2), -far)
     one = object.__new__(Candidate)
-    one.p, one.scale, one.unit = np.zeros(2), np.ones(1), np.ones(2)
+    one.p, one.correlation, one.unit = np.zeros(2), np.ones(1), np.ones(2)
     one.residual = SimpleNamespace(along=lambda runs: lambda p: (residual, jacobian))  # type: ignore[assignment]
-    (left,), (columns,) = one.misfit([SimpleNamespace(analysis_index=np.arange(4))])  # type: ignore[list-item]
+    (left,), (columns,) = one.misfit([SimpleNamespace(analysis_index=np.arange(4))], [np.ones((4, 1))])  # type: ignore[list-item]
     assert left @ left > 1e100
     assert np.all(np.isfinite(columns.T @ columns))
     assert np.all(np.isfinite(columns.T @ left))
@@ -38,4 +38,5 @@ def test_a_model_of_which_nothing_is_fitted_is_off_by_all_that_it_leaves() -> No
     weights = Weights(np.array([0.5]), np.array([4.0]))
     one = Candidate(arm, SimpleNamespace(fit=fit, placed=()), weights)  # type: ignore[arg-type]
     assert one.known.shape == (0, 0)
-    assert one.excess(run) == pytest.approx(np.sqrt(np.sum(fit.residual**2)))
+    noise = np.where(np.arange(len(fit.residual)) < 9, 0.5, 2.0)[:, None]  # of each row
+    assert one.excess(run, noise) == pytest.approx(np.sqrt(np.sum((fit.residual / (2.0 * noise)) ** 2)))

@@ -64,7 +64,7 @@ def test_candidates() -> None:
     found = [effect for effect, _ in candidates(TRUE, ())]
     names = [effect.name for effect in found]
     assert len(found) == len({effect.label for effect in found})
-    assert names.count("presliding") == 2  # every law of a family
+    assert names.count("presliding") == 3  # every law of a family
     assert "negative_damping" not in names  # the nominal model has a falling part
     assert set(names) <= set(registry())
     assert not any(effect.direct for effect in found)  # no torque shows them
@@ -1155,3 +1155,31 @@ def test_a_play_is_fitted_once_more_with_its_blows_all_but_undamped(
     assert fitted is not None
     damping = tryout_module.LEAST_DAMPED * 20.0 if taken else 20.0
     assert fitted.model.placed[0].values == {"gap": 0.01, "stiffness": 700.0, "damping": pytest.approx(damping)}
+
+
+@pytest.mark.parametrize(
+    ("left", "cost", "gap"),
+    [(1.0, 9.0, 0.0147), (1.0, 60.0, 0.01), (1e-3, 9.0, 0.01), (1.0, np.nan, 0.01)],
+    ids=["another valley", "none that is deeper", "next to nothing is left", "it runs away there"],
+)
+def test_a_play_that_leaves_much_is_fitted_from_wider_and_narrower_ones(
+    late: tuple[Prepared, Model, Weights], monkeypatch: pytest.MonkeyPatch, left: float, cost: float, gap: float
+) -> None:
+    prepared, base, weights = late
+    play, tried = effect_named("backlash"), []
+    start = {"gap": 0.01, "stiffness": 700.0, "damping": 20.0}
+
+    def fit_once(prepared: Prepared, placed: Any, weights: Weights, known: Any, start: Any, **_: Any) -> Any:
+        tried.append(start["gap"])
+        wide = start["gap"] > 0.012
+        residual = np.full((3, 1), np.inf if wide and np.isnan(cost) else left)
+        fit: Any = SimpleNamespace(cost=cost if wide else 50.0, ok=True, residual=residual)
+        return Model((Placed(play, 0, start),), fit, residual)
+
+    monkeypatch.setattr(tryout_module, "fit_model", fit_once)
+    monkeypatch.setattr(tryout_module, "weights_of", lambda *_: weights)
+    fitted = _fit_trial(prepared, base, weights, Trial(play, 0, start, 1.0), FLOOR)
+    assert base.fit.cost > 50.0 / tryout_module.NEAR
+    assert fitted is not None
+    assert fitted.model.placed[0].values["gap"] == pytest.approx(gap)
+    assert (min(tried), max(tried)) == pytest.approx((0.0068, 0.0147) if left > 0.1 else (0.01, 0.01))

@@ -13,7 +13,7 @@ from stribeck.model.effect import TransmissionEffect
 from stribeck.model.scale import Scale
 from stribeck.model.values import Expression, Parameter, Parameters
 
-GAPS = (4e-4, 0.08, 8)  # of the travel: half or twice the right one is near enough
+GAPS = (4e-4, 0.08, 8)  # of the travel: half or twice the right one is near enough, for most
 LEAST_GAP = 0.5  # of what the typical torque winds up: a play that is less is a spring
 ROUGH = 0.15  # of each value: less is as rough as a point, and so much is as near as a fit has to start
 ONSET = 0.3  # of the gap: the penetration over which the damper comes in; less is too sudden for a simulation
@@ -40,6 +40,7 @@ class Backlash(TransmissionEffect):
     zone = True
     rough = ROUGH
     damper = "damping"
+    room = "gap"
     parameters = (
         Parameter("gap", "rad", "full width of the play", 0.0, 1e-7, 0.5, log=True),
         Parameter("stiffness", "N m/rad", "contact stiffness", math.inf, 1e-2, 1e8, log=True),

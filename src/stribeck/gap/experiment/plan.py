@@ -12,9 +12,11 @@ from stribeck.gap.experiment.motions import Motion, Reach, family, reaches
 from stribeck.gap.experiment.programme import Programme, shortest, times
 from stribeck.gap.experiment.separation import AS_IT_IS, Candidate, Prospect, prospects
 from stribeck.gap.fitted.model import Model, fit_model, weights_of
+from stribeck.gap.records.floor import noise_of_rows
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.records.sequence import after
 from stribeck.identify.conditioning import Conditioned, condition
+from stribeck.model.path import SignalPath
 from stribeck.run import Run
 
 DURATION = 20.0  # s, of a programme, at most
@@ -25,6 +27,7 @@ WIDER = 2.0  # range and speed, of the recorded ones, where the motions within t
 SMALLER = (1.0, 0.6, 0.36)  # sizes that are tried where the torque does not do
 SLOWER = (1.0, 1.4, 2.0, 2.8)  # times of the moves between motions, likewise
 DRAWS = 20  # random programmes
+SEED = 0  # of the encoder noise that a planned motion is told by
 
 
 @dataclass(frozen=True)
@@ -98,6 +101,8 @@ class Plan:
             np.nan if joint.torque_limit is None else CAREFUL * joint.torque_limit for joint in prepared.arm.joints
         ]
         self.limit = np.where(np.isnan(stated), STRONGER * largest, stated)
+        known = np.zeros_like(floor) if prepared.noise is None else np.mean(prepared.noise.fit**2, axis=0)
+        self._even = np.maximum(np.mean(self.weights.sd**2, axis=0) - known, 0.0)
         self.candidates = self._candidates(AS_IT_IS)
         self.joints = [model.placed[-1].joint for model in models]
 
@@ -105,14 +110,14 @@ class Plan:
         models = (*self.models, self.base)
         return [Candidate(self.prepared.arm, model, self.weights, change) for model in models]
 
-    def planned(self, name: str, q: np.ndarray) -> Conditioned:
-        """Return positions (N, n) as if they had been recorded, but for their torque: that is yet to be found.
+    def planned(self, name: str, q: np.ndarray, tau: np.ndarray | None = None) -> Conditioned:
+        """Return positions (N, n), and commands where they are known, as if they had been recorded.
 
         A joint is held, or is not driven, where it was so in all recordings.
         """
         runs = (*self.prepared.fit, *self.prepared.held)
         t = self.step * np.arange(len(q), dtype=np.float64)
-        run = Run(name, t, q, np.zeros_like(q))
+        run = Run(name, t, q, np.zeros_like(q) if tau is None else tau)
         recorded = condition(self.prepared.arm, run, self.prepared.cutoff, self.noise, thin=True)
         held, idle = np.all([run.braked for run in runs], axis=0), np.all([run.undriven for run in runs], axis=0)
         return replace(recorded, past=after(runs), braked=held, undriven=idle)
@@ -121,7 +126,24 @@ class Plan:
         """Return what each of some motions promises."""
         candidates = self.candidates if change is AS_IT_IS else self._candidates(change)
         runs = [self.planned(motion.kind, motion.course(times(self.step), reach)) for motion in motions]
-        return prospects(candidates[:-1], runs, candidates[-1:]) if runs else []
+        return prospects(candidates[:-1], runs, self._noise(candidates[0], runs), candidates[-1:]) if runs else []
+
+    def _noise(self, true: Candidate, runs: Sequence[Conditioned]) -> list[np.ndarray]:
+        """Return :meth:`noise_along` planned runs under the commands of a model: at rest they say what friction is."""
+        made = true.driven(runs)
+        return [
+            self.noise_along(self.planned(run.name, run.run.q, _at(run.run.t, driven)))
+            for run, driven in zip(runs, made, strict=True)
+        ]
+
+    def noise_along(self, run: Conditioned) -> np.ndarray:
+        """Return how widely the likeliest model's residual scatters (M, n) along a further run, N m.
+
+        Its noise along that motion, and what it leaves of the recordings so far beyond theirs.
+        """
+        arm, model = self.prepared.arm, self.models[0]
+        noise = noise_of_rows(arm, SignalPath(arm, model.placed), model.fit.p, [run], self.prepared.cutoff, SEED)
+        return np.asarray(np.sqrt(noise**2 + self._even))
 
     def options(self, wider: float = 1.0) -> Options:
         """Return the motions of the family, made smaller where the arm's torque asks for it; some drop out."""
@@ -223,8 +245,12 @@ class Plan:
         best = self.candidates[0] if change is AS_IT_IS else self._candidates(change)[0]
         (made,) = best.driven([run])
         t = run.run.t
-        tau = np.stack([np.interp(t, made.time, made.command[:, j]) for j in range(q.shape[1])], axis=1)
-        return Run("next_reference.csv", t, q, tau, q_ref=q, dq_ref=np.gradient(q, self.step, axis=0))
+        return Run("next_reference.csv", t, q, _at(t, made), q_ref=q, dq_ref=np.gradient(q, self.step, axis=0))
+
+
+def _at(t: np.ndarray, run: Conditioned) -> np.ndarray:
+    """Return the commands (N, n) of a thinned run at all of its samples."""
+    return np.stack([np.interp(t, run.time, command) for command in run.command.T], axis=1)
 
 
 def _together(options: Options, taken: Sequence[int]) -> Prospect:

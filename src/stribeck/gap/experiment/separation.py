@@ -109,14 +109,14 @@ class Candidate:
     model : Model
         Fitted.
     weights : Weights
-        Of the residual's rows, old and new.
+        Of the residual's rows so far.
     change : Change
         Known, of the new recordings.
     """
 
     def __init__(self, arm: Arm, model: Model, weights: Weights, change: Change = AS_IT_IS) -> None:
         fit = model.fit
-        self.p, self.scale = fit.p, 1.0 / (np.sqrt(np.mean(weights.sd**2, axis=0) * weights.correlation))
+        self.p, self.correlation = fit.p, weights.correlation
         entries = [fit.entries[i] for i in fit.free]
         known = np.array([np.isfinite(entry.sd) for entry in entries])
         slope = np.array([value if entry.log else 1.0 for entry, value in zip(entries, fit.p[fit.free], strict=True)])
@@ -125,11 +125,11 @@ class Candidate:
         path = SignalPath(arm, change.around(model.placed))
         self.residual = Residual(path, (), tuple(int(i) for i in fit.free))
         self.balance = Residual(path, (), (), observe=False)
-        columns = self._columns(fit.jacobian)
+        columns = self._columns(fit.jacobian, weights.scale)
         self.known = columns.T @ columns + np.diag(np.where(known, 1.0, 1e-6))
 
-    def _columns(self, jacobian: Floats) -> Floats:
-        weighted = jacobian * self.scale[None, :, None] * self.unit
+    def _columns(self, jacobian: Floats, scale: Floats) -> Floats:
+        weighted = jacobian * scale[..., None] * self.unit
         return np.asarray(weighted.reshape(jacobian.shape[0] * jacobian.shape[1], -1))
 
     def driven(self, runs: Sequence[Conditioned]) -> list[Conditioned]:
@@ -154,16 +154,21 @@ class Candidate:
             bare = [replace(run, command=run.command - part) for run, part in zip(bare, parts, strict=True)]
         return [replace(run, command=command) for run, command in zip(runs, best, strict=True)]
 
-    def misfit(self, runs: Sequence[Conditioned]) -> tuple[list[Floats], list[Floats]]:
-        """Return residuals (M n,) and their derivatives (M n, f) per run, in units of the noise and of the priors."""
+    def misfit(self, runs: Sequence[Conditioned], noise: Sequence[Floats]) -> tuple[list[Floats], list[Floats]]:
+        """Return residuals (M n,) and their derivatives (M n, f) per run, in units of the noise and of the priors.
+
+        ``noise`` is that of each row of each run, (M, n), N m.
+        """
         residual, jacobian = map(_countable, self.residual.along(runs)(self.p))
         edges = np.cumsum([len(run.analysis_index) for run in runs])[:-1]
-        left = [(part * self.scale).ravel() for part in np.split(residual, edges)]
-        return left, [self._columns(part) for part in np.split(jacobian, edges)]
+        scales = [Weights(sd, self.correlation).scale for sd in noise]
+        parts = zip(np.split(residual, edges), np.split(jacobian, edges), scales, strict=True)
+        rows = [((left * scale).ravel(), self._columns(columns, scale)) for left, columns, scale in parts]
+        return [left for left, _ in rows], [columns for _, columns in rows]
 
-    def excess(self, run: Conditioned) -> float:
+    def excess(self, run: Conditioned, noise: Floats) -> float:
         """Return the root of what this model, re-tuned by old recordings and a new one, leaves unexplained of that."""
-        (left,), (columns,) = self.misfit([run])
+        (left,), (columns,) = self.misfit([run], [noise])
         return _excess(float(left @ left), columns.T @ left, self.known + columns.T @ columns)
 
 
@@ -178,7 +183,10 @@ def _in_band(values: Floats, taps: Floats) -> Floats:
 
 
 def prospects(
-    candidates: Sequence[Candidate], runs: Sequence[Conditioned], rivals: Sequence[Candidate] = ()
+    candidates: Sequence[Candidate],
+    runs: Sequence[Conditioned],
+    noise: Sequence[Floats],
+    rivals: Sequence[Candidate] = (),
 ) -> list[Prospect]:
     """Return what each of some planned runs promises.
 
@@ -188,13 +196,15 @@ def prospects(
         Of which one is taken to be true; the first is the one whose torque is looked at.
     runs : sequence of Conditioned
         Planned motions, conditioned as recorded ones are; their commands are not looked at.
+    noise : sequence of array (M, n)
+        Of the rows of each, N m: a quick motion has more than a slow one, around reversals most.
     rivals : sequence of Candidate
         Further columns: models that are fitted as well, but that nobody takes to be true.
     """
     columns = (*candidates, *rivals)
     made = [true.driven(runs) for true in candidates]
-    own = [true.misfit(driven)[0] for true, driven in zip(candidates, made, strict=True)]
-    seen = [[other.misfit(driven) for other in columns] for driven in made]
+    own = [true.misfit(driven, noise)[0] for true, driven in zip(candidates, made, strict=True)]
+    seen = [[other.misfit(driven, noise) for other in columns] for driven in made]
     known = tuple(other.known for other in columns)
     out = []
     for i in range(len(runs)):

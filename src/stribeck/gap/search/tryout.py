@@ -28,6 +28,9 @@ SHORT = 0.5  # of what screening promised: a fit that was stopped and has found 
 LONGER = 80  # evaluations, from where it is, or from where the effect is none
 AS_MUCH = 0.85  # of what was left at a joint, or so much less: else a compliance may have been hidden by what is gone
 LEAST_DAMPED = 0.03  # of the damping at which a play's fit ends, from which it is started once more
+BETWEEN = (1.47, 0.68)  # of the room that a play's fit ends at: halfway to its next starts
+MUCH = 2.0  # noise floors rms that it leaves: it may stand in a valley beside the right one's
+NEAR = 0.75  # of the cost without it, to which it must have come to be a play at all
 MEANT = 0.2  # of a joint's cost promised by a law that ends in a corner where it cannot be meant: it starts elsewhere
 
 
@@ -177,6 +180,10 @@ def _fit_trial(prepared: Prepared, base: Model, weights: Weights, trial: Trial, 
             return None
     if isinstance(trial.effect, TransmissionEffect) and trial.effect.damper:
         model = _with_less(trial.effect.damper, model, prepared, weights)
+    if isinstance(trial.effect, TransmissionEffect) and trial.effect.room:
+        left = np.sqrt(np.mean(model.fit.residual[:, trial.joint] ** 2))
+        if left > MUCH * floor[trial.joint] and model.fit.cost < NEAR * base.fit.cost:
+            model = _with_other(trial.effect.room, model, prepared, weights)
     return _Fitted(model, weights, _by_own_weights(prepared, model, weights, floor))
 
 
@@ -189,6 +196,20 @@ def _with_less(damper: str, model: Model, prepared: Prepared, weights: Weights) 
     start = {**model.placed[-1].values, damper: LEAST_DAMPED * model.placed[-1].values[damper]}
     other = fit_model(prepared, model.placed, weights, model.fit, start, evaluations=20)
     return other if finite(other) and other.fit.cost < model.fit.cost else model
+
+
+def _with_other(room: str, model: Model, prepared: Prepared, weights: Weights) -> Model:
+    """Return the best of a model and those that are fitted from it with more and with less room for its last effect.
+
+    When a link strikes depends on all strikes before: over the width of a play the cost has several valleys.
+    """
+    best = model
+    for times in BETWEEN:
+        start = {**model.placed[-1].values, room: times * model.placed[-1].values[room]}
+        other = fit_model(prepared, model.placed, weights, model.fit, start, evaluations=20)
+        if finite(other) and other.fit.cost < best.fit.cost:
+            best = other
+    return best
 
 
 def _by_own_weights(prepared: Prepared, model: Model, weights: Weights, floor: np.ndarray) -> Model:
