@@ -1,6 +1,7 @@
 """Which of the promising experiments is proposed: by what each tells whichever model is true, and what it asks for."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -13,11 +14,12 @@ from stribeck.gap.answer import assembly
 from stribeck.gap.answer.assembly import Assembly
 from stribeck.gap.experiment import proposal
 from stribeck.gap.experiment.changes import Change, changes
-from stribeck.gap.experiment.plan import Choice
+from stribeck.gap.experiment.plan import Choice, SoFar
 from stribeck.gap.experiment.programme import Programme
-from stribeck.gap.experiment.proposal import without_twins
+from stribeck.gap.experiment.proposal import resolved, without_twins
 from stribeck.gap.experiment.separation import AS_IT_IS
 from stribeck.gap.result import Cause
+from stribeck.gap.search.rank import ALIKE
 from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
 from stribeck.model.values import Signals
@@ -36,7 +38,7 @@ def proposed(
     -1 where none is.
     """
     offers = [
-        SimpleNamespace(nearest=np.array(far), apart=far[0], furthest=max(far), change=change, k=k)
+        SimpleNamespace(nearest=np.array(far), needed=0.0, apart=far[0], furthest=max(far), change=change, k=k)
         for k, (far, change) in enumerate(promised)
     ]
 
@@ -96,8 +98,26 @@ def test_the_arm_is_not_changed_for_next_to_nothing(
 def test_what_is_told_at_all_is_that_of_any_two_models() -> None:
     """Two pairs that lie apart, the models of each beside one another."""
     far = np.kron(np.ones((2, 2)) - np.eye(2), np.full((2, 2), TOLD))
-    choice = Choice(Programme(()), SimpleNamespace(pairs=far), None)  # type: ignore[arg-type]
+    choice = Choice(Programme(()), SimpleNamespace(pairs=far), None, None)  # type: ignore[arg-type]
     assert (choice.apart, choice.furthest) == (0.0, TOLD)
+
+
+def test_the_more_an_effect_does_the_more_must_lie_between() -> None:
+    """Two that do all but the same are one story, however surely they differ: the search calls them a class."""
+    rows, gained, so_far = 1000.0, 3000.0, SoFar(400.0, np.array([2000.0, 100.0]))
+    apart = np.array([[0.0, 12.5, np.sqrt(gained)], [12.5, 0.0, 10.0]])
+    prospect = SimpleNamespace(pairs=np.array([[0.0, 12.5], [12.5, 0.0]]), apart=apart, rows=rows)
+    choice = Choice(Programme(()), prospect, SimpleNamespace(change=AS_IT_IS), so_far)  # type: ignore[arg-type]
+    left = rows + so_far.rows  # squares with what is true, with its rival, and without either
+    saved = np.log((left + gained + 2000.0) / left)
+    assert np.log((left + gained + 2000.0) / (left + choice.needed[0] ** 2)) == pytest.approx(ALIKE * saved)
+    assert choice.needed[1] < 6.0 < 12.5 < choice.needed[0]
+    assert resolved(choice.nearest) == pytest.approx(0.985, abs=0.001)
+    assert resolved(choice.nearest, choice.needed) == pytest.approx(0.5 * (0.985 + 0.5), abs=0.01)
+    alone = replace(choice, options=SimpleNamespace(change=CHANGE))  # is diagnosed by itself
+    left = rows
+    saved = np.log((left + gained) / left)
+    assert np.log((left + gained) / (left + alone.needed[0] ** 2)) == pytest.approx(ALIKE * saved)
 
 
 def told_of_lateness(

@@ -15,6 +15,7 @@ from stribeck.gap.fitted.model import Model, fit_model, weights_of
 from stribeck.gap.records.floor import noise_of_rows
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.records.sequence import after
+from stribeck.gap.search.rank import ALIKE
 from stribeck.identify.conditioning import Conditioned, condition
 from stribeck.model.path import SignalPath
 from stribeck.run import Run
@@ -45,12 +46,24 @@ class Options:
 
 
 @dataclass(frozen=True)
+class SoFar:
+    """What the recordings so far say: independent ``rows``, and by what square of a t value each model beats the base.
+
+    ``gained`` is (K,).
+    """
+
+    rows: float
+    gained: np.ndarray
+
+
+@dataclass(frozen=True)
 class Choice:
-    """A programme of some of the ``options``, and what it promises."""
+    """A programme of some of the ``options``, and what it promises beyond what is known ``so_far``."""
 
     programme: Programme
     prospect: Prospect
     options: Options
+    so_far: SoFar
 
     @property
     def change(self) -> Change:
@@ -62,6 +75,18 @@ class Choice:
         """How far from each model (K,) the next one is, were it true."""
         pairs = self.prospect.pairs
         return np.asarray(np.min(np.where(np.eye(len(pairs), dtype=bool), np.inf, pairs), axis=1))
+
+    @property
+    def needed(self) -> np.ndarray:
+        """How far from each model (K,) the next one must be for the search to tell them apart, were it true.
+
+        A rival that gains all but as much, in logarithms, is the same story told by another formula
+        (:meth:`stribeck.gap.search.rank.Ranking.twins`): the more an effect does, the more must lie between.
+        """
+        known = self.so_far if self.change is AS_IT_IS else SoFar(0.0, np.zeros_like(self.so_far.gained))
+        rows = known.rows + self.prospect.rows
+        gained = known.gained + self.prospect.apart[:, -1] ** 2
+        return np.asarray(np.sqrt(rows * ((1.0 + gained / rows) ** (1.0 - ALIKE) - 1.0)))
 
     @property
     def apart(self) -> float:
@@ -104,7 +129,14 @@ class Plan:
         known = np.zeros_like(floor) if prepared.noise is None else np.mean(prepared.noise.fit**2, axis=0)
         self._even = np.maximum(np.mean(self.weights.sd**2, axis=0) - known, 0.0)
         self.candidates = self._candidates(AS_IT_IS)
+        self._so_far = self._known(floor)
         self.joints = [model.placed[-1].joint for model in models]
+
+    def _known(self, floor: np.ndarray) -> SoFar:
+        whole = [model.whole for model in (*self.models, self.base)]
+        power = np.array([np.sum(left**2, axis=0) for left in whole]) / (self._even + floor**2)
+        gained = np.sum((power[-1] - power[:-1]) / self.weights.correlation, axis=1)
+        return SoFar(float(len(whole[0]) / np.max(self.weights.correlation)), np.maximum(gained, 0.0))
 
     def _candidates(self, change: Change) -> list[Candidate]:
         models = (*self.models, self.base)
@@ -203,7 +235,7 @@ class Plan:
                 break
             taken.append(more[0])
             programme = more[1]
-        return Choice(programme, _together(options, taken), options)
+        return Choice(programme, _together(options, taken), options, self._so_far)
 
     def _able(self, options: Options, taken: Sequence[int]) -> Programme | None:
         """Return the quickest programme that the arm's torque allows, None where none is short enough."""
@@ -225,7 +257,7 @@ class Plan:
             if len(taken) < PARTS and self._time(options, [*taken, k]) <= DURATION:
                 taken.append(k)
         programme, _ = shortest([options.motions[k] for k in taken], self.step, options.reach)
-        return Choice(programme, _together(options, taken), options)
+        return Choice(programme, _together(options, taken), options, self._so_far)
 
     def _time(self, options: Options, taken: Sequence[int]) -> float:
         return shortest([options.motions[k] for k in taken], self.step, options.reach)[1]

@@ -129,7 +129,7 @@ def next_experiment(
     for choice in plan.choices(as_it_is=as_it_is):
         if best is None or _better(choice, best):
             best = choice
-        if resolved(best.nearest) > WORTH:
+        if _promise(best) > WORTH:
             break
     if best is None or (best.furthest <= FAINT and not as_it_is):
         return None
@@ -142,11 +142,11 @@ def _better(choice: Choice, best: Choice) -> bool:
     Any more is enough for one that sets the likeliest model apart where the other one does not, if it is not laborious
     for next to nothing.
     """
-    if choice.change is not AS_IT_IS and resolved(choice.nearest) < CHANGED:
+    if choice.change is not AS_IT_IS and _promise(choice) < CHANGED:
         return False
     laborious = best.change is AS_IT_IS and choice.change is not AS_IT_IS
     enough = 0.0 if best.apart <= FAINT < choice.apart else CHANGED if laborious else MORE
-    return resolved(choice.nearest) > resolved(best.nearest) + enough
+    return _promise(choice) > _promise(best) + enough
 
 
 def _experiment(plan: Plan, choice: Choice) -> Experiment:
@@ -155,7 +155,7 @@ def _experiment(plan: Plan, choice: Choice) -> Experiment:
         what=_words(plan, choice),
         separates=_names(plan.models, plan.prepared.arm.names),
         apart=choice.apart,
-        resolved=resolved(choice.nearest),
+        resolved=_promise(choice),
         rivals={
             "d_optimal": plan.classic(choice.options).apart,
             "random": float(np.mean([other.apart for other in plan.at_random(choice.options)])),
@@ -232,12 +232,18 @@ def told_inseparable(models: Sequence[Model], joints: Sequence[str]) -> list[str
     return [f"no experiment was found that tells apart: {said}"]
 
 
-def resolved(nearest: np.ndarray) -> float:
+def resolved(nearest: np.ndarray, needed: np.ndarray | float = 0.0) -> float:
     """Return the probability that the search tells which of K models is true, each as likely.
 
     Parameters
     ----------
     nearest : array (K,)
         How far from each the next one is expected to be (t values).
+    needed : array (K,)
+        How far it must be at least.
     """
-    return float(np.mean(stats.norm.cdf((nearest - TOLD_APART) / WIDTH)))
+    return float(np.mean(stats.norm.cdf((nearest - np.maximum(needed, TOLD_APART)) / WIDTH)))
+
+
+def _promise(choice: Choice) -> float:
+    return resolved(choice.nearest, choice.needed)

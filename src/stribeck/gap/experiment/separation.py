@@ -42,6 +42,8 @@ class Prospect:
         What the recordings so far and the priors say.
     torque : array (n,)
         Largest command that the first model needs, N m.
+    rows : float
+        Independent ones, at each joint.
     """
 
     square: Floats
@@ -49,6 +51,7 @@ class Prospect:
     grown: tuple[tuple[Floats, ...], ...]
     known: tuple[Floats, ...]
     torque: Floats
+    rows: float = 0.0
 
     def __add__(self, other: Prospect) -> Prospect:
         return Prospect(
@@ -59,6 +62,7 @@ class Prospect:
             ),
             self.known,
             np.maximum(self.torque, other.torque),
+            self.rows + other.rows,
         )
 
     @cached_property
@@ -217,6 +221,7 @@ def prospects(
                 tuple(tuple(slopes.T @ slopes for _, slopes in row) for row in parts),
                 known,
                 np.max(np.abs(made[0][i].command), axis=0),
+                float(len(runs[i].analysis_index) / np.max(candidates[0].correlation)),
             )
         )
     return out
