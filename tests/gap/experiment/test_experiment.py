@@ -12,6 +12,7 @@ import pytest
 from stribeck.effects.registry import registry
 from stribeck.gap.answer.files import write_diagnosis
 from stribeck.gap.diagnose import diagnose
+from stribeck.gap.experiment import plan as plan_module
 from stribeck.gap.experiment.motions import KINDS, Motion, Reach, family
 from stribeck.gap.experiment.plan import DURATION, PARTS, WIDER, Options, Plan
 from stribeck.gap.experiment.programme import PART, Programme, shortest
@@ -116,6 +117,16 @@ def test_a_quick_motion_is_told_to_be_noisier_than_a_slow_one() -> None:
     assert recorded_ones == pytest.approx([so_far] * len(recorded_ones), rel=0.3)
     assert slow == pytest.approx(so_far, rel=0.3)
     assert quick > 1.25 * slow
+
+
+def test_a_motion_that_no_command_makes_is_not_planned(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A model that runs away on it lies apart from all others by any number."""
+    p, options = plan(late()), options_of_late()
+    assert max(prospect.left for prospect in options.prospects) < plan_module.ASTRAY
+    wild = [replace(options.prospects[0], left=1e6), options.prospects[1]]
+    monkeypatch.setattr(plan_module, "family", lambda reach, joints: options.motions[:2])
+    monkeypatch.setattr(p, "promised", lambda motions, reach, change=AS_IT_IS: wild[: len(motions)])
+    assert p.options().prospects == (wild[1],)
 
 
 def test_a_joint_that_holds_still_is_held_by_its_torque() -> None:

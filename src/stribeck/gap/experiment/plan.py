@@ -23,6 +23,7 @@ from stribeck.run import Run
 DURATION = 20.0  # s, of a programme, at most
 PARTS = 3  # motions of a programme, at most
 CAREFUL = 0.9  # of the torque limit
+ASTRAY = 5.0  # noise rms: a motion of which a model leaves more, under its own commands, is not made by them
 STRONGER = 1.2  # of the largest recorded command, where the arm states no limit
 WIDER = 2.0  # range and speed, of the recorded ones, where the motions within these promise too little
 SMALLER = (1.0, 0.6, 0.36)  # sizes that are tried where the torque does not do
@@ -185,10 +186,14 @@ class Plan:
         for size in SMALLER:
             scaled = [replace(motion, size=size) for motion in motions]
             found = self.promised(scaled, reach)
-            able = [bool(np.all(prospect.torque <= self.limit)) for prospect in found]
+            able = [self._makes(prospect) for prospect in found]
             kept += [pair for pair, fits in zip(zip(scaled, found, strict=True), able, strict=True) if fits]
             motions = [motion for motion, fits in zip(motions, able, strict=True) if not fits]
         return Options(tuple(motion for motion, _ in kept), tuple(prospect for _, prospect in kept), reach, wider)
+
+    def _makes(self, prospect: Prospect) -> bool:
+        """Return whether the arm makes a motion, whichever model is true: within its torque, without running away."""
+        return bool(np.all(prospect.torque <= self.limit)) and prospect.left < ASTRAY
 
     def choices(self, *, as_it_is: bool = False) -> Iterator[Choice]:
         """Yield the best programme within what was recorded, that beyond it, and those with a change if asked for."""
@@ -202,7 +207,7 @@ class Plan:
             return
         for change in changes(self.prepared.arm, self.joints):
             again = self.promised(last.motions, last.reach, change)
-            able = [k for k, prospect in enumerate(again) if np.all(prospect.torque <= self.limit)]
+            able = [k for k, prospect in enumerate(again) if self._makes(prospect)]
             if able:
                 motions = tuple(last.motions[k] for k in able)
                 yield self.best(Options(motions, tuple(again[k] for k in able), last.reach, last.wider, change))

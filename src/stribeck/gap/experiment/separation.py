@@ -44,6 +44,9 @@ class Prospect:
         Largest command that the first model needs, N m.
     rows : float
         Independent ones, at each joint.
+    left : float
+        What a model, were it true, leaves of the motion at most under the commands that were found for it, in noise
+        rms: much where it cannot make that motion, or runs away on it.
     """
 
     square: Floats
@@ -52,6 +55,7 @@ class Prospect:
     known: tuple[Floats, ...]
     torque: Floats
     rows: float = 0.0
+    left: float = 0.0
 
     def __add__(self, other: Prospect) -> Prospect:
         return Prospect(
@@ -63,6 +67,7 @@ class Prospect:
             self.known,
             np.maximum(self.torque, other.torque),
             self.rows + other.rows,
+            max(self.left, other.left),
         )
 
     @cached_property
@@ -222,6 +227,7 @@ def prospects(
                 known,
                 np.max(np.abs(made[0][i].command), axis=0),
                 float(len(runs[i].analysis_index) / np.max(candidates[0].correlation)),
+                max(float(np.sqrt(np.mean(left[i] ** 2))) for left in own),
             )
         )
     return out
