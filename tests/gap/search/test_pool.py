@@ -64,6 +64,7 @@ def test_of_the_recordings_that_were_sent_the_last_are_kept(prepared: Prepared) 
         assert pool([delayed(cutoff)(one)]) == [4]
 
 
+@pytest.mark.long
 def test_a_process_that_has_grown_is_replaced_without_a_word(prepared: Prepared) -> None:
     pytest.importorskip("psutil", reason="without it, no process is watched")
 
