@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from types import MappingProxyType
 from typing import final
 
 import casadi as ca
 
-from stribeck.model.effect import FrictionEffect
-from stribeck.model.scale import Scale
-from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
+from stribeck.model.bristles import Bristle, at_least
+from stribeck.model.values import Expression, Parameters, Signals, States
 
 ELASTIC = 0.7  # of the level, up to which nothing slides: z_ba / z_ss of the paper's example
 KNEE = 1.0 - ELASTIC
@@ -20,7 +18,7 @@ TINY = 1e-9
 
 
 @final
-class PreslidingElastoPlastic(FrictionEffect):
+class PreslidingElastoPlastic(Bristle):
     """A bristle that is a spring up to 0.7 of the friction level, and gives way from there on.
 
     The plain bristle creeps under any torque and rounds every reversal: this one holds still and unloads along its
@@ -39,23 +37,8 @@ class PreslidingElastoPlastic(FrictionEffect):
     shows = "travel"
     source = "elasto-plastic: Dupont, Hayward, Armstrong & Altpeter (2002)"
     kin = ("rest",)
-    parameters = (
-        Parameter("stiffness", "N m/rad", "bristle stiffness", math.inf, 1e-2, 1e9, log=True),
-        Parameter("damping", "N m s/rad", "damping of the bristle before it slides", 0.0, 0.0),
-    )
     states = ("torque",)
     state_units = MappingProxyType({"torque": "N m"})
-    bristle = True
-    nonlinear = True
-
-    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
-        level = max(scale.friction, 0.01 * scale.torque)
-        return tuple(
-            {"stiffness": level / (part * scale.travel), "damping": 0.0} for part in (0.0006, 0.003, 0.015, 0.06)
-        )
-
-    def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
-        return 0.0 < scale.friction < values["stiffness"] * scale.gives
 
     def bristle_torque(self, level: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         return x["torque"] + p["damping"] * s.velocity * _held(level, s, x)
@@ -64,7 +47,7 @@ class PreslidingElastoPlastic(FrictionEffect):
         return {"torque": p["stiffness"] * s.velocity * _held(level, s, x)}
 
     def bristle_moved(self, level: Expression, distance: Expression, x: States, p: Parameters) -> dict[str, Expression]:
-        limit, way = _floor(level), ca.sign(distance)
+        limit, way = at_least(level), ca.sign(distance)
         loaded, pulled = way * x["torque"] / limit, way * p["stiffness"] * distance / limit
         beyond = ca.fmax(pulled - ca.fmax(ELASTIC - loaded, 0.0), 0.0) / PARTS
         bent = ca.fmax(loaded, ELASTIC)
@@ -76,7 +59,7 @@ class PreslidingElastoPlastic(FrictionEffect):
 
 def _held(level: Expression, s: Signals, x: States) -> Expression:
     """Return the share of a motion that the bristle takes up: 1 up to break-away, 0 at the level, negative beyond."""
-    loaded = x["torque"] * ca.sign(s.velocity) / _floor(level)
+    loaded = x["torque"] * ca.sign(s.velocity) / at_least(level)
     return ca.if_else(loaded < ELASTIC, 1.0, (1.0 - loaded) * _rate(loaded))
 
 
@@ -84,7 +67,3 @@ def _rate(loaded: Expression) -> Expression:
     """Return that share over what is left up to the level, from break-away on."""
     left = ca.fmin(ca.fmax((1.0 - loaded) / KNEE, TINY), 1.0)
     return 1.0 + ca.fmin(loaded, 1.0) * ca.sin(0.5 * math.pi * left) ** 2 / (KNEE * left)
-
-
-def _floor(level: Expression) -> Expression:
-    return ca.fmax(level, 1e-9)

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from itertools import pairwise
 from types import MappingProxyType
 from typing import final
 
 import casadi as ca
 
-from stribeck.model.effect import FrictionEffect
-from stribeck.model.scale import Scale
-from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
+from stribeck.model.bristles import Bristle, at_least
+from stribeck.model.values import Expression, Parameters, Signals, States
 
 EDGES = (0.0, 0.5, 1.6, math.inf)  # of level / stiffness: classes of the distance at which elements give way
 LAST = 0.05  # of an element's limit: over so much its torque bends into it, so that derivatives stay finite
@@ -33,7 +31,7 @@ NAMES = tuple(f"element_{i + 1}" for i in range(len(LEVEL)))
 
 
 @final
-class PreslidingMaxwellSlip(FrictionEffect):
+class PreslidingMaxwellSlip(Bristle):
     """Springs in parallel, each with a slider of its own, in place of the sign function: inner loops close.
 
     A single bristle drifts under small back-and-forth loads and is twice as stiff after a reversal as at rest; a row of
@@ -51,23 +49,8 @@ class PreslidingMaxwellSlip(FrictionEffect):
     shows = "travel"
     source = "Iwan (1966); generalized Maxwell-slip: Al-Bender, Lampaert & Swevers (2005)"
     kin = ("rest",)
-    parameters = (
-        Parameter("stiffness", "N m/rad", "stiffness of the unloaded contact", math.inf, 1e-2, 1e9, log=True),
-        Parameter("damping", "N m s/rad", "damping of the contact before it slides", 0.0, 0.0),
-    )
     states = NAMES
     state_units = MappingProxyType(dict.fromkeys(NAMES, "N m"))
-    bristle = True
-    nonlinear = True
-
-    def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
-        level = max(scale.friction, 0.01 * scale.torque)
-        return tuple(
-            {"stiffness": level / (part * scale.travel), "damping": 0.0} for part in (0.0006, 0.003, 0.015, 0.06)
-        )
-
-    def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
-        return 0.0 < scale.friction < values["stiffness"] * scale.gives
 
     def bristle_torque(self, level: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         sticking = [_sticking(level, i, s, x) for i in range(len(NAMES))]
@@ -80,7 +63,7 @@ class PreslidingMaxwellSlip(FrictionEffect):
         }
 
     def bristle_moved(self, level: Expression, distance: Expression, x: States, p: Parameters) -> dict[str, Expression]:
-        limits = [share * _floor(level) for share in LEVEL]
+        limits = [share * at_least(level) for share in LEVEL]
         moved = [x[name] + share * p["stiffness"] * distance for name, share in zip(NAMES, STIFFNESS, strict=True)]
         return {name: _slid(b, limit, distance) for name, b, limit in zip(NAMES, moved, limits, strict=True)}
 
@@ -93,10 +76,6 @@ def _slid(torque: Expression, limit: Expression, distance: Expression) -> Expres
 
 def _sticking(level: Expression, i: int, s: Signals, x: States) -> Expression:
     """Return 1 where an element's torque is off its limit or leaves it, 0 at it, negative beyond (a falling level)."""
-    limit = LEVEL[i] * _floor(level)
+    limit = LEVEL[i] * at_least(level)
     ahead = x[NAMES[i]] * ca.sign(s.velocity) / limit
     return ca.fmin(1.0, (1.0 - ahead) / LAST)
-
-
-def _floor(level: Expression) -> Expression:
-    return ca.fmax(level, 1e-9)
