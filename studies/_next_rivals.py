@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
+from stribeck.gap.experiment.choice import Options
 from stribeck.gap.experiment.motions import Reach
-from stribeck.gap.experiment.plan import SMALLER, Options, Plan
+from stribeck.gap.experiment.plan import SMALLER, Plan
 from stribeck.gap.experiment.proposal import Experiment
 from stribeck.run import Run
 from stribeck.withheld.motions import Array

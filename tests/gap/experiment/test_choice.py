@@ -14,7 +14,7 @@ from stribeck.gap.answer import assembly
 from stribeck.gap.answer.assembly import Assembly
 from stribeck.gap.experiment import proposal
 from stribeck.gap.experiment.changes import Change, changes
-from stribeck.gap.experiment.plan import Choice, SoFar
+from stribeck.gap.experiment.choice import Choice, SoFar
 from stribeck.gap.experiment.programme import Programme
 from stribeck.gap.experiment.proposal import resolved, without_twins
 from stribeck.gap.experiment.separation import AS_IT_IS

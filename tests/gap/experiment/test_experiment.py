@@ -13,8 +13,9 @@ from stribeck.effects.registry import registry
 from stribeck.gap.answer.files import write_diagnosis
 from stribeck.gap.diagnose import diagnose
 from stribeck.gap.experiment import plan as plan_module
+from stribeck.gap.experiment.choice import Options
 from stribeck.gap.experiment.motions import KINDS, Motion, Reach, family
-from stribeck.gap.experiment.plan import DURATION, PARTS, WIDER, Options, Plan
+from stribeck.gap.experiment.plan import DURATION, PARTS, WIDER, Plan
 from stribeck.gap.experiment.programme import PART, Programme, shortest
 from stribeck.gap.experiment.proposal import WORTH, Experiment, next_experiment, open_question, resolved
 from stribeck.gap.experiment.separation import AS_IT_IS, Prospect, _excess

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from stribeck.gap.experiment.changes import Change, changes
+from stribeck.gap.experiment.choice import Choice, Options, SoFar
 from stribeck.gap.experiment.motions import Motion, Reach, family, reaches
 from stribeck.gap.experiment.programme import Programme, shortest, times
 from stribeck.gap.experiment.separation import AS_IT_IS, Candidate, Prospect, prospects
@@ -15,7 +16,6 @@ from stribeck.gap.fitted.model import Model, fit_model, weights_of
 from stribeck.gap.records.floor import noise_of_rows
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.records.sequence import after
-from stribeck.gap.search.rank import ALIKE
 from stribeck.identify.conditioning import Conditioned, condition
 from stribeck.model.path import SignalPath
 from stribeck.run import Run
@@ -30,74 +30,6 @@ SMALLER = (1.0, 0.6, 0.36)  # sizes that are tried where the torque does not do
 SLOWER = (1.0, 1.4, 2.0, 2.8)  # times of the moves between motions, likewise
 DRAWS = 20  # random programmes
 SEED = 0  # of the encoder noise that a planned motion is told by
-
-
-@dataclass(frozen=True)
-class Options:
-    """Motions that the arm's torque allows, with what they promise, within a ``reach``, ``wider`` than recorded.
-
-    The ``change`` is made before.
-    """
-
-    motions: tuple[Motion, ...]
-    prospects: tuple[Prospect, ...]
-    reach: tuple[Reach, ...]
-    wider: float
-    change: Change = AS_IT_IS
-
-
-@dataclass(frozen=True)
-class SoFar:
-    """What the recordings so far say: independent ``rows``, and by what square of a t value each model beats the base.
-
-    ``gained`` is (K,).
-    """
-
-    rows: float
-    gained: np.ndarray
-
-
-@dataclass(frozen=True)
-class Choice:
-    """A programme of some of the ``options``, and what it promises beyond what is known ``so_far``."""
-
-    programme: Programme
-    prospect: Prospect
-    options: Options
-    so_far: SoFar
-
-    @property
-    def change(self) -> Change:
-        """What is changed before."""
-        return self.options.change
-
-    @property
-    def nearest(self) -> np.ndarray:
-        """How far from each model (K,) the next one is, were it true."""
-        pairs = self.prospect.pairs
-        return np.asarray(np.min(np.where(np.eye(len(pairs), dtype=bool), np.inf, pairs), axis=1))
-
-    @property
-    def needed(self) -> np.ndarray:
-        """How far from each model (K,) the next one must be for the search to tell them apart, were it true.
-
-        A rival that gains all but as much, in logarithms, is the same story told by another formula
-        (:meth:`stribeck.gap.search.rank.Ranking.twins`): the more an effect does, the more must lie between.
-        """
-        known = self.so_far if self.change is AS_IT_IS else SoFar(0.0, np.zeros_like(self.so_far.gained))
-        rows = known.rows + self.prospect.rows
-        gained = known.gained + self.prospect.apart[:, -1] ** 2
-        return np.asarray(np.sqrt(rows * ((1.0 + gained / rows) ** (1.0 - ALIKE) - 1.0)))
-
-    @property
-    def apart(self) -> float:
-        """How far apart the likeliest model and the one next to it are."""
-        return float(self.nearest[0])
-
-    @property
-    def furthest(self) -> float:
-        """How far apart the two models are that it sets apart most."""
-        return float(np.max(self.prospect.pairs))
 
 
 class Plan:

@@ -10,7 +10,8 @@ from scipy import stats
 
 from stribeck.arm import unit_at
 from stribeck.gap.experiment.changes import Change
-from stribeck.gap.experiment.plan import Choice, Plan
+from stribeck.gap.experiment.choice import Choice
+from stribeck.gap.experiment.plan import Plan
 from stribeck.gap.experiment.programme import Programme
 from stribeck.gap.experiment.separation import AS_IT_IS
 from stribeck.gap.fitted.model import Model
