@@ -20,6 +20,7 @@ from stribeck.gap.experiment.programme import PART, Programme, shortest
 from stribeck.gap.experiment.proposal import WORTH, Experiment, next_experiment, open_question, resolved
 from stribeck.gap.experiment.separation import AS_IT_IS, Prospect, _excess
 from stribeck.gap.search.step import Step
+from stribeck.identify.conditioning import shaken
 from stribeck.report.tables import next_experiment as next_section
 from stribeck.run import Run, load_run, save_run
 from stribeck.simulate import simulate
@@ -118,6 +119,15 @@ def test_a_quick_motion_is_told_to_be_noisier_than_a_slow_one() -> None:
     assert recorded_ones == pytest.approx([so_far] * len(recorded_ones), rel=0.3)
     assert slow == pytest.approx(so_far, rel=0.3)
     assert quick > 1.25 * slow
+
+
+def test_a_planned_motion_is_driven_though_its_commands_are_yet_to_be_found() -> None:
+    """Once its noise is drawn, too: at a joint without a drive the equations are told for another inertia."""
+    p = plan(late())
+    run = p.planned("still to come", 0.3 * (1.0 - np.cos(2.0 * np.arange(0.0, 4.0, p.step)))[:, None])
+    noisy = shaken(p.prepared.arm, run, p.prepared.cutoff, np.ones_like(run.run.q))
+    assert not run.undriven.any()
+    assert not noisy.undriven.any()
 
 
 def test_a_motion_that_no_command_makes_is_not_planned(monkeypatch: pytest.MonkeyPatch) -> None:
