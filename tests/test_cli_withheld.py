@@ -45,6 +45,7 @@ def undrawn(monkeypatch):
     monkeypatch.setattr("stribeck.report.withheld.png_and_svg", lambda figure: (b"", b""))
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("undrawn")
 def test_the_whole_way(here, capsys):
     order = "--cases 2 --none 1 --effects delay torque_offset --levels clear --joints 1 --seed 1 --jobs 1"

@@ -129,6 +129,7 @@ def test_answers_to_other_recordings_do_not_count(tmp_path, sealed, straw):
         open_sealed(tmp_path / "answers", key)
 
 
+@pytest.mark.long
 def test_the_plant_records_a_sealed_case(tmp_path):
     order = Order(single=1, effects=("delay",), levels=("clear",), joints=(1,))
     record_sealed(order, tmp_path / "cases", tmp_path / "key.json", seed=4, jobs=1, make=drawn_case)

@@ -33,6 +33,7 @@ def python(code: str, *arguments: str, path: list[str]) -> str:
     return done.stdout
 
 
+@pytest.mark.long
 def test_an_installed_effect_is_known(site: Path) -> None:
     points = next(site.glob("*.dist-info/entry_points.txt")).read_text(encoding="utf-8")
     assert points == "[stribeck.effects]\ndrive_hardening = drive_hardening:DriveHardening\n"

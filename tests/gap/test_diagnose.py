@@ -59,6 +59,7 @@ def without_its_cause() -> Diagnosis:
 ALL = [late, nothing, without_its_cause]
 
 
+@pytest.mark.long
 def test_values_are_told_as_they_are_delivered() -> None:
     """Beside the named effect; what re-tuning alone makes of them stands in for it."""
     d, joint = late(), NOMINAL.names[0]
@@ -214,6 +215,7 @@ def test_unknown_effect_is_not_named() -> None:
     assert d.verdict != "explained"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("one", ALL, ids=lambda f: f.__name__)
 def test_bookkeeping(one) -> None:  # type: ignore[no-untyped-def]
     """Whatever the answer: probabilities sum to one, what is named is among the causes, and runs are never shared."""
@@ -242,6 +244,7 @@ def test_traces_are_the_stages() -> None:
     assert np.sqrt(np.mean(left**2)) == pytest.approx(d.stages[-2].torque["A"])
 
 
+@pytest.mark.long
 def test_same_seed_same_answer() -> None:
     first, again = late_among_few(), found(LATE, leave_out=FEW)
     assert first.causes == again.causes

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 
+import pytest
+
 from stribeck.effects.registry import laws
 from stribeck.report import page
 from stribeck.report.equation import equation_image
@@ -34,6 +36,7 @@ def test_every_kind_of_section_is_covered_above():
     assert kinds - {Section} == {type(section) for section in SECTIONS}
 
 
+@pytest.mark.long
 def test_every_effects_equation_can_be_set():
     failed = [effect.label for effect in laws().values() if not equation_image(effect.equation).startswith("data:")]
     assert failed == []

@@ -60,6 +60,7 @@ def test_page_is_one_file_that_loads_and_runs_nothing(written, case):
     assert page.tags.count("img") >= 4
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", [pytest.param(c, marks=[] if c in DRAWN else pytest.mark.slow) for c in CASES])
 def test_figures_are_written_as_png_of_a_readable_size(written, case):
     _, folder = written(case)

@@ -70,6 +70,7 @@ def test_what_is_clear_is_not_taken_in_by_retuning():
     assert hidden["strength_left"] > 3.0
 
 
+@pytest.mark.long
 def test_every_effect_has_a_scale_and_truth_is_json():
     assert set(SCALES) == set(RULES)
     case = make_case(5, ("position_dependent_friction", "payload"), "medium", 1)

@@ -73,6 +73,7 @@ def test_a_reference_comes_before_the_recorded_motion(arm, runs):
     assert run.q_ref is not None
 
 
+@pytest.mark.long
 def test_an_effect_is_hidden_in_the_arm(arm, runs):
     case = own_maker(arm, runs)(3, Plan("single", ("delay",), "clear"))
     (hidden,) = case.truth["effects"]

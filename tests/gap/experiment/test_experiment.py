@@ -224,6 +224,7 @@ def test_the_arm_can_do_it() -> None:
         assert abs(reference.dq_ref[end, 0]) < 0.02 * fastest
 
 
+@pytest.mark.long
 def test_moves_between_motions_obey_the_torque_as_well() -> None:
     """As quick as the arm was seen to move, they would ask for twice what a weak arm has."""
     p = plan(late())
@@ -256,6 +257,7 @@ def test_every_motion_stays_within_reach(kind: str) -> None:
     assert np.ptp(half) == pytest.approx(0.5 * np.ptp(course))
 
 
+@pytest.mark.long
 def test_no_motion_tells_an_offset_from_asymmetry() -> None:
     """Along any motion the two laws are the same: so it says, and asks for a change of the drive."""
     p = plan(biased())

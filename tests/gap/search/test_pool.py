@@ -21,6 +21,7 @@ def prepared() -> Prepared:
     return prepare(NOMINAL, recorded())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_what_is_worked_out_along_recordings_is_known_to_the_next_task(prepared: Prepared, jobs: int) -> None:
     def seen(prepared: Prepared, number: int, *, times: int = 1) -> tuple[int, bool, float]:
@@ -52,6 +53,7 @@ def test_an_error_leaves_nothing_behind(prepared: Prepared, jobs: int) -> None:
     assert not folder.exists()
 
 
+@pytest.mark.long
 def test_of_the_recordings_that_were_sent_the_last_are_kept(prepared: Prepared) -> None:
     def cutoff(prepared: Prepared) -> float:
         return prepared.cutoff

@@ -57,6 +57,7 @@ def loud() -> tuple[Diagnosis, set[tuple[int, ...]]]:
 
 
 @pytest.mark.long
+@pytest.mark.long
 def test_it_counts_as_noise_and_nothing_is_named(loud: tuple[Diagnosis, set[tuple[int, ...]]]) -> None:
     found, told = loud
     assert told == {(0,)}
@@ -173,6 +174,7 @@ def test_at_the_floor_there_is_nothing_to_tell() -> None:
     assert random_joints(prepared, base, level) != {}  # filters over it count for nothing at any size
 
 
+@pytest.mark.long
 def test_loud_random_torque_is_warned_of_and_written(loud: tuple[Diagnosis, set[tuple[int, ...]]]) -> None:
     found, _ = loud
     assert any("random torque" in text for text in found.warnings)
