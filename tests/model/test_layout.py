@@ -69,10 +69,22 @@ def test_effect_parameters_follow_with_their_own_bounds() -> None:
     assert entries[0].log
 
 
+def test_two_bristles_at_one_joint_are_refused() -> None:
+    """The friction of a joint is what its bristle carries: a second one would go unheard."""
+    presliding = registry()["presliding"]
+
+    class Other(type(presliding)):  # type: ignore[misc]
+        name = "users_bristle"
+
+    with pytest.raises(StribeckError, match=r"users_bristle beside presliding.*\(bristle\)"):
+        SignalPath(ARM, [Placed(presliding, 1), Placed(Other(), 1)])
+    assert SignalPath(ARM, [Placed(presliding, 0), Placed(Other(), 1)]).state_names == ("0.torque", "1.torque")
+
+
 def test_two_compliances_at_one_joint_are_refused() -> None:
     effects = registry()
     both = [Placed(effects["backlash"], 0), Placed(effects["joint_flexibility"], 0)]
-    with pytest.raises(StribeckError, match="two transmission effects"):
+    with pytest.raises(StribeckError, match=r"joint_flexibility beside backlash.*\(transmission\)"):
         SignalPath(ARM, both)
     path = SignalPath(ARM, [both[0], Placed(effects["joint_flexibility"], 1)])
     assert path.flexible == (0, 1)

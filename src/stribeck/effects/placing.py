@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from stribeck.arm import Arm, EffectEntry, unit_at, with_unit
 from stribeck.effects.registry import effect_named
 from stribeck.errors import InputError
-from stribeck.model.effect import Effect, RigidBodyEffect, SensingEffect, TransmissionEffect
-from stribeck.model.layout import Placed
+from stribeck.model.effect import Effect, RigidBodyEffect, SensingEffect
+from stribeck.model.layout import Placed, rival, sole
 
 
 def placed_effects(arm: Arm, source: str = "") -> tuple[Placed, ...]:
@@ -38,10 +38,10 @@ def placed_effects(arm: Arm, source: str = "") -> tuple[Placed, ...]:
                 if once and other.effect.name == place.effect.name:
                     name = arm.names[min(shared)] if shared else joint
                     raise InputError(f"{where}: {place.effect.name} is given twice", name, "keep one law at a joint")
-                both = isinstance(place.effect, TransmissionEffect) and isinstance(other.effect, TransmissionEffect)
-                if both and other.joint == place.joint:
-                    what = f"{where}: {place.effect.name} beside {other.effect.name}, two transmissions at one joint"
-                    raise InputError(what, joint, "keep one of them")
+            if before := rival(place.effect, place.joint, placed):
+                kind = sole(place.effect)
+                what = f"{where}: {place.effect.name} beside {before.effect.name}, where there can be one {kind} only"
+                raise InputError(what, joint, "keep one of them")
             placed.append(place)
     return tuple(placed)
 

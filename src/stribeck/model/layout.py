@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from stribeck.arm import Arm, unit_at
-from stribeck.model.effect import Effect
+from stribeck.model.effect import Effect, FrictionEffect, StandEffect, TransmissionEffect
 from stribeck.model.values import Parameter
 
 INERTIAL = {"mass": "kg", "com_x": "m", "com_y": "m", "inertia": "kg m^2", "rotor_inertia": "kg m^2"}
@@ -34,6 +34,25 @@ class Placed:
     def joints(self, n: int) -> tuple[int, ...]:
         """Return the joints, of an arm of ``n``, at which the law holds."""
         return tuple(range(n)) if self.effect.everywhere else (self.joint,)
+
+
+def rival(effect: Effect, joint: int, placed: Sequence[Placed]) -> Placed | None:
+    """Return which of the ``placed`` effects has an effect's place at a joint (index) already, if one has.
+
+    There is one transmission and one bristle at a joint, and one stand under an arm.
+    """
+    kind = sole(effect)
+    taken = (place for place in placed if kind and sole(place.effect) == kind)
+    return next((place for place in taken if kind == "stand" or place.joint == joint), None)
+
+
+def sole(effect: Effect) -> str:
+    """Return what an effect is of which there can be one only, empty where there can be several."""
+    if isinstance(effect, TransmissionEffect):
+        return "transmission"
+    if isinstance(effect, StandEffect):
+        return "stand"
+    return "bristle" if isinstance(effect, FrictionEffect) and effect.bristle else ""
 
 
 @dataclass(frozen=True)

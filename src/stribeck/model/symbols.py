@@ -10,7 +10,7 @@ import casadi as ca
 from stribeck.arm import Arm
 from stribeck.errors import StribeckError
 from stribeck.model.effect import StandEffect, TransmissionEffect
-from stribeck.model.layout import Placed, layout
+from stribeck.model.layout import Placed, layout, rival, sole
 from stribeck.model.values import Parameters, States
 
 
@@ -25,6 +25,11 @@ class Symbols:
         The effects, in the order in which their stage applies them.
     middles : sequence of float (n,), or None
         Of the joints' motions, about which the places of effects are bounded, rad.
+
+    Raises
+    ------
+    StribeckError
+        Two effects that share a place, as two transmissions of one joint.
 
     Attributes
     ----------
@@ -41,6 +46,10 @@ class Symbols:
     def __init__(self, arm: Arm, placed: Sequence[Placed] = (), middles: Sequence[float] | None = None) -> None:
         self.arm = arm
         self.placed = tuple(placed)
+        for k, place in enumerate(placed):
+            if other := rival(place.effect, place.joint, placed[:k]):
+                what = f"{place.effect.name} beside {other.effect.name}, two of a kind ({sole(place.effect)})"
+                raise StribeckError(what, arm.names[place.joint], "keep one of them")
         self.n = arm.n
         self.prismatic = arm.joints[0].kind == "prismatic"
         self.entries = layout(arm, placed, middles)
@@ -62,10 +71,7 @@ class Symbols:
         return self.arm.gravity, joints, tuple((place.effect, place.joint) for place in self.placed)
 
     def _flexible(self) -> tuple[int, ...]:
-        joints = [place.joint for place in self.placed if isinstance(place.effect, TransmissionEffect)]
-        if len(set(joints)) != len(joints):
-            raise StribeckError("two transmission effects at one joint", do="keep one of them")
-        return tuple(sorted(joints))
+        return tuple(sorted(p.joint for p in self.placed if isinstance(p.effect, TransmissionEffect)))
 
     @property
     def rough(self) -> float:
@@ -115,8 +121,6 @@ class Symbols:
     def sliding(self) -> tuple[int, StandEffect] | None:
         """Number and effect of the stand that slides, if there is one."""
         found = [(k, place.effect) for k, place in enumerate(self.placed) if isinstance(place.effect, StandEffect)]
-        if len(found) > 1:
-            raise StribeckError("two stands under one arm", do="keep one of them")
         return found[0] if found else None
 
     @property

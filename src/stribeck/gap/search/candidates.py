@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from stribeck.arm import Arm
 from stribeck.effects.registry import laws
-from stribeck.model.effect import Effect, FrictionEffect, StandEffect, TransmissionEffect
-from stribeck.model.layout import Placed
+from stribeck.model.effect import Effect
+from stribeck.model.layout import Placed, rival
 
 
 @dataclass(frozen=True)
@@ -44,20 +44,8 @@ def candidates(arm: Arm, placed: Sequence[Placed], leave_out: Sequence[str] = ()
     out = []
     for effect in (effect for effect in laws().values() if not effect.direct):
         for joint in effect.sites(arm.n):
-            fits = effect.applies(arm, joint) and not clashes(effect, joint, placed)
+            fits = effect.applies(arm, joint) and rival(effect, joint, placed) is None
             here = Placed(effect, joint).joints(arm.n)
             if effect.name not in leave_out and fits and not any((effect.name, j) in taken for j in here):
                 out.append((effect, joint))
     return out
-
-
-def clashes(effect: Effect, joint: int, placed: Sequence[Placed]) -> bool:
-    """Return whether another effect already has the place: one compliance and one bristle a joint, one stand an arm."""
-    if isinstance(effect, StandEffect):
-        return any(isinstance(place.effect, StandEffect) for place in placed)
-    here = [place.effect for place in placed if place.joint == joint]
-    if isinstance(effect, TransmissionEffect):
-        return any(isinstance(other, TransmissionEffect) for other in here)
-    if isinstance(effect, FrictionEffect) and effect.bristle:
-        return any(isinstance(other, FrictionEffect) and other.bristle for other in here)
-    return False

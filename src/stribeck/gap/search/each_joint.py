@@ -11,12 +11,11 @@ from joblib import delayed
 from stribeck.effects.registry import laws
 from stribeck.gap.fitted.model import Model, finite, fit_model, weights_of
 from stribeck.gap.records.prepare import Prepared
-from stribeck.gap.search.candidates import clashes
 from stribeck.gap.search.instead import EVALUATIONS
 from stribeck.gap.search.rank import rank
 from stribeck.gap.search.step import Step, last_model
 from stribeck.model.effect import Effect
-from stribeck.model.layout import Placed
+from stribeck.model.layout import Placed, rival
 
 
 def with_lags(
@@ -65,7 +64,7 @@ def _at_each(effect: Effect, place: Placed, prepared: Prepared, others: Sequence
     """Return the other effects with a law at each joint, as late as ``place``; nothing where one has its place."""
     joints = place.joints(prepared.arm.n)
     taken = {(other.effect.name, j) for other in others for j in other.joints(prepared.arm.n)}
-    if any((effect.name, j) in taken or clashes(effect, j, others) for j in joints):
+    if any((effect.name, j) in taken or rival(effect, j, others) for j in joints):
         return ()
     (time,) = (parameter.name for parameter in effect.parameters)
     return (*others, *(Placed(effect, j, {time: place.values["time"]}) for j in joints))

@@ -11,9 +11,9 @@ from joblib import delayed
 from stribeck.effects.registry import laws
 from stribeck.gap.fitted.model import Model, finite, fit_model, weights_of
 from stribeck.gap.records.prepare import Prepared
-from stribeck.gap.search.candidates import Trial, clashes
+from stribeck.gap.search.candidates import Trial
 from stribeck.gap.search.gates import LEAST_GAIN, strained
-from stribeck.model.layout import Placed
+from stribeck.model.layout import Placed, rival
 
 MOST = 0.5  # of the base's cost at a joint, that a law takes for others of its family to be fitted beside it
 CLOSE, HALF = 0.9, 0.5  # of what it takes, that these take; and where it rests on a bound
@@ -123,7 +123,7 @@ def relawed(
         for effect in laws().values():
             start = known.get((effect.name, effect.law, place.joint))
             other = effect.name == place.effect.name and effect.law != place.effect.law
-            if other and start is not None and not clashes(effect, place.joint, (*before, *after)):
+            if other and start is not None and not rival(effect, place.joint, (*before, *after)):
                 others.append((*before, Placed(effect, place.joint, start), *after))
     if not others:
         return model
