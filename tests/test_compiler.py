@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -75,6 +76,19 @@ def test_a_cache_open_to_others_is_refused(tmp_path: Path, monkeypatch: pytest.M
     shared.chmod(0o777)
     monkeypatch.setenv("STRIBECK_CACHE", str(shared))
     with pytest.raises(StribeckError, match="closed to others"):
+        compiler.cache_folder()
+
+
+@pytest.mark.skipif(not hasattr(os, "getuid"), reason="no owners and groups there")
+def test_a_home_that_cannot_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As in a container: the cache is beside the temporary files. A folder that was asked for is no other."""
+    (tmp_path / "file").touch()
+    monkeypatch.delenv("STRIBECK_CACHE", raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    assert compiler.cache_folder() == tmp_path / f"stribeck-{os.getuid()}"
+    monkeypatch.setenv("STRIBECK_CACHE", str(tmp_path / "file" / "cache"))
+    with pytest.raises(StribeckError, match="set STRIBECK_CACHE"):
         compiler.cache_folder()
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import os
+import platform
 import shutil
 import stat
 import subprocess
@@ -37,7 +38,8 @@ def compiler() -> tuple[str, ...]:
 
 @cache
 def _identity(command: tuple[str, ...]) -> str:
-    return " ".join(command) + _call([*command, "--version"]).stdout
+    machine = f"{sys.platform} {platform.machine()}"  # a home may be shared by machines of several kinds
+    return "\0".join([*command, machine, _call([*command, "--version"]).stdout])
 
 
 def _call(command: list[str]) -> subprocess.CompletedProcess[str]:
@@ -48,19 +50,40 @@ def _call(command: list[str]) -> subprocess.CompletedProcess[str]:
 
 
 def cache_folder() -> Path:
-    """Return the user's own cache folder, made where missing; nobody else may write to it."""
-    base = os.environ.get("STRIBECK_CACHE")
-    if base is None:
+    """Return a folder for compiled code of the user's own, made where missing; nobody else may write to it.
+
+    ``STRIBECK_CACHE``, else the user's cache, else, where no home can be written, one beside the temporary files.
+
+    Raises
+    ------
+    StribeckError
+        The folder cannot be written, or others could put code there.
+    """
+    chosen = os.environ.get("STRIBECK_CACHE")
+    if chosen is not None:
+        folders = [Path(chosen)]
+    else:
         home = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA") or str(Path.home() / ".cache")
-        base = str(Path(home) / "stribeck")
-    folder = Path(base)
-    folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        spare = f"stribeck-{os.getuid()}" if hasattr(os, "getuid") else "stribeck"
+        folders = [Path(home) / "stribeck", Path(tempfile.gettempdir()) / spare]
+    folder = next((folder for folder in folders if _writable(folder)), None)
+    if folder is None:
+        raise StribeckError("no folder for compiled code can be written", str(folders[0]), "set STRIBECK_CACHE to one")
     if hasattr(os, "getuid"):
         status = folder.stat()
         if status.st_uid != os.getuid() or status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
             what = f"{folder}: the cache of compiled code must be the user's own and closed to others"
             raise StribeckError(what, do="set STRIBECK_CACHE to another folder")
     return folder
+
+
+def _writable(folder: Path) -> bool:
+    try:
+        folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        with tempfile.TemporaryFile(dir=folder):
+            return True
+    except OSError:
+        return False
 
 
 def build(source: str, folder: Path | None = None, *, level: str = "-O1") -> Path:
