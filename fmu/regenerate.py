@@ -12,7 +12,7 @@ import numpy as np
 
 from stribeck.arm import load_arm
 from stribeck.run import save_columns
-from stribeck.simulate import Engine, load_loop, path_of, simulate
+from stribeck.simulate import Engine, load_loop, path_of, simulate_loop
 
 HERE = Path(__file__).parent
 MODELS = ("one_joint", "two_link_nominal", "two_link_corrected")
@@ -52,7 +52,7 @@ def main() -> None:
         save_columns(result, HERE / model / "reference.csv")
     folder = HERE / "two_link_nominal"
     arm = load_arm(folder / "arm.toml")
-    closed = simulate(arm, load_loop(folder / "loop.toml", arm), tolerance=TOLERANCE)
+    closed = simulate_loop(arm, load_loop(folder / "loop.toml", arm), tolerance=TOLERANCE)
     shown = columns(q=closed.measured, tau=closed.command, q_ref=closed.reference)
     save_columns({"t": closed.motion.t, **shown}, folder / "loop_reference.csv")
 

@@ -20,7 +20,7 @@ from fmpy.simulation import instantiate_fmu
 from stribeck.arm import load_arm
 from stribeck.compiler import cache_folder
 from stribeck.export.controller import export_system
-from stribeck.simulate import load_loop, simulate
+from stribeck.simulate import load_loop, simulate_loop
 
 FMU = Path(__file__).resolve().parents[1] / "fmu"
 PACKAGES = (
@@ -100,7 +100,7 @@ def coupled(model: Path, folder: Path, *, duration: float = 2.0) -> tuple[np.nda
     out, steps = folder / "loop.csv", round(duration / loop.sample_time)
     script = str(FMU / "importers" / "ssp_with_ecos.py")
     run_other([script, str(folder / "loop.ssp"), repr(loop.sample_time), str(steps), str(out)])
-    return _positions(out), simulate(arm, late, tolerance=1e-10).measured
+    return _positions(out), simulate_loop(arm, late, tolerance=1e-10).measured
 
 
 def run_other(arguments: list[str]) -> str:

@@ -19,7 +19,7 @@ from _laws import curve_error, least_viscous
 from _output import write
 from _paper import SPEEDS, TRIALS, campaign, constants, paper_arm, velocity_trial
 
-from stribeck.identify.identification import identify
+from stribeck.identify.identification import identify_friction
 from stribeck.identify.tustin_fit import tustin
 from stribeck.report.figures.friction_curve import friction_curve_figure
 
@@ -29,7 +29,7 @@ GRID = np.geomspace(SPEEDS[0], SPEEDS[-1], 200)
 def main(seed: int = 2) -> None:
     """Run the campaigns of both joints, identify, and write."""
     rng = np.random.default_rng(seed)
-    found = identify(paper_arm(), [run for joint in "AB" for run in campaign(joint, rng)])
+    found = identify_friction(paper_arm(), [run for joint in "AB" for run in campaign(joint, rng)])
     slow = {kp: [velocity_trial("A", 0.03, rng, kp, 16.0) for _ in range(TRIALS)] for kp in (60.0, 400.0)}
     friction = float(tustin(constants("A"), np.array([0.03]))[0])
     result = {

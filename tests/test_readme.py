@@ -1,13 +1,14 @@
 """What the README says can be done can be done, and its tables are complete."""
 
 import re
+import runpy
 import shlex
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
-from stribeck.arm import save_arm
+from stribeck.arm import load_arm, save_arm
 from stribeck.cli import app
 from stribeck.effects.registry import registry
 from stribeck.run import save_run
@@ -43,6 +44,21 @@ def test_the_two_commands_are_what_ci_types() -> None:
     assert install in ci
     assert diagnose.replace("--out out", '--out "$work/out"') in ci
     assert [line for line in second.split(" && ") if line not in ci] == []
+
+
+@pytest.mark.long
+def test_the_python_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.chdir(tmp_path)
+    save_arm(NOMINAL, "arm.toml")
+    for k, run in enumerate(recorded(("delay", {"time": 0.02}))[:3]):
+        save_run(run, f"run_{k}.csv")
+    (block,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+    (tmp_path / "script.py").write_text(block, encoding="utf-8")
+    runpy.run_path("script.py")
+    verdict, *causes = capsys.readouterr().out.splitlines()
+    assert verdict == "explained ('delay',)"
+    assert causes[0].startswith("delay ")
+    assert load_arm("corrected.toml").effects[0].effect == "delay"
 
 
 @pytest.mark.long

@@ -9,9 +9,7 @@ from __future__ import annotations
 import math
 from typing import final
 
-from stribeck.model.effect import ActuatorEffect
-from stribeck.model.scale import Scale
-from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
+from stribeck.effects import ActuatorEffect, Expression, Parameter, Parameters, Scale, Signals, States
 
 
 @final

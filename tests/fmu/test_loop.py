@@ -19,7 +19,7 @@ from stribeck.export.use.plant import FmuPlant
 from stribeck.export.validate import check_fmu
 from stribeck.export.validate.opened import ARM, opened
 from stribeck.run import load_run
-from stribeck.simulate import Compensation, JointLoop, Loop, Reference, simulate
+from stribeck.simulate import Compensation, JointLoop, Loop, Reference, simulate_loop
 
 from ..export.validate.test_ours import changed, swap
 from .conftest import HERE, MODELS
@@ -39,7 +39,7 @@ def test_loop_around_the_fmu_is_the_loop_around_the_engine(arm_fmu: Path, arm: A
         np.testing.assert_allclose(found.measured[:, k], expected[f"q{k + 1}"], rtol=0.0, atol=1e-8)
         np.testing.assert_allclose(found.command[:, k], expected[f"tau{k + 1}"], rtol=0.0, atol=1e-5)
     assert np.abs(found.measured[-1, 0]) > 0.1
-    stuck = simulate(arm, loop).motion.stuck_time[-1]
+    stuck = simulate_loop(arm, loop).motion.stuck_time[-1]
     np.testing.assert_allclose(found.motion.stuck_time[-1], stuck, rtol=0.0, atol=3 * loop.sample_time)
 
 
@@ -63,7 +63,7 @@ def test_a_long_delay_and_a_short_lag_go_together(arm: Arm, tmp_path: Path) -> N
     loop = Loop(1e-3, 0.4, (entry, replace(entry, joint="B", kp=20.0, actuator_lag=1e-3)))
     found = simulate_fmu(tmp_path / "late.fmu", late, loop)
     assert (found.motion.status, found.ended) == ("ok", 0.4)
-    np.testing.assert_allclose(found.measured, simulate(late, loop).measured, rtol=0.0, atol=1e-5)
+    np.testing.assert_allclose(found.measured, simulate_loop(late, loop).measured, rtol=0.0, atol=1e-5)
 
 
 def test_controller_first_then_the_arm_loses_no_time(arm_fmu: Path, controller_fmu: Path, loop: Loop) -> None:
@@ -137,7 +137,7 @@ def test_system_in_ssp_is_the_loop_one_sample_later(arm: Arm, loop: Loop, tmp_pa
     export_system(arm, loop, tmp_path / "loop.ssp", platforms=HERE)
     found = simulate_ssp(str(tmp_path / "loop.ssp"), stop_time=2.0 - 1e-9, step_size=loop.sample_time)
     late = replace(loop, duration=2.0, joints=tuple(replace(joint, delay_samples=1) for joint in loop.joints))
-    expected = simulate(arm, late, tolerance=1e-9)
+    expected = simulate_loop(arm, late, tolerance=1e-9)
     for k in range(arm.n):
         np.testing.assert_allclose(found[f"arm.q[{k + 1}]"], expected.measured[1:, k], rtol=0.0, atol=1e-8)
     assert expected.measured[-1, 0] > 0.05
@@ -183,7 +183,7 @@ def test_every_law_and_reference_in_a_controller_fmu(arm: Arm, tmp_path: Path, a
         loop = Loop(0.01, 1.0, (second, first))
         path = tmp_path / f"{law.kind}.fmu"
         export_controller(arm, loop, path, fmi=3, platforms=HERE)
-        expected = simulate(arm, loop, tolerance=1e-9)
+        expected = simulate_loop(arm, loop, tolerance=1e-9)
         with slave(path) as controller, slave(arm_fmu) as plant:
             controller.begin()
             plant.begin(q_start=list(expected.measured[0]))

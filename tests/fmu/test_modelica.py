@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stribeck.arm import Arm, Friction
-from stribeck.simulate import Loop, simulate
+from stribeck.simulate import Loop, simulate_loop
 
 from .conftest import MODELS, ROOT
 
@@ -60,7 +60,7 @@ def test_experiment_is_the_loop(arm: Arm, loop: Loop, tmp_path: Path, monkeypatc
     t, *shown = np.array(json.loads(run_other([str(tmp_path / "run.py"), str(tmp_path / "all.mo")])))
     viscous = [Friction(0.0, 0.0, joint.friction.C2, joint.friction.alpha) for joint in arm.joints]
     joints = [replace(joint, friction=f, backward=f) for joint, f in zip(arm.joints, viscous, strict=True)]
-    found = simulate(replace(arm, joints=tuple(joints)), loop, tolerance=1e-11)
+    found = simulate_loop(replace(arm, joints=tuple(joints)), loop, tolerance=1e-11)
     rows = np.searchsorted(t, found.motion.t - 1e-9, side="left")  # where a sample has two rows: before it
     for k in (0, 1):
         np.testing.assert_allclose(shown[k][rows], found.measured[:, k], rtol=0.0, atol=1e-7)

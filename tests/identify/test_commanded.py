@@ -7,7 +7,7 @@ import pytest
 
 from stribeck.arm import Arm
 from stribeck.identify.commanded import doubtful_torques
-from stribeck.identify.identification import identify
+from stribeck.identify.identification import identify_friction
 from stribeck.run import Run
 
 from .conftest import PENDULUM, pendulum, recorded
@@ -26,7 +26,7 @@ def test_a_joint_that_moves_without_any_torque_is_told_of_in_one_line() -> None:
     runs = [replace(run := recorded(noise=1e-5, seed=k), name=f"run {k}", tau=0.0 * run.tau) for k in range(2)]
     (text,) = told(pendulum(), runs)
     assert text.startswith("A: it moves, but its torque is zero in every recording: give what was commanded as tau1")
-    assert text in identify(pendulum(), runs).warnings
+    assert text in identify_friction(pendulum(), runs).warnings
     assert told(pendulum(), [runs[0], recorded(noise=1e-5)]) == []
 
 

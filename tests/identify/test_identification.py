@@ -14,7 +14,7 @@ from stribeck.errors import InputError
 from stribeck.identify.doubts import TAKEN
 from stribeck.identify.files import identification_json
 from stribeck.identify.findings import WAYS, Identification
-from stribeck.identify.identification import identify
+from stribeck.identify.identification import identify_friction
 from stribeck.identify.tustin_fit import NAMES, tustin
 from stribeck.run import Run, save_run
 
@@ -30,7 +30,7 @@ def values(friction: Friction) -> np.ndarray:
 
 @pytest.fixture(scope="module", params=[0.0, 9.81], ids=["level", "vertical"])
 def found(request: pytest.FixtureRequest) -> Identification:
-    return identify(joint(WRONG, WRONG, request.param), campaign(request.param))
+    return identify_friction(joint(WRONG, WRONG, request.param), campaign(request.param))
 
 
 @pytest.mark.long
@@ -64,7 +64,7 @@ def test_runs_of_a_joint_whose_counter_begins_anew_are_read_in_one_turn() -> Non
         one = recorded(seed=k)
         q = one.q - one.q[0] + begins  # half a turn less, as the counter has it
         runs.append(replace(one, name=f"run_{k}", q=q % (2.0 * np.pi) - np.pi))
-    said = identify(pendulum(), runs).notes
+    said = identify_friction(pendulum(), runs).notes
     assert sum("moved by whole turns to where the other recordings are: q1" in note for note in said) == 1
 
 
@@ -91,7 +91,7 @@ def test_a_law_that_multiplies_friction_takes_the_whole_recordings() -> None:
     wave = EffectEntry("position_dependent_friction", ("A",), {"A": {"sine": 0.02, "harmonic": 2.0}}, "one_wave")
     runs = [sliding(speed) for speed in (0.01, 0.04, 0.15, 0.6, 1.0)] + [breaking(1, seed=k) for k in range(2)]
     for effects, taken in (((), "curve"), ((wave,), "runs")):
-        found = identify(replace(joint(WRONG, WRONG), effects=effects), runs)
+        found = identify_friction(replace(joint(WRONG, WRONG), effects=effects), runs)
         assert found.joints[0].directions["forward"].source == taken
         assert any("goes with Tustin's friction" in text for text in found.warnings) == (taken == "runs")
 
@@ -101,7 +101,7 @@ def test_recordings_of_unlike_noise() -> None:
     rng = np.random.default_rng(3)
     noisy = [breaking(1, rate=0.8, seed=k) for k in range(2)]
     noisy = [replace(run, q=run.q + 2e-5 * rng.standard_normal(run.q.shape)) for run in noisy]
-    found = identify(joint(WRONG, WRONG), [*(sliding(speed) for speed in (0.02, 0.04, 0.1, 0.3, 0.6)), *noisy])
+    found = identify_friction(joint(WRONG, WRONG), [*(sliding(speed) for speed in (0.02, 0.04, 0.1, 0.3, 0.6)), *noisy])
     own = found.joints[0].directions["forward"].runs[0]
     assert found.whole.fit.at_limit == ()
     assert own[0] == pytest.approx(FORWARD.C0, rel=0.02)
@@ -111,7 +111,7 @@ def test_an_axis_is_spoken_of_in_metres() -> None:
     """Driven like the joint of the bench, whose inertia it has for a mass."""
     own = joint().joints[0]
     axis = Joint("A", "prismatic", 0.0, 0.51, (0.0, 0.0), 0.0, 0.49, own.friction, own.friction)
-    found = identify(Arm("axis", (0.0, 0.0), (axis,)), [sliding(speed) for speed in (0.15, 0.3, 0.6)])
+    found = identify_friction(Arm("axis", (0.0, 0.0), (axis,)), [sliding(speed) for speed in (0.15, 0.3, 0.6)])
     by_hand = found.joints[0].directions["forward"].section3
     assert by_hand is not None
     assert any(" m/s" in text for text in by_hand.remarks)
@@ -122,7 +122,7 @@ def test_recordings_that_never_slide_steadily() -> None:
     """Only the fit to whole recordings is given, and it is right; the report says so."""
     truth = stronger(PENDULUM, C0=1.3, C2=1.2)
     runs = [replace(recorded(truth, rate=250.0, noise=1e-5, seed=k), name=f"run {k}") for k in range(2)]
-    found = identify(pendulum(), runs)
+    found = identify_friction(pendulum(), runs)
     (one,) = found.joints
     assert {direction.source for direction in one.directions.values()} == {"runs"}
     assert {direction.section3 for direction in one.directions.values()} == {None}
@@ -136,7 +136,7 @@ def test_friction_is_taken_with_the_masses_that_it_was_fitted_with() -> None:
     heavy = replace(PENDULUM, mass=6.0, rotor_inertia=1.0)
     arm, run = hoisted(heavy, noise=1e-6)
     (own,) = arm.joints
-    found = identify(replace(arm, joints=(replace(own, mass=6.3, friction=WRONG, backward=WRONG),)), [run])
+    found = identify_friction(replace(arm, joints=(replace(own, mass=6.3, friction=WRONG, backward=WRONG),)), [run])
     assert not any(one.runs_identified[0] for one in found.joints[0].directions.values())
     fitted = found.arm.joints[0]
     for friction, true, way in ((fitted.friction, own.friction, 1.0), (fitted.backward, own.backward, -1.0)):
@@ -150,7 +150,7 @@ def test_friction_is_taken_with_the_masses_that_it_was_fitted_with() -> None:
 def test_a_joint_that_never_moves_keeps_its_constants() -> None:
     rng = np.random.default_rng(0)
     q, tau = 1e-5 * rng.standard_normal((600, 1)), rng.standard_normal((600, 1))
-    found = identify(joint(WRONG, WRONG), [Run("still", 0.005 * np.arange(600), q, tau)])
+    found = identify_friction(joint(WRONG, WRONG), [Run("still", 0.005 * np.arange(600), q, tau)])
     assert found.arm.joints[0].friction == WRONG
     assert any("it never moved" in text for text in found.warnings)
 
@@ -158,12 +158,12 @@ def test_a_joint_that_never_moves_keeps_its_constants() -> None:
 def test_too_short() -> None:
     run = Run("short.csv", 0.005 * np.arange(30), np.zeros((30, 1)), np.zeros((30, 1)))
     with pytest.raises(InputError, match=r"short\.csv: too short to identify from: found 30 samples"):
-        identify(joint(), [run])
+        identify_friction(joint(), [run])
 
 
 def test_runs_of_one_name_are_refused() -> None:
     with pytest.raises(InputError, match="two runs have the same name: found "):
-        identify(joint(), [recorded(noise=1e-5), recorded(noise=2e-5)])
+        identify_friction(joint(), [recorded(noise=1e-5), recorded(noise=2e-5)])
 
 
 @pytest.fixture

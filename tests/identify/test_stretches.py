@@ -8,7 +8,7 @@ import pytest
 from stribeck.grid import uniform
 from stribeck.identify.cutoff import CUTOFF_RANGE, MOST_OF_RATE
 from stribeck.identify.filters import low_pass
-from stribeck.identify.identification import identify
+from stribeck.identify.identification import identify_friction
 from stribeck.identify.stretches import LEAST_SAMPLES, LEAST_STRETCH, between_gaps
 from stribeck.run import Run
 
@@ -48,7 +48,7 @@ def test_a_run_without_gaps_is_left_alone_and_one_of_short_pieces_keeps_the_long
 
 def test_lost_rows_cost_no_constant() -> None:
     run = recorded(noise=1e-6, step=1e-6)
-    found = identify(pendulum(), [lossy(run, (400, 420), (900, 920), (1700, 1720), (2400, 2420))])
+    found = identify_friction(pendulum(), [lossy(run, (400, 420), (900, 920), (1700, 1720), (2400, 2420))])
     friction = found.arm.joints[0].friction
     for name in ("C0", "C2", "alpha"):
         assert getattr(friction, name) == pytest.approx(getattr(FRICTION, name), rel=0.15), name

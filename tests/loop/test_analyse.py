@@ -16,7 +16,7 @@ from stribeck.arm import Arm, EffectEntry, Friction, Joint
 from stribeck.errors import InputError, StribeckError
 from stribeck.loop import analyse as module
 from stribeck.loop import surroundings
-from stribeck.loop.analyse import analyse
+from stribeck.loop.analyse import analyse_loop
 from stribeck.loop.answers import Analysis, JointAnswer
 from stribeck.loop.approximate import approximate
 from stribeck.loop.cycle import Cycle
@@ -25,7 +25,7 @@ from stribeck.loop.exact.engine import RoundsEngine
 from stribeck.loop.files import limit_cycle_json, write_limit_cycle
 from stribeck.loop.surroundings import SLOW, SLOW_WINDING, Grid, grid_of, map_of
 from stribeck.loop.watched import watched
-from stribeck.simulate import Compensation, JointLoop, Loop, Reference, simulate
+from stribeck.simulate import Compensation, JointLoop, Loop, Reference, simulate_loop
 
 A = Friction(5.0, 1.25, 1.5, 0.05)
 COULOMB = Friction(5.0, 0.0, 0.0, 0.05)
@@ -47,7 +47,7 @@ def loop(step: float = 0.0, reference: Reference | None = None, **values: object
 
 
 def answer(friction: Friction, given: Loop, grid: Grid | None = None) -> tuple[Analysis, JointAnswer]:
-    found = analyse(arm(friction), given, grid=grid or Grid(wanted=False))
+    found = analyse_loop(arm(friction), given, grid=grid or Grid(wanted=False))
     return found, found.joints[0]
 
 
@@ -85,7 +85,7 @@ def test_an_effect_that_is_taken_for_linear_costs_it_as_well(
     effect: str, values: dict[str, float], linear: bool
 ) -> None:
     bent = replace(arm(), effects=(EffectEntry(effect, ("A",), {"A": values}),))
-    found = analyse(bent, loop(kv=5.0), grid=Grid(wanted=False)).joints[0]
+    found = analyse_loop(bent, loop(kv=5.0), grid=Grid(wanted=False)).joints[0]
     for name in ("describing_function", "harmonic_balance"):
         assert found.methods[name].trusted == linear
         assert (f"takes the effect {effect} for linear" in found.methods[name].why) != linear
@@ -150,7 +150,7 @@ def test_doubts_are_said_in_words_of_what_the_joint_does(exact: Cycle, says: str
 @pytest.mark.long
 def test_a_joint_with_bristles_is_said_to_have_no_time_stuck() -> None:
     stiff = EffectEntry("presliding", ("A",), {"A": {"stiffness": 2e4, "damping": 60.0}}, "lugre")
-    found = analyse(replace(arm(), effects=(stiff,)), loop(0.0125), grid=Grid(wanted=False))
+    found = analyse_loop(replace(arm(), effects=(stiff,)), loop(0.0125), grid=Grid(wanted=False))
     assert found.joints[0].notes == (module.BRISTLES,)
 
 
@@ -161,7 +161,7 @@ def test_a_joint_beside_one_with_bristles_is_not_said_to_have_them() -> None:
     single = arm().joints[0]
     two = Arm("two joints", (0.0, 0.0), (single, replace(single, name="B")), effects=(stiff,))
     given = Loop(0.0125, 20.0, (JointLoop("B", 30.0, Reference("regulate", initial_error=0.2)),))
-    found = analyse(two, given, grid=Grid(wanted=False))
+    found = analyse_loop(two, given, grid=Grid(wanted=False))
     assert found.joints[0].notes == ()
 
 
@@ -274,23 +274,23 @@ def test_an_empty_or_unreadable_grid_is_refused(text: str) -> None:
 
 def test_a_reference_that_drives_the_loop_is_refused() -> None:
     with pytest.raises(InputError, match="limit cycle is what a loop does of itself"):
-        analyse(arm(), loop(0.0, Reference("sine", amplitude=0.1, frequency=1.0)))
+        analyse_loop(arm(), loop(0.0, Reference("sine", amplitude=0.1, frequency=1.0)))
 
 
 def test_a_record_too_short_for_two_rounds_says_so() -> None:
     given = loop(0.0125, ki=30.0, compensation=Compensation("feedback", 0.9))
-    assert isinstance(watched(simulate(arm(), replace(given, duration=6.0)), 0), str)
-    assert watched(simulate(arm(), loop(0.0125)), 0) == "rest"
+    assert isinstance(watched(simulate_loop(arm(), replace(given, duration=6.0)), 0), str)
+    assert watched(simulate_loop(arm(), loop(0.0125)), 0) == "rest"
 
 
 def test_a_swing_that_dies_down_or_grows_is_no_cycle() -> None:
     light = Friction(0.2, 0.05, 0.1, 0.05)
     given = replace(loop(0.001, Reference("regulate", initial_error=1.0), kp=60.0, kv=0.1), duration=5.0)
-    dying = watched(simulate(arm(light), given), 0)
+    dying = watched(simulate_loop(arm(light), given), 0)
     assert isinstance(dying, str)
     assert dying.startswith("its swing still dies down")
     wild = replace(given, joints=(replace(given.joints[0], kv=-1.0),))
-    growing = watched(simulate(arm(light), wild), 0)
+    growing = watched(simulate_loop(arm(light), wild), 0)
     assert isinstance(growing, str)
     assert growing.startswith("its swing still grows")
 

@@ -13,7 +13,7 @@ from stribeck.loop.exact.engine import RoundsEngine
 from stribeck.loop.linear import assemble, free
 from stribeck.loop.maps import Map, label_map
 from stribeck.loop.surroundings import Grid, alone, branch_of, map_of
-from stribeck.simulate import JointLoop, Loop, Reference, simulate
+from stribeck.simulate import JointLoop, Loop, Reference, simulate_loop
 
 FRICTION = Friction(2.2, 0.6, 0.8, 0.04)
 
@@ -53,7 +53,7 @@ def test_one_joint_moves_what_it_moves_at_the_end_with_the_gain_of_the_start(
     assert single.clamp == {"B": ends}
     assembly = assemble(two_links(), given, free(two_links(), given))
     assert (assembly.inertia[0], assembly.tuned[0]) == pytest.approx((inertia_of_a(ends), inertia_of_a(begins)))
-    run = simulate(two_links(), given).run("one")
+    run = simulate_loop(two_links(), given).run("one")
     assert run.q_ref is not None
     assert run.dq is not None
     moving = np.abs(run.dq[:, 0]) > 1e-3

@@ -13,7 +13,7 @@ import pytest
 
 from stribeck.arm import Arm, Friction, Joint, save_arm
 from stribeck.cli import main
-from stribeck.loop.analyse import analyse
+from stribeck.loop.analyse import analyse_loop
 from stribeck.loop.answers import Analysis
 from stribeck.loop.cycle import Cycle
 from stribeck.loop.exact.engine import RoundsEngine
@@ -56,7 +56,7 @@ def arm(kind: str = "revolute", name: str = "A") -> Arm:
 def cycling(_own_cache: None) -> Analysis:
     law = Compensation("feedback", 1.3, at_zero="error_sign")
     entry = JointLoop("A", 30.0, Reference("regulate", initial_error=0.2), kv=5.0, compensation=law)
-    return analyse(arm(), Loop(0.0, 10.0, (entry,)), grid=Grid(7, 6))
+    return analyse_loop(arm(), Loop(0.0, 10.0, (entry,)), grid=Grid(7, 6))
 
 
 @pytest.mark.parametrize("drawn", [pytest.param("", marks=pytest.mark.slow), "swings"])

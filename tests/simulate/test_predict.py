@@ -16,7 +16,7 @@ from stribeck.identify.cutoff import cutoff_frequency
 from stribeck.identify.noise import encoder_noise
 from stribeck.identify.residual import Residual
 from stribeck.run import Run, load_run, save_run
-from stribeck.simulate import Compensation, Engine, JointLoop, Loop, Reference, predict, simulate
+from stribeck.simulate import Compensation, Engine, JointLoop, Loop, Reference, predict, simulate_loop
 
 from .conftest import entry, two_links
 
@@ -32,7 +32,7 @@ def recorded(arm: Arm, noise: float = 1e-5) -> Run:
         JointLoop(name, kp, sine, encoder_noise=noise, compensation=Compensation("feedforward"))
         for name, kp, sine in zip(arm.names, (120.0, 50.0), sines, strict=True)
     )
-    return replace(simulate(arm, Loop(STEP, 12.0, joints)).run("made.csv"), q_ref=None, dq_ref=None)
+    return replace(simulate_loop(arm, Loop(STEP, 12.0, joints)).run("made.csv"), q_ref=None, dq_ref=None)
 
 
 def rms(values: np.ndarray) -> np.ndarray:

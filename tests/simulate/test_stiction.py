@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stribeck.simulate import Compensation, Engine, JointLoop, Loop, path_of, simulate
+from stribeck.simulate import Compensation, Engine, JointLoop, Loop, path_of, simulate_loop
 from stribeck.simulate import Reference as Asked
 
 from .conftest import A, entry, one_joint, two_links
@@ -98,7 +98,7 @@ def test_a_stuck_joint_is_shaken_loose_between_two_commands(sample_time: float) 
     """A wave of 12 N m on a break-away of 6.25 N m lets go and is caught twice a period; samples fall on its zeros."""
     arm = replace(one_joint(A), effects=(entry("input_disturbance", "A", sine=12.0, cosine=0.0, frequency=80.0),))
     held = JointLoop("A", 1e-3, Asked("regulate"), kv=0.0)
-    found = simulate(arm, Loop(sample_time, 0.5, (held,), record_step=0.05)).motion
+    found = simulate_loop(arm, Loop(sample_time, 0.5, (held,), record_step=0.05)).motion
     assert found.event_count == 80
     assert found.stuck_time[-1].item() < 0.003 * 0.5
 
@@ -108,5 +108,5 @@ def test_a_stuck_joint_is_shaken_loose_by_its_own_command() -> None:
     held = JointLoop("A", 1e-3, Asked("regulate"), kv=0.0, compensation=law)
     moved = JointLoop("A", 30.0, Asked("sine", amplitude=0.21, frequency=80.0), kv=0.0)
     for joint in (held, moved):
-        found = simulate(one_joint(A), Loop(0.0, 0.5, (joint,), record_step=0.05)).motion
+        found = simulate_loop(one_joint(A), Loop(0.0, 0.5, (joint,), record_step=0.05)).motion
         assert found.event_count in (159, 160)

@@ -45,7 +45,7 @@ def simulate(
 
     from stribeck.report.simulation import write_figures
     from stribeck.simulate import load_loop
-    from stribeck.simulate import simulate as run_loop
+    from stribeck.simulate import simulate_loop as run_loop
     from stribeck.simulate.engine import left_out
     from stribeck.simulate.metrics import write_simulation
 
@@ -90,7 +90,7 @@ def limit_cycle(
     check_free(out)
     controlled = load_model(arm)
 
-    from stribeck.loop.analyse import analyse
+    from stribeck.loop.analyse import analyse_loop
     from stribeck.loop.files import write_limit_cycle
     from stribeck.loop.surroundings import grid_of
     from stribeck.loop.undriven import undriven
@@ -101,7 +101,7 @@ def limit_cycle(
     settings, cells = load_loop(loop, controlled), grid_of(grid)
     warn([*left_out(controlled), *undriven(controlled)[1]])
     with whole_folder(out) as folder, progress("analysing") as told:
-        found = analyse(controlled, settings, grid=cells, progress=told)
+        found = analyse_loop(controlled, settings, grid=cells, progress=told)
         told("drawing the report")
         write_limit_cycle(found, folder)
         write_report(found, folder)

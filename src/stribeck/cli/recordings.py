@@ -139,7 +139,7 @@ def identify(
     recorded, _ = read_runs(nominal, runs)
 
     from stribeck.identify.files import write_identification
-    from stribeck.identify.identification import identify as find
+    from stribeck.identify.identification import identify_friction as find
     from stribeck.report.identification import summary, write_report
 
     with whole_folder(out) as folder, progress("identifying") as told:

@@ -38,7 +38,9 @@ SURE = 3.0  # deviations of velocity beyond which a joint moves
 FAR = 200.0  # deviations of position that it must cover in one go, for friction in that direction to be asked for
 
 
-def identify(arm: Arm, runs: Sequence[Run], progress: Callable[[str], None] = lambda text: None) -> Identification:
+def identify_friction(
+    arm: Arm, runs: Sequence[Run], progress: Callable[[str], None] = lambda text: None
+) -> Identification:
     """Identify the friction of an arm's joints from recordings.
 
     Parameters

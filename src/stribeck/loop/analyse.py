@@ -36,7 +36,7 @@ BRISTLES = "friction with bristles gives way before it slides: no time counts as
 ROUNDS = 12.0  # periods that it lasts at least, where that is not too long
 
 
-def analyse(arm: Arm, loop: Loop, *, grid: Grid | None = None, progress: Told = lambda text: None) -> Analysis:
+def analyse_loop(arm: Arm, loop: Loop, *, grid: Grid | None = None, progress: Told = lambda text: None) -> Analysis:
     """Return what every method says of every controlled joint.
 
     Cycles are those of the whole arm, its joints coupled. The approximate methods, the critical ratio, branch and map

@@ -1,6 +1,6 @@
 """Event-accurate simulation with true stiction: the compiled engine, prediction and the control loop."""
 
-from stribeck.simulate.closed import Closed, close_loop, simulate, simulate_many
+from stribeck.simulate.closed import Closed, close_loop, simulate_loop, simulate_many
 from stribeck.simulate.engine import Engine, path_of
 from stribeck.simulate.loop import Compensation, JointLoop, Loop, Reference
 from stribeck.simulate.loopfile import check_loop, load_loop
@@ -9,5 +9,5 @@ from stribeck.simulate.predict import Prediction, predict, predict_conditioned
 
 __all__ = [
     "Closed", "Compensation", "Engine", "JointLoop", "Loop", "Prediction", "Reference", "Trajectory", "Windows",
-    "check_loop", "close_loop", "load_loop", "path_of", "predict", "predict_conditioned", "simulate", "simulate_many",
+    "check_loop", "close_loop", "load_loop", "path_of", "predict", "predict_conditioned", "simulate_loop", "simulate_many",
 ]  # fmt: skip

@@ -73,7 +73,7 @@ class Closed:
         )
 
 
-def simulate(arm: Arm, loop: Loop, *, tolerance: float = 1e-8) -> Closed:
+def simulate_loop(arm: Arm, loop: Loop, *, tolerance: float = 1e-8) -> Closed:
     """Simulate a control loop around an arm with the effects of its file."""
     return close_loop(Engine(path_of(arm)), loop, tolerance=tolerance)
 

@@ -23,7 +23,7 @@ from stribeck.gap.search.step import Step
 from stribeck.identify.conditioning import shaken
 from stribeck.report.tables import next_experiment as next_section
 from stribeck.run import Run, load_run, save_run
-from stribeck.simulate import simulate
+from stribeck.simulate import simulate_loop
 from stribeck.simulate.loopfile import load_loop
 from stribeck.withheld.injections import Injection
 
@@ -304,7 +304,7 @@ def test_reference_is_followed_through_a_loop_file(tmp_path) -> None:  # type: i
         'schema = "stribeck.loop/1"\nsample_time = 0.004\nduration = 3.0\n[[joints]]\njoint = "A"\nkp = 3000.0\n'
         'kv = "critical"\n[joints.reference]\nkind = "file"\nfile = "next_reference.csv"\n'
     )
-    done = simulate(NOMINAL, load_loop(tmp_path / "loop.toml", NOMINAL))
+    done = simulate_loop(NOMINAL, load_loop(tmp_path / "loop.toml", NOMINAL))
     assert done.motion.ok
     assert reference.q_ref is not None
     assert done.reference[:, 0] == pytest.approx(reference.q_ref[: len(done.reference), 0], abs=1e-6)

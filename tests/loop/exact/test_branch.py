@@ -8,7 +8,7 @@ import pytest
 
 from stribeck.arm import EffectEntry
 from stribeck.errors import InputError
-from stribeck.loop.analyse import analyse
+from stribeck.loop.analyse import analyse_loop
 from stribeck.loop.exact.branch import continue_in
 from stribeck.loop.exact.settle import settle
 from stribeck.loop.exact.shooting import shoot
@@ -101,9 +101,11 @@ def test_what_drives_an_arm_in_time_is_left_out_with_a_warning(joint_a):
 @pytest.mark.long
 def test_an_analysis_tells_what_it_left_out(joint_a, loop_of):
     wave = EffectEntry("input_disturbance", ("A",), {"A": {"sine": 12.0, "cosine": 0.0, "frequency": 2.0}})
-    found = analyse(replace(joint_a.arm, effects=(wave,)), loop_of(error=0.1), grid=Grid(wanted=False))
+    found = analyse_loop(replace(joint_a.arm, effects=(wave,)), loop_of(error=0.1), grid=Grid(wanted=False))
     assert found.joints[0].notes[0] == undriven(replace(joint_a.arm, effects=(wave,)))[1][0]
-    assert found.joints[0].cycle == analyse(joint_a.arm, loop_of(error=0.1), grid=Grid(wanted=False)).joints[0].cycle
+    assert (
+        found.joints[0].cycle == analyse_loop(joint_a.arm, loop_of(error=0.1), grid=Grid(wanted=False)).joints[0].cycle
+    )
 
 
 def test_steps_end_in_regulation(joint_a, loop_of):

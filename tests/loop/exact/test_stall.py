@@ -12,7 +12,7 @@ from stribeck.loop.exact.settle import settle, settle_from
 from stribeck.loop.exact.shooting import ending_of, shoot
 from stribeck.loop.exact.starts import starts
 from stribeck.loop.watched import watched
-from stribeck.simulate import Compensation, JointLoop, Loop, Reference, simulate
+from stribeck.simulate import Compensation, JointLoop, Loop, Reference, simulate_loop
 
 from .conftest import COULOMB, A, one_joint, two_links
 
@@ -156,12 +156,12 @@ def test_stick_slip_on_the_way_to_a_wall_is_no_cycle(loop_of, answer):
 
 
 def test_the_record_of_a_joint_that_falls_behind_says_so(loop_of):
-    seen = watched(simulate(pressed(5.0), replace(loop_of(kp=60.0, velocity=0.1), duration=10.0)), 0)
+    seen = watched(simulate_loop(pressed(5.0), replace(loop_of(kp=60.0, velocity=0.1), duration=10.0)), 0)
     assert seen == "its error still grows, by 0.00769 rad/s"
 
 
 def test_the_record_of_a_joint_that_never_moves_says_so(loop_of):
-    seen = watched(simulate(weak(one_joint(A)), loop_of(sample_time=0.005, velocity=0.05)), 0)
+    seen = watched(simulate_loop(weak(one_joint(A)), loop_of(sample_time=0.005, velocity=0.05)), 0)
     assert seen == "it stands still while its reference moves on"
 
 

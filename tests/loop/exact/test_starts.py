@@ -10,7 +10,7 @@ from stribeck.loop.exact.settle import settle
 from stribeck.loop.exact.starts import own_start
 from stribeck.loop.linear.operating import pose
 from stribeck.loop.maps.cells import fits
-from stribeck.simulate import JointLoop, Loop, Reference, simulate
+from stribeck.simulate import JointLoop, Loop, Reference, simulate_loop
 
 from .conftest import A, one_joint, two_links
 
@@ -25,7 +25,7 @@ def stepping(loop: Loop, reference: Reference, duration: float = 8.0) -> Loop:
 @pytest.mark.parametrize("sample_time", [0.0, 0.005])
 def test_it_ends_where_the_simulation_does(loop_of, sample_time):
     loop = stepping(loop_of(sample_time=sample_time), THERE_AND_BACK)
-    found, ended = settle(one_joint(A), loop)["A"], simulate(one_joint(A), loop).error[-1, 0]
+    found, ended = settle(one_joint(A), loop)["A"], simulate_loop(one_joint(A), loop).error[-1, 0]
     assert found.verdict == "rest"
     assert found.steady_error == pytest.approx(ended, rel=1e-5)
     assert abs(ended) > 0.01
@@ -44,7 +44,7 @@ def test_two_joints_that_step_at_their_own_times(sample_time):
     entries = [JointLoop(name, 60.0, step, ki=5.0) for name, step in zip("AB", steps, strict=True)]
     loop = Loop(sample_time, 1.0, tuple(entries), record_step=0.001)
     place = own_start(Rounds(two_links(), loop))
-    seen = simulate(two_links(), replace(loop, duration=place.time))
+    seen = simulate_loop(two_links(), replace(loop, duration=place.time))
     assert place.time == pytest.approx(0.605 if sample_time else 0.602)
     state = place.values[Rounds(two_links(), loop).layout.state]
     assert state[:2] == pytest.approx(seen.motion.q[-1], abs=1e-7)

@@ -15,7 +15,7 @@ from stribeck.loop.maps import label as label_module
 from stribeck.loop.maps import label_map
 from stribeck.loop.maps.grid import loop_of_cell
 from stribeck.loop.watched import watched
-from stribeck.simulate import Reference, simulate
+from stribeck.simulate import Reference, simulate_loop
 
 RATIOS = (0.8, 1.2, 1.7)
 GAINS = (15.0, 80.0)
@@ -114,7 +114,7 @@ def test_labels_of_large_maps_are_those_of_the_events(arm, loop_of, rule, sample
 def seen_to_cycle(arm, loop, cell, amplitude):
     """Whether a simulation cycles, by that amplitude."""
     one = loop_of_cell(loop, loop.joints[0], 1.0, {name: values[0] for name, values in cell.items()})
-    seen = watched(simulate(arm, replace(one, duration=400.0)), 0)
+    seen = watched(simulate_loop(arm, replace(one, duration=400.0)), 0)
     return not isinstance(seen, str) and seen[0] == pytest.approx(amplitude, rel=0.01)
 
 
