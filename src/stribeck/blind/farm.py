@@ -22,12 +22,10 @@ WAIT = 30.0  # s, for a scheduler to answer and for workers to come back
 
 
 class Farm(Protocol):
-    """Does work on many keys, in any order.
+    """Does work on many keys, in any order."""
 
-    ``run(work, keys)`` gives ``(key, work(key))`` as they come in; `load` is called here, `work` elsewhere.
-    """
-
-    def run(self, work: Callable[[Any], V], load: Callable[[K], Any], keys: Sequence[K]) -> Iterator[tuple[K, V]]: ...  # noqa: D102
+    def run(self, work: Callable[[Any], V], load: Callable[[K], Any], keys: Sequence[K]) -> Iterator[tuple[K, V]]:
+        """Give ``(key, work(load(key)))`` as they come in; `load` is called here, `work` elsewhere."""
 
 
 class Processes:

@@ -95,6 +95,19 @@ def power(scored: Mapping[str, Any], opened: Opened, arm: Arm, runs: Sequence[st
     that was named and the strongest that was not: strength, worth, joint, parameters with units) and
     ``detection_limit`` (strength); ``worth`` is the effect's share of the torque that moves the joint.
     ``not_recorded`` names the effects that no arm could be held with.
+
+    Parameters
+    ----------
+    scored : mapping
+        As :func:`stribeck.blind.score.score` returns it.
+    opened : Opened
+        Answers and truths.
+    arm : Arm
+        The nominal arm.
+    runs : sequence of str
+        Names of the recordings of the experiment.
+    order : Order
+        What was to be recorded.
     """
     rows = [row for row in scored["rows"] if len(row["effects"]) == 1]
     effects = {}

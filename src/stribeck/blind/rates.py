@@ -80,6 +80,8 @@ def detection_limit(strengths: Sequence[float], found: Sequence[bool], seed: int
         a limit: it is left out.
     found : sequence of bool
         Whether it was named.
+    seed : int
+        Of the bootstrap.
 
     Returns
     -------

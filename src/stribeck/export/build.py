@@ -89,6 +89,8 @@ def binary(sources: Mapping[str, str], main: str, identifier: str, platform: Pla
         The file to compile; it includes the others.
     identifier : str
         The model identifier, which names the library.
+    platform : Platform
+        That it is to run on.
     """
     name = identifier + platform.suffix
     steps = [*FLAGS, *platform.compile, "/", *(flag.format(name=name) for flag in platform.link)]

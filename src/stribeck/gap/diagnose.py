@@ -120,7 +120,21 @@ def searched(
     leave_out: Sequence[str] = (),
     progress: Progress = lambda text: None,
 ) -> Searched:
-    """Re-tune the nominal model and search for what it lacks; arguments as of :func:`diagnose`."""
+    """Re-tune the nominal model and search for what it lacks.
+
+    Parameters
+    ----------
+    prepared : Prepared
+        The recordings, conditioned.
+    seed : int
+        Of all resampling.
+    jobs : int
+        Processes.
+    leave_out : sequence of str
+        Effects that are no candidates.
+    progress : callable
+        Told in words what is being done.
+    """
     tuned = retuned(prepared, seed=seed, leave_out=leave_out, progress=progress)
     return searched_from(tuned, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
 
@@ -144,7 +158,20 @@ def retuned(prepared: Prepared, *, seed: int, leave_out: Sequence[str], progress
 
 
 def searched_from(tuned: Retuned, *, seed: int, jobs: int, leave_out: Sequence[str], progress: Progress) -> Searched:
-    """Search for what the re-tuned model lacks; arguments as of :func:`diagnose`."""
+    """Search for what the re-tuned model lacks.
+
+    Parameters
+    ----------
+    tuned : Retuned
+    seed : int
+        Of all resampling.
+    jobs : int
+        Processes.
+    leave_out : sequence of str
+        Effects that are no candidates.
+    progress : callable
+        Told in words what is being done.
+    """
     floor, base = tuned.noise.rms, tuned.base
     prepared, steps = search(tuned.prepared, base, floor, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
     more = np.maximum(steps[-1].floor ** 2 - floor**2, 0.0)

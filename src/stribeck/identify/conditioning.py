@@ -122,6 +122,10 @@ def condition(
 
     Parameters
     ----------
+    arm : Arm
+    run : Run
+    cutoff : float
+        Analysis cutoff, Hz.
     noise : array (n,) or None
         Position noise, rad; estimated from the run where None.
     thin : bool

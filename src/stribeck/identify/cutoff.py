@@ -28,6 +28,8 @@ def cutoff_frequency(arm: Arm, runs: Sequence[Run], inertia: np.ndarray, noise: 
 
     Parameters
     ----------
+    arm : Arm
+    runs : sequence of Run
     inertia : array (n,)
         Inertia that each joint moves, kg m^2.
     noise : array (n,)

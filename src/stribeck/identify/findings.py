@@ -59,6 +59,10 @@ class JointFriction:
 
     Attributes
     ----------
+    name : str
+        Of the joint.
+    directions : dict of str to Direction
+        Those in which it moved.
     common : CurveFit or None
         The curve fitted to both directions' readings; None where only one has a curve.
     asymmetry : float or None

@@ -31,7 +31,15 @@ def machine_of(
     observe: bool,
     moving: tuple[int, ...] | None = None,
 ) -> Machine:
-    """Return the machine of a path's cut, the same for all paths of one structure; arguments as of Cut and Machine."""
+    """Return the machine of a path's cut, the same for all paths of one structure.
+
+    Parameters
+    ----------
+    path, sample_time, columns, observe : SignalPath, float, tuple of int, bool
+        As of :class:`stribeck.model.cut.Cut`; the time in s.
+    moving : tuple of int or None
+        As of :class:`Machine`.
+    """
     key = path.structure, sample_time, columns, observe, moving
     machine = _kept.pop(key, None) or Machine(Cut(path, sample_time, columns, observe=observe), moving)
     _kept[key] = machine

@@ -34,13 +34,21 @@ class Fit:
     Attributes
     ----------
     entries : tuple of Entry
-        All parameters; ``p`` (p,) their fitted values, ``free`` (f,) the indices that were fitted.
+        All parameters.
+    p : array (p,)
+        Their fitted values, SI.
+    free : array (f,) of int
+        Which of them were fitted.
     residual : array (M, n)
-        Residual at ``p``, N m. ``jacobian`` (M, n, f), in physical units.
+        Residual at ``p``, N m.
+    jacobian : array (M, n, f)
+        Its derivatives by the fitted ones, in physical units.
     misfit, prior : float
         Half the weighted sum of squares, and half the prior's chi-square.
     status : str
         How the solver ended, in IPOPT's words. ``ok`` tells whether it is a solution.
+    iterations : int
+        Of the solver.
     at_limit : tuple of str
         Keys of nominal values that the data push to PRIOR_LIMIT standard deviations or beyond.
     """

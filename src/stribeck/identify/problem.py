@@ -39,7 +39,20 @@ def prior_limit(entry: Entry) -> float:
 
 
 class Problem:
-    """The fit in scaled coordinates z: nominal values in standard deviations, effect parameters in their scale."""
+    """The fit in scaled coordinates z: nominal values in standard deviations, effect parameters in their scale.
+
+    Parameters
+    ----------
+    residual : Residual
+    weights : Weights
+        Of its rows.
+    start : array (p,)
+        Parameter values to start from, SI.
+    scales : mapping of str to float
+        Typical size of each effect parameter by key, SI; 1 where it has none.
+    added : Added or None
+        What noise adds to the residual: its squares are taken off the cost.
+    """
 
     def __init__(
         self,

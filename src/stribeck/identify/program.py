@@ -47,6 +47,8 @@ class Program:
         Operations whose results are the outputs.
     known : dict of int to (int, int)
         Results that are given: the number of the input that gives each, and the row there.
+    grouped : bool
+        Whether operations of a kind come one after the other, as far as their operands allow.
 
     Attributes
     ----------

@@ -60,7 +60,7 @@ class Recursion:
             States at the first sample, R lanes side by side.
         drive : array (d, T, D)
             Of the first D lanes, of the next D, and so on: a D that divides R.
-        others : array
+        *others : array
             The remaining inputs, the same at all samples: (rows,) where fixed, else (rows, R).
         """
         (_, samples, drives), runs = drive.shape, start.shape[1]

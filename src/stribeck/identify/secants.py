@@ -22,8 +22,11 @@ class Secants(Residual):
 
     Parameters
     ----------
+    path, runs : SignalPath, sequence of Conditioned
     steps : array (p,)
         Half the width of each parameter's secant, relative to its value where it is fitted as a logarithm.
+    columns, observe : sequence of int or None, bool
+        As of :class:`Residual`.
     """
 
     dear = True

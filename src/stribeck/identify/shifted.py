@@ -20,8 +20,11 @@ class Shifted(Residual):
 
     Parameters
     ----------
+    path, runs : SignalPath, sequence of Conditioned
     steps : mapping
         Half the width of the secant of each parameter that has one, s.
+    columns, observe : sequence of int or None, bool
+        As of :class:`Residual`.
     """
 
     dear = True

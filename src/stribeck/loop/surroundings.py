@@ -88,6 +88,8 @@ def branch_of(engine: RoundsEngine, loop: Loop, joint: str, highest: float | Non
 
     Parameters
     ----------
+    engine : RoundsEngine
+        Of the arm.
     loop : Loop
     joint : str
     highest : float or None
@@ -109,6 +111,17 @@ def map_of(engine: RoundsEngine, loop: Loop, joint: str, grid: Grid, highest: fl
 
     A loop that the quick kernel cannot take has a coarse map, by shooting; one with an integral, which may wind up for
     minutes between two slips, has fewer cells too.
+
+    Parameters
+    ----------
+    engine : RoundsEngine
+        Of the arm.
+    loop : Loop
+    joint : str
+    grid : Grid
+        Cells at most.
+    highest : float or None
+        Largest Kp of the linear loop, N m/rad.
     """
     entry, single = _entry(loop, joint), alone(engine.arm, loop, joint)
     rounds, j = Rounds(engine, single), engine.arm.names.index(joint)

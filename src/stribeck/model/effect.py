@@ -239,7 +239,19 @@ class FrictionEffect(Effect):
         return speed
 
     def level(self, level: Expression, direction: float, s: Signals, x: States, p: Parameters) -> Expression:
-        """Return the sliding level G (N m, at least 0) for motion in ``direction`` (+1 or -1)."""
+        """Return the sliding level G (N m, at least 0) for motion in one direction.
+
+        Parameters
+        ----------
+        level : expression
+            The one before this effect, N m.
+        direction : float
+            1 or -1.
+        s : Signals
+            Of the joint.
+        x, p : mapping of str to expression
+            States and parameters of the effect.
+        """
         return level
 
     def viscous(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:

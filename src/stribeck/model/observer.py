@@ -28,6 +28,18 @@ def observed(balance: Balance, sample_time: float, now: Drive, carried: Sensitiv
     Links that ring faster than samples show are left alone; a stand that yields with the motor is corrected the less,
     the heavier it is against its arm. Where a link meets its motor at faces, it is corrected as if they touched: within
     the play it nears the face that its motor seems to feel.
+
+    Parameters
+    ----------
+    balance : Balance
+    sample_time : float
+        s.
+    now : Drive
+        At the sample before.
+    carried : Sensitivity
+        States at the sample before, the symbols of the path.
+    moved : Sensitivity
+        The same states one sample later.
     """
     path, x, p = balance.path, carried.states, balance.path.p
     if not path.flexible:

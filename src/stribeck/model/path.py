@@ -97,7 +97,20 @@ class SignalPath(Symbols):
         return sorted(self.at(joint, FrictionEffect), key=lambda found: found[1].upon)
 
     def level(self, joint: int, speed: Expression, direction: float, s: Signals, x: Any) -> Expression:
-        """Return the sliding friction level G (N m) of a joint at a speed for one direction."""
+        """Return the sliding friction level G (N m) of a joint at a speed for one direction.
+
+        Parameters
+        ----------
+        joint : int
+        speed : expression
+            rad/s, at least 0.
+        direction : float
+            1 or -1.
+        s : Signals
+            Of the joint.
+        x : casadi.SX (nx, 1)
+            State vector.
+        """
         constants = self._constants(joint, direction, s, x)
         s = s.at(viscous=self.viscous(joint, s, x))
         for k, effect in self._friction(joint):
@@ -185,7 +198,20 @@ class SignalPath(Symbols):
     ) -> list[Expression]:  # fmt: skip
         """Return the time derivatives of the k-th placed effect's states, in order.
 
-        ``motion`` and ``links``, their accelerations (rad/s^2), are those of all joints; ``level`` as of :meth:`stand`.
+        Parameters
+        ----------
+        k : int
+            Place of the effect in the list.
+        command : expression
+            Of its joint, N m.
+        motion : sequence of Signals
+            Of all joints.
+        links : sequence of n expressions
+            Accelerations of the links, rad/s^2.
+        x : casadi.SX (nx, 1)
+            State vector.
+        level : bool
+            As of :meth:`stand`.
         """
         effect, states, values = self.placed[k].effect, self.states(k, x), self.parameters(k)
         if not effect.states:

@@ -29,7 +29,20 @@ def resting(path: SignalPath) -> tuple[int, ...]:
 
 
 def rested(balance: Balance, sample_time: float, now: Drive, carried: Sensitivity, moved: Sensitivity) -> Sensitivity:
-    """Return states one sample later (``moved``), with the bristles of joints that rested at ``carried`` corrected."""
+    """Return states one sample later (``moved``), with the bristles of joints that rested at ``carried`` corrected.
+
+    Parameters
+    ----------
+    balance : Balance
+    sample_time : float
+        s.
+    now : Drive
+        At the sample before.
+    carried : Sensitivity
+        States at the sample before, the symbols of the path.
+    moved : Sensitivity
+        The same states one sample later.
+    """
     path, x, p = balance.path, carried.states, balance.path.p
     joints = resting(path)
     if not joints:

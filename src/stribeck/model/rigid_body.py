@@ -110,6 +110,8 @@ def base_force(
 
     Parameters
     ----------
+    body : Body
+        Inertial parameters; its gravity is left out.
     position, velocity : sequence of n expressions
         Relative joint angles (rad) and velocities.
     way : (x, y)

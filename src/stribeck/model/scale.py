@@ -50,21 +50,23 @@ class Scale:
     ----------
     torque, needed, friction : float
         Root mean square command, and torque that the nominal arm needs for the motion, and Coulomb friction, N m.
-    driven : bool
-        Whether the joint has a drive that does anything; else the others' motion, or its weight, swings it, and
-        ``torque`` is what that needs.
     speed : float
         Root mean square velocity, rad/s.
     travel, covered, middle : float
         Range of position in the run that goes furthest, and in all together, and its median, rad.
-    distance : float
-        That the joint goes to and fro in all recordings together, rad.
     inertia, rotor : float
         Inertia that the joint moves, others held, and its rotor's part of that, kg m^2.
     sample_time : float
         Of the recordings, s.
+    length : float
+        Of the joint's link, m.
     prismatic : bool
         Whether the joint is an axis in m: no turn says then how often what is periodic repeats.
+    distance : float
+        That the joint goes to and fro in all recordings together, rad.
+    driven : bool
+        Whether the joint has a drive that does anything; else the others' motion, or its weight, swings it, and
+        ``torque`` is what that needs.
     """
 
     torque: float

@@ -28,8 +28,20 @@ def foreseen(balance: Balance, sample_time: float, now: Drive, x: Any) -> Any:
 def slide(balance: Balance, sample_time: float, now: Drive, after: Drive, x: Any, ahead: Any) -> dict[str, Expression]:
     """Return a stand's states one sample later, by name; empty where there is none.
 
-    What the arm's motion asks of it runs linearly from sample to sample, where ``ahead`` (nx, 1) are the states
-    foreseen; spring and damper follow by the implicit midpoint rule, in finer steps.
+    What the arm's motion asks of it runs linearly from sample to sample, to the states foreseen; spring and damper
+    follow by the implicit midpoint rule, in finer steps.
+
+    Parameters
+    ----------
+    balance : Balance
+    sample_time : float
+        s.
+    now, after : Drive
+        At a sample, and at the next one.
+    x : casadi.SX (nx, 1)
+        States at the sample.
+    ahead : casadi.SX (nx, 1)
+        States foreseen for the next one.
     """
     path, rows = balance.path, balance.path.stand_rows
     if not rows:

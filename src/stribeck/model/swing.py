@@ -22,7 +22,19 @@ def swing(
     """Advance the links as deflections, motor less link: a stiff compliance takes little of the motion.
 
     What the arm asks of a link runs linearly from sample to sample; the compliance follows in finer steps. With
-    contacts, the rates of the deflections come after the link states. ``ahead`` (nx, 1) are the states as foreseen.
+    contacts, the rates of the deflections come after the link states.
+
+    Parameters
+    ----------
+    balance : Balance
+    sample_time : float
+        s.
+    now, after : Drive
+        At a sample, and at the next one.
+    carried : Sensitivity
+        States at the sample, the symbols of the path.
+    ahead : casadi.SX (nx, 1)
+        States foreseen for the next one.
     """
     path, x, p = balance.path, carried.states, balance.path.p
     links = 2 * len(path.flexible)
@@ -54,6 +66,9 @@ def _flexed(balance: Balance, sample_time: float, known: Any) -> Any:
 
     Parameters
     ----------
+    balance : Balance
+    sample_time : float
+        s.
     known : array (4 L + 3 L^2, 1)
         Deflections, rates, the links' free acceleration at both samples, their mobility, and the slopes of the torque
         from outside by their positions and velocities.

@@ -41,6 +41,8 @@ def axes_of(arm: Arm, loop: Loop, inertia: Floats) -> tuple[ctypes.Array[Axis], 
 
     Parameters
     ----------
+    arm : Arm
+    loop : Loop
     inertia : array (n,)
         What each joint moves with the others held, for critical damping, kg m^2.
     """

@@ -167,6 +167,8 @@ class Engine:
             Of the whole recording; a delay looks back before a window's start.
         first, samples : array (W,) of int
             First sample and number of samples of each window.
+        tolerance : float
+            Of one step's error, relative and absolute.
         """
         starts, lengths = (np.ascontiguousarray(v, dtype=np.int64) for v in (first, samples))
         if len(starts) and (starts.min() < 0 or lengths.min() < 1 or (starts + lengths).max() > len(times)):
@@ -185,7 +187,24 @@ class Engine:
     def fixed_steps(
         self, p: Floats, state: Floats, modes: Floats, command: Floats, step: float, steps: int, *, implicit: bool
     ) -> Floats:
-        """Return the state (s,) after steps of one size, events ignored: to show the order of either method."""
+        """Return the state (s,) after steps of one size, events ignored: to show the order of either method.
+
+        Parameters
+        ----------
+        p : array (p,)
+        state : array (s,)
+            At the start.
+        modes : array (n,)
+            Contact modes, which stay.
+        command : array (n,)
+            Torque in force, N m.
+        step : float
+            s.
+        steps : int
+            How many.
+        implicit : bool
+            Whether by the implicit method.
+        """
         y = array_of(state, (self.size,), "state").copy()
         code = self.library.sb_fixed(
             pointer(array_of(p, (len(self.path.entries),), "p")), ctypes.c_int(implicit), ctypes.c_double(step),

@@ -107,6 +107,7 @@ class JointLoop:
         Its name in the arm file.
     kp, ki : float
         N m/rad, N m/(rad s).
+    reference : Reference
     kv : float or None
         N m s/rad; None is critical damping, 2 sqrt(kp J), J the joint's inertia with the others held where the loop
         starts.
@@ -121,6 +122,7 @@ class JointLoop:
         Whole samples from measurement to torque.
     encoder_resolution, encoder_noise : float
         rad; the noise is a standard deviation.
+    compensation : Compensation
     start : float
         Position at which the joint's reference begins, rad.
     """

@@ -38,6 +38,10 @@ class Trajectory:
         ``time``, ``joint``, ``before``, ``after`` (modes); the first ones where there are more than were asked for.
     status : str
         ``ok``, or why it ended early; then the rows from ``filled`` on are not a number.
+    filled : int
+        Rows that were reached.
+    event_count, steps : int
+        All events, and steps of the integration.
     """
 
     t: Floats
@@ -59,7 +63,21 @@ class Trajectory:
     def of(
         cls, t: Floats, signals: Floats, modes: Floats, states: Floats, log: np.ndarray, info: np.ndarray
     ) -> Trajectory:
-        """Return it from the runtime's arrays: signals (M, 6, n), and info as status, rows, events and steps."""
+        """Return it from the runtime's arrays.
+
+        Parameters
+        ----------
+        t : array (M,)
+            s.
+        signals : array (M, 6, n)
+            Position, velocity, friction, actuator torque, stuck time and top speed.
+        modes : array (M, n)
+        states : array (M, s)
+        log : structured array
+            Events, then empty rows.
+        info : array (4,) of int
+            Number of the status, rows filled, events, steps.
+        """
         status, filled, events, steps = (int(v) for v in info)
         kept = log[: min(events, len(log))][["time", "joint", "before", "after"]]
         columns = [signals[:, i] for i in range(signals.shape[1])]

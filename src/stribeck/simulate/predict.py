@@ -94,10 +94,22 @@ def predict(arm: Arm, run: Run, horizon: float) -> Prediction:
 def predict_conditioned(
     engine: Engine, p: Floats, data: Conditioned, horizon: float, thinned: Conditioned | None = None
 ) -> Prediction:
-    """Do as `predict`, for parameter values ``p`` (p,) and a run that has been conditioned.
+    """Do as `predict`, for given parameter values and a run that has been conditioned.
 
     Where it is given ``thinned``, too, that tells the torque, as it does in a diagnosis: the friction of a joint at
     rest depends on how sharp the steps of its command are.
+
+    Parameters
+    ----------
+    engine : Engine
+    p : array (p,)
+        Parameter values, SI.
+    data : Conditioned
+        The run, not thinned.
+    horizon : float
+        Length of a window, s.
+    thinned : Conditioned or None
+        The same run, thinned.
     """
     first, samples = _windows(data, horizon)
     residual = Residual(engine.path, [data], columns=())

@@ -31,6 +31,17 @@ def torque_gap(
     torque less what the true arm without effects needs along the recorded motion, the second the rms of that need
     without gravity (inertia and friction), both below 15 Hz. While a joint sticks, friction takes any value up to
     break-away.
+
+    Parameters
+    ----------
+    arm : Arm
+        The true one, without effects.
+    effects : iterable of Injection
+    motions : sequence of Motion
+    gains : Gains or None
+        Of the controller; its defaults where None.
+    rate : float
+        Of the recording, Hz.
     """
     missing, moving = [], []
     for run in record(arm, effects, motions, rate=rate, gains=gains, resolution=0.0, step=STEP):
@@ -46,6 +57,17 @@ def relative_gap(
     """Return the share (n,) of the torque that moves the arm which the effects are worth.
 
     Every motion counts alike, but for those in which the joint has next to nothing to do.
+
+    Parameters
+    ----------
+    arm : Arm
+        The true one, without effects.
+    effects : iterable of Injection
+    motions : sequence of Motion
+    gains : Gains or None
+        Of the controller; its defaults where None.
+    rate : float
+        Of the recording, Hz.
     """
     missing, moving = torque_gap(arm, effects, motions, gains, rate)
     busy = moving > 0.1 * moving.max(axis=0)
@@ -56,7 +78,19 @@ def relative_gap(
 def residual_torque(arm: Arm, q: Array, tau: Array, rate: float, cut: float = CUT) -> tuple[Array, Array]:
     """Return the torque (M, n) that a motion leaves unexplained, and what moves the arm, N m.
 
-    Below `cut`, Hz, and without the edges; `q` and `tau` are (N, n), `rate` in Hz.
+    Below the cut and without the edges.
+
+    Parameters
+    ----------
+    arm : Arm
+    q : array (N, n)
+        Angles, rad.
+    tau : array (N, n)
+        Commands, held from sample to sample, N m.
+    rate : float
+        Hz.
+    cut : float
+        Of the low pass, Hz.
     """
     motion = derived(q, rate)
     need = _need(arm, motion, _command(tau))
@@ -65,7 +99,20 @@ def residual_torque(arm: Arm, q: Array, tau: Array, rate: float, cut: float = CU
 
 
 def unexplained(arm: Arm, motion: tuple[Array, Array, Array], tau: Array, rate: float, cut: float = CUT) -> Array:
-    """Return the torque (M, n) that a `motion` (see `derived`) leaves unexplained, as `residual_torque`, N m."""
+    """Return the torque (M, n) that a motion leaves unexplained, as `residual_torque`, N m.
+
+    Parameters
+    ----------
+    arm : Arm
+    motion : three arrays (N, n)
+        As of `derived`: rad, rad/s, rad/s^2.
+    tau : array (N, n)
+        Commands, held from sample to sample, N m.
+    rate : float
+        Hz.
+    cut : float
+        Of the low pass, Hz.
+    """
     command = _command(tau)
     return _inside(command - _need(arm, motion, command), rate, cut)
 

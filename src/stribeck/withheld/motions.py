@@ -65,7 +65,17 @@ def hold(angle: float) -> Curve:
 def multisine(
     amplitude: Array, frequency: Array, phase: Array, centre: float, duration: float, fade: float = 1.0
 ) -> Curve:
-    """Return a sum of sines (rad, Hz, rad) around `centre`, rad, that grows and fades over `fade` s."""
+    """Return a sum of sines around a centre that grows at the start and fades at the end.
+
+    Parameters
+    ----------
+    amplitude, frequency, phase : array (K,)
+        Of each sine, rad, Hz, rad.
+    centre : float
+        rad.
+    duration, fade : float
+        Of the whole, and of growing and fading, s.
+    """
 
     def curve(t: Array) -> tuple[Array, Array, Array]:
         w, dw, ddw = _fade(t, duration, fade)
@@ -79,7 +89,19 @@ def multisine(
 
 
 def sweep(amplitude: float, low: float, high: float, centre: float, duration: float, fade: float = 1.0) -> Curve:
-    """Return a sine of `amplitude`, rad, at `low`, Hz, whose frequency rises to `high` while its peak speed stays."""
+    """Return a sine whose frequency rises from low to high while its peak speed stays.
+
+    Parameters
+    ----------
+    amplitude : float
+        At the lowest frequency, rad.
+    low, high : float
+        Frequencies, Hz.
+    centre : float
+        rad.
+    duration, fade : float
+        Of the whole, and of growing and fading, s.
+    """
     rate = np.log(high / low) / duration
 
     def curve(t: Array) -> tuple[Array, Array, Array]:

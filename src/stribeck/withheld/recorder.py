@@ -45,7 +45,20 @@ class Gains:
 def default_gains(
     arm: Arm, bandwidth: float = 3.0, damping: float = 0.8, integral: float = 0.3, forward: str = "gravity"
 ) -> Gains:
-    """Return gains for a natural frequency of `bandwidth`, Hz, with the inertia of the stretched arm."""
+    """Return gains for a natural frequency with the inertia of the stretched arm.
+
+    Parameters
+    ----------
+    arm : Arm
+    bandwidth : float
+        Natural frequency, Hz.
+    damping : float
+        Damping ratio.
+    integral : float
+        Ki over the product of Kp and the natural frequency (rad/s).
+    forward : str
+        As of `Gains`.
+    """
     n = arm.n
     zero, unit = np.zeros((n, n)), np.eye(n)
     inertia = np.diag(rigid_torque(arm, zero, zero, unit) - rigid_torque(arm, zero, zero, zero))

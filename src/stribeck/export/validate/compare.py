@@ -66,6 +66,9 @@ def against_simulator(fmu: Opened, arm: Arm, kind: str, library: Path | None = N
 
     Parameters
     ----------
+    fmu : Opened
+    arm : Arm
+        The one that the FMU holds.
     kind : str
         ``CoSimulation`` or ``ModelExchange``.
     library : path or None

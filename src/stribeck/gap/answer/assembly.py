@@ -63,7 +63,24 @@ from stribeck.model.layout import Placed
 
 
 class Assembly:
-    """The parts of a finished search, put together as a :class:`Diagnosis`."""
+    """The parts of a finished search, put together as a :class:`Diagnosis`.
+
+    Parameters
+    ----------
+    prepared : Prepared
+    seen : Observation
+        Effects that the records show by themselves.
+    given : array (K, n)
+        Residual of the arm file's model on the held-out runs, N m.
+    noise : array (K, n)
+        Its noise floor row by row, N m.
+    floor : array (n,)
+        Noise floor by which the last step was judged, N m rms.
+    steps : sequence of Step
+        Of a finished search.
+    seed : int
+        Of all resampling.
+    """
 
     def __init__(
         self,

@@ -18,6 +18,7 @@ def told_commands(prepared: Prepared, given: np.ndarray) -> list[str]:
 
     Parameters
     ----------
+    prepared : Prepared
     given : array (M, n)
         Residual of that model on the held-out runs, N m.
     """

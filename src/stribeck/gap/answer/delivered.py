@@ -46,10 +46,13 @@ def delivered(
 
     Parameters
     ----------
+    prepared : Prepared
     base : Model
         Re-tuned to the commanded torque.
     floor : array (n,)
         Noise floor of its residual, N m rms.
+    seed : int
+        Of the bootstrap.
     """
     runs = (*prepared.fit, *prepared.held)
     if not all(_has_it(run.run) for run in runs):
@@ -134,6 +137,12 @@ def _share(held: Sequence[Floats], floor: Floats, block: NDArray[np.int_], draws
     ----------
     held : three arrays (M, k)
         Residual of the re-tuned model, that with gains and offsets, and that along the measured torque with them.
+    floor : array (k,)
+        Noise floor, N m rms.
+    block : array (M,) of int
+        The block of each row.
+    draws : array (draws, blocks)
+        Weights of the blocks, as of :func:`stribeck.gap.records.blocks.resampled`.
     """
     base, *others = held
     scaled, gone = (

@@ -18,6 +18,8 @@ def candidates_of(steps: Sequence[Step], names: Sequence[str]) -> tuple[Candidat
 
     Parameters
     ----------
+    steps : sequence of Step
+        Of the search.
     names : sequence of str
         Of the joints.
     """
@@ -42,6 +44,7 @@ def traces_of(prepared: Prepared, given: np.ndarray, base: Model, final: Model) 
 
     Parameters
     ----------
+    prepared : Prepared
     given : array (M, n)
         Residual of the model as given on the held-out runs, N m.
     base, final : Model

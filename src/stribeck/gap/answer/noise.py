@@ -40,8 +40,12 @@ def heard(prepared: Prepared, model: Model, rows: np.ndarray, floor: np.ndarray,
 
     Parameters
     ----------
+    prepared : Prepared
+    model : Model
     rows, floor : array (K, n), (n,)
         What encoder noise, filters and white torque leave, N m.
+    seed : int
+        Of the draws that tell whether it is random.
     """
     random = random_torque(prepared, model, floor, seed)
     more = added_power(random, prepared.arm.names)
@@ -55,8 +59,12 @@ def heard_through(prepared: Prepared, chain: Sequence[Model], floor: np.ndarray,
     ----------
     prepared : Prepared
         With the noise of its rows along the re-tuned model.
+    chain : sequence of Model
+        The re-tuned one, then one named effect more each.
     floor : array (n,)
         By which the search judged, N m rms: no more than that is noise.
+    seed : int
+        Of the noise that is drawn, and of the bootstrap.
     """
     last, before = chain[-1], prepared.noise
     assert before is not None

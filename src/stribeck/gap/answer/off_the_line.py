@@ -20,6 +20,8 @@ def told_off_the_line(arm: Arm, causes: Sequence[Cause], named: Sequence[str]) -
 
     Parameters
     ----------
+    arm : Arm
+        The nominal arm.
     causes : sequence of Cause
         With their parameters.
     named : sequence of str

@@ -37,6 +37,7 @@ def places(
 
     Parameters
     ----------
+    prepared : Prepared
     models : sequence of Model
         The re-tuned model and after it each model of the search that was taken.
     noise : array (M, n)
@@ -44,6 +45,8 @@ def places(
     alike : mapping
         Named effect and joint -> effects that the data cannot tell from it there, whose stages of the path are
         possible as well.
+    seed : int
+        Of the bootstrap.
     """
     block, draws = resampled(prepared.held, DRAWS, seed)
     floor = np.mean(noise**2, axis=0)

@@ -21,6 +21,7 @@ def recordings_of(prepared: Prepared, base: Model, final: Model, floor: np.ndarr
 
     Parameters
     ----------
+    prepared : Prepared
     base, final : Model
         Re-tuned, and with the named effects.
     floor : array (n,)

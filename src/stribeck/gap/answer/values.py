@@ -28,6 +28,10 @@ def parameters_of(cause: Cause, model: Model, prepared: Prepared, floor: np.ndar
 
     Parameters
     ----------
+    cause : Cause
+    model : Model
+        That holds the effect.
+    prepared : Prepared
     floor : array (n,)
         Noise floor, N m rms.
     """

@@ -175,6 +175,12 @@ def shaken(nothing: Cause, step: Step, joints: Sequence[str], listed: Collection
 
     Parameters
     ----------
+    nothing : Cause
+        ``none``, with its probability.
+    step : Step
+        The first one: only effects that it tried are told.
+    joints : sequence of str
+        Joints at which the torque left is random.
     listed : collection of str
         Effects that are causes already.
     """
@@ -194,6 +200,8 @@ def with_observed(
 
     Parameters
     ----------
+    verdict : str
+        From the torque.
     causes : sequence of Cause
         From the torque, ``none`` and ``unknown`` included.
     seen : sequence of Cause
@@ -233,7 +241,19 @@ def no_gap_probability(step: Step, noise: Noise | None, floor: np.ndarray, scale
 def closes_estimate(
     before: np.ndarray, after: np.ndarray, floor: np.ndarray, block: np.ndarray, draws: np.ndarray
 ) -> Estimate:
-    """Return the closed part with its 95 % interval by Bayesian bootstrap over blocks."""
+    """Return the closed part with its 95 % interval by Bayesian bootstrap over blocks.
+
+    Parameters
+    ----------
+    before, after : array (M, n)
+        Residuals of two models, N m.
+    floor : array (n,)
+        Noise floor, N m rms.
+    block : array (M,) of int
+        The block of each row.
+    draws : array (draws, blocks)
+        Weights of the blocks, as of :func:`stribeck.gap.records.blocks.resampled`.
+    """
     return with_interval(closure(before, after, floor), closed_again(before, after, floor, block, draws))
 
 
@@ -245,7 +265,19 @@ def with_interval(value: float, drawn: np.ndarray | Sequence[float]) -> Estimate
 def closed_again(
     before: np.ndarray, after: np.ndarray, floor: np.ndarray, block: np.ndarray, draws: np.ndarray
 ) -> np.ndarray:
-    """Return the closed part for each of the weights (draws, blocks) by which the blocks are drawn again."""
+    """Return the closed part for each of the weights (draws, blocks) by which the blocks are drawn again.
+
+    Parameters
+    ----------
+    before, after : array (M, n)
+        Residuals of two models, N m.
+    floor : array (n,)
+        Noise floor, N m rms.
+    block : array (M,) of int
+        The block of each row.
+    draws : array (draws, blocks)
+        Weights of the blocks, as of :func:`stribeck.gap.records.blocks.resampled`.
+    """
     count = np.bincount(block).astype(float)
     first = draws @ block_sums(before**2, block) / (draws @ count)[:, None] / floor**2 - 1.0
     last = draws @ block_sums(after**2, block) / (draws @ count)[:, None] / floor**2 - 1.0

@@ -22,6 +22,7 @@ def regions(
 
     Parameters
     ----------
+    prepared : Prepared
     before, after : array (M, n)
         Residual of the re-tuned and the corrected model, N m.
     noise : array (M, n)

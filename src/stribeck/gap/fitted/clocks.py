@@ -35,6 +35,7 @@ def in_step(prepared: Prepared, rows: Floats) -> Prepared:
 
     Parameters
     ----------
+    prepared : Prepared
     rows : array (M, n)
         The model's residual on all runs, N m: at first the re-tuned model's.
 

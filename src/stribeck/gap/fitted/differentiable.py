@@ -32,6 +32,19 @@ def differentiable(
     """Return the residual of a path along runs for a fit; with secants where its derivatives would mislead.
 
     What starts ``far`` from its end has wider ones: they lead from further, and end less near.
+
+    Parameters
+    ----------
+    path : SignalPath
+    prepared : Prepared
+        Tells the scales of the parameters, and the cutoff.
+    runs : sequence of Conditioned
+    columns : sequence of int or None
+        Parameters whose derivatives are wanted; those that a fit may move where None.
+    observe : bool
+        As of :class:`Residual`.
+    far : bool
+        Whether the fit starts far from its end.
     """
     if path.shifts and not path.rough:
         shifts = dict.fromkeys(path.shifts, SHIFT_STEP[far] / prepared.cutoff)

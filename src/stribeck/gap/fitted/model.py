@@ -83,7 +83,22 @@ def fit_model(
     careful: bool = False,
     evaluations: int = 80,
 ) -> Model:
-    """Fit a model to the fit runs and evaluate it on the held-out runs."""
+    """Fit a model to the fit runs and evaluate it on the held-out runs.
+
+    Parameters
+    ----------
+    prepared : Prepared
+    placed : sequence of Placed
+        Effects of the model; where they have values, these are the start.
+    weights : Weights
+        Of the rows of the fit runs.
+    known : Fit or None
+        An earlier fit, whose values are the start of the parameters that it has.
+    trial : dict or None
+        Starting values of the last effect.
+    careful, evaluations : bool, int
+        As of :func:`stribeck.identify.map_fit.fit`.
+    """
     path = prepared.path(placed)
     residual = differentiable(path, prepared, prepared.fit)
     start = start_values(path, known, trial)
@@ -209,6 +224,18 @@ def weights_from(
 
     It holds a part (n,) of the re-tuned model's noise; or, where :func:`noise_in_rows` finds more in its model's own
     ``rows`` (M + K, n) on all runs, so much more.
+
+    Parameters
+    ----------
+    residual : array (M, n)
+        On the fit runs, N m.
+    prepared : Prepared
+    floor : array (n,)
+        Noise floor of the re-tuned model, N m rms.
+    part : array (n,) or float
+        Noise in the residual over the re-tuned model's.
+    rows : array (M + K, n) or None
+        What the encoder's noise adds to each row on all runs, N^2 m^2 (:func:`noise_in_rows`).
     """
     sd = spread(residual, noise_power(prepared.noise, floor, len(residual), rows) * part**2)
     return Weights(sd, correlation_rows(residual / sd, prepared.fit))
@@ -221,6 +248,18 @@ def retune(
 
     Of a torque that does not change all rows count as few: values that are far off come to theirs by and by. Effects
     start where they are stated; a wave that starts beside values that are far off may leap to another pitch.
+
+    Parameters
+    ----------
+    prepared : Prepared
+    floor : array (n,)
+        Noise floor, N m rms.
+    placed : sequence of Placed
+        Effects of the nominal model.
+    rounds : int
+        Fits at most.
+    known : Fit or None
+        Where to start; at the nominal values where None.
     """
     path = SignalPath(prepared.arm, placed)
     residual, _ = Residual(path, prepared.fit, ())(start_values(path, known, None))

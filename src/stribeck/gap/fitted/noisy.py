@@ -21,6 +21,7 @@ def quieter(prepared: Prepared, noise: Passed | None, floor: np.ndarray) -> np.n
 
     Parameters
     ----------
+    prepared : Prepared
     noise : Passed or None
         What noise adds to the model's residual.
     floor : array (n,)
@@ -43,6 +44,7 @@ def put_back(prepared: Prepared, residual: np.ndarray, noise: Passed | None, flo
 
     Parameters
     ----------
+    prepared : Prepared
     residual : array (M, n)
         On all runs, fitted ones first.
     noise, floor : Passed or None, array

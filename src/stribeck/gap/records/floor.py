@@ -29,6 +29,7 @@ def noise_floor(
 
     Parameters
     ----------
+    arm : Arm
     path, p : SignalPath, array (p,)
         The model along whose path the noise travels: velocity signs, acceleration, states and all.
     runs : sequence of Conditioned
@@ -50,7 +51,19 @@ def noise_floor(
 def noise_of_rows(
     arm: Arm, path: SignalPath, p: np.ndarray, runs: Sequence[Conditioned], cutoff: float, seed: int
 ) -> np.ndarray:
-    """Return :func:`noise_floor` smoothed over neighbouring rows, at least LEAST of each joint's own; as arguments."""
+    """Return :func:`noise_floor` smoothed over neighbouring rows, at least LEAST of each joint's own.
+
+    Parameters
+    ----------
+    arm : Arm
+    path, p : SignalPath, array (p,)
+        The model along whose path the noise travels.
+    runs : sequence of Conditioned
+    cutoff : float
+        Analysis cutoff, Hz.
+    seed : int
+        Of the noise that is drawn.
+    """
     power = noise_floor(arm, path, p, runs, cutoff, seed) ** 2
     even = over_neighbours(power, runs, NEIGHBOURS)
     return np.asarray(np.sqrt(np.maximum(even, LEAST**2 * np.mean(power, axis=0) + TINY**2)))

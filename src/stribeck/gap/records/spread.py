@@ -55,6 +55,8 @@ def spread(residual: np.ndarray, power: np.ndarray) -> np.ndarray:
 
     Parameters
     ----------
+    residual : array (M, n)
+        N m.
     power : array (M, n)
         Noise that is known, N^2 m^2.
 

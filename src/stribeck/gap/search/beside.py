@@ -62,8 +62,13 @@ def weighed(prepared: Prepared, steps: Sequence[Step], without: Sequence[Model],
 
     Parameters
     ----------
+    prepared : Prepared
+    steps : sequence of Step
+        Of the search.
     without : sequence of Model
         As of :func:`without_each`.
+    seed : int
+        Of the bootstrap.
     """
     final, floor = last_model(steps), steps[-1].floor
     found = [rank(prepared, [model, final], floor, seed) if finite(model) else None for model in without]

@@ -30,8 +30,14 @@ def with_lags(
 
     Parameters
     ----------
+    prepared : Prepared
+    steps : sequence of Step
+        Of the search.
     without : sequence of Model
         As of :func:`stribeck.gap.search.beside.without_each`.
+    pool : Pool
+    seed : int
+        Of the bootstrap.
     leave_out : sequence of str
         Effects that are no candidates.
     """

@@ -64,6 +64,7 @@ def laws_instead(
         Models by the law key of their trial.
     cost : array (n,)
         As in :func:`close_laws`.
+    prepared : Prepared
     """
     sound: dict[tuple[str, int], bool] = {}
     for (name, _, joint), model in fitted.items():
@@ -109,9 +110,11 @@ def relawed(
 
     Parameters
     ----------
+    prepared : Prepared
     floor : array (n,)
         Noise floor, N m rms.
     pool : joblib.Parallel
+    model : Model
     own : int
         Number of effects that are the nominal model's own.
     known : mapping

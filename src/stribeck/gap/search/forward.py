@@ -37,6 +37,18 @@ def forward(
 
     What a law came to in screening is ``known`` to later steps. The first ones have the rivals of the ``same`` steps of
     an earlier search, while they come to the same: a base that differs by little leaves the same large effects to find.
+
+    Parameters
+    ----------
+    setting : Setting
+    base : Model
+        The re-tuned model, from which the search starts.
+    known : dict
+        Values by name, law and joint, to which screening adds.
+    before : sequence of Step
+        Steps to go on from.
+    same : sequence of Step
+        Those of an earlier search from a base that differs by little.
     """
     steps = list(before)
     own = len(base.placed)

@@ -42,6 +42,11 @@ def earns_its_place(
 
     Parameters
     ----------
+    ranking : Ranking
+    k : int
+        The model's place in it; the base has 0.
+    rival : Model
+        That model.
     scales : sequence of Scale
         Typical magnitudes of each joint.
     taken : sequence of Placed

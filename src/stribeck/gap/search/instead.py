@@ -37,6 +37,17 @@ def instead(
 
     Of one effect alone, those that came all but as near: by the weights of what it leaves, not of the whole gap. And of
     what is ``gone``, a needless effect that no step has seen: it may do as well in the place of any.
+
+    Parameters
+    ----------
+    prepared : Prepared
+    steps : sequence of Step
+        Of the search.
+    pool : Pool
+    leave_out : sequence of str
+        Effects that are no candidates.
+    gone : sequence of Placed
+        What an earlier search took, and this one was to do without.
     """
     taken = [step for step in steps if step.taken]
     if not taken:
@@ -86,8 +97,15 @@ def with_as_good(
 
     Parameters
     ----------
+    prepared : Prepared
+    steps : sequence of Step
+        Of the search.
     without : sequence of Model
         As of :func:`stribeck.gap.search.beside.without_each`.
+    others : sequence of Instead
+        As of :func:`instead`.
+    seed : int
+        Of the bootstrap.
     """
     if not others:
         return tuple(steps)

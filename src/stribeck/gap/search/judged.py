@@ -42,8 +42,14 @@ def judge(
 
     Parameters
     ----------
+    prepared : Prepared
     floor : array (n,)
         What encoder noise and filters leave, N m rms.
+    seed : int
+        Of the bootstrap.
+    base : Model
+    fitted : sequence of Model or None
+        The base with one more effect each; None where its fit ran away.
     taken : sequence of Placed
         Effects that earlier steps have taken.
     before : array (n,) or None

@@ -42,8 +42,14 @@ def with_look_alikes(
 
     Parameters
     ----------
+    prepared : Prepared
+    steps : sequence of Step
+        Of the search.
     without : sequence of Model
         The last model without what each step took (:func:`stribeck.gap.search.beside.without_each`).
+    pool : Pool
+    seed : int
+        Of the bootstrap.
     """
     final, floor = last_model(steps), steps[-1].floor
     weights = weights_of(final, prepared, floor)

@@ -45,8 +45,17 @@ def retuned_with(
 
     Parameters
     ----------
+    prepared : Prepared
+    floor : array (n,)
+        Noise floor, N m rms.
+    base : Model
+        From which the search started.
     stated : int
         Number of effects that are the arm file's own.
+    steps : sequence of Step
+        Of the search.
+    seed : int
+        Of the bootstrap.
     """
     common = ordinary(steps, prepared.scales)
     beside = _beside(steps, prepared.scales)

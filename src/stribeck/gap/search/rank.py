@@ -108,10 +108,13 @@ def rank(prepared: Prepared, models: Sequence[Model], floor: np.ndarray, seed: i
 
     Parameters
     ----------
+    prepared : Prepared
     models : sequence of Model
         The base first, then its rivals.
     floor : array (n,)
         Noise floor of the residual, N m rms.
+    seed : int
+        Of the bootstrap.
 
     Notes
     -----

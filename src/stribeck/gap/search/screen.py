@@ -44,6 +44,13 @@ def screen(
 
     Parameters
     ----------
+    prepared : Prepared
+    base : Model
+        To which the candidate is added.
+    weights : Weights
+        Of the rows of the fit runs.
+    effect, joint : Effect, int
+        The candidate: a law, and the index of its joint.
     known : dict or None
         Values from an earlier step of the search: the only start of a law that takes long.
     states : sequence of array (N, nx), or None

@@ -46,10 +46,19 @@ def search(
 
     Parameters
     ----------
+    prepared : Prepared
+    base : Model
+        The re-tuned one.
     floor : array (n,)
         What encoder noise and filters leave on the held-out runs, N m rms; noise in the torque is added to it.
+    seed : int
+        Of all resampling.
+    jobs : int
+        Processes.
     leave_out : sequence of str
         Effects that are no candidates.
+    progress : callable
+        Told in words what is being done.
     """
     with Pool(jobs) as pool:
         stated = sum(not place.effect.direct for place in placed_effects(prepared.arm))

@@ -21,7 +21,19 @@ NEAR = 0.75  # of the base's cost, below which those steps must come: one that d
 def from_every_start(
     prepared: Prepared, base: Model, weights: Weights, wanted: Sequence[tuple[Effect, int]], pool: Callable[..., Any]
 ) -> list[Model | None]:
-    """Return the best model of each law at a joint, from all of its starts; None where no few steps do a good part."""
+    """Return the best model of each law at a joint, from all of its starts; None where no few steps do a good part.
+
+    Parameters
+    ----------
+    prepared : Prepared
+    base : Model
+        To which each law is added.
+    weights : Weights
+        Of the rows of the fit runs.
+    wanted : sequence of (Effect, int)
+        Laws, each with the index of its joint.
+    pool : Pool
+    """
     found = ends(prepared, base, [weights] * len(wanted), wanted, pool, NEAR * base.fit.cost)
     return [next(iter(of), None) for of in found]
 
@@ -39,6 +51,19 @@ def ends(
     The starts of all laws are fitted side by side, for one law may take as long as all others. A compliance is screened
     without its observer, and lightly damped it then rings on beside a record that does not know when it began: such
     starts seem hopeless there, and the way from a damped one ends damped.
+
+    Parameters
+    ----------
+    prepared : Prepared
+    base : Model
+        To which each law is added.
+    weights : sequence of Weights
+        Of the rows of the fit runs, for each law.
+    wanted : sequence of (Effect, int)
+        Laws, each with the index of its joint.
+    pool : Pool
+    most : float
+        Cost, in units of information.
     """
     starts = [(k, start) for k, (e, j) in enumerate(wanted) for start in e.starts(prepared.scales[j])]
     glances = pool(delayed(_glance)(prepared, base, weights[k], *wanted[k], start) for k, start in starts)

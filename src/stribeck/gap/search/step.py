@@ -25,6 +25,16 @@ class Step:
 
     Attributes
     ----------
+    base : Model
+        From which the step starts.
+    rivals : tuple of Model
+        The base with one more effect each, fitted.
+    ranking : Ranking
+        Of the base, then the rivals.
+    passing : tuple of int
+        Places in the ranking of those that may be taken, best first.
+    screened_out : tuple of (str, int)
+        Name and joint of each candidate that promised too little to be fitted.
     floor : array (n,)
         The noise floor by which they were judged, N m rms.
     worth : Ranking or None

@@ -58,6 +58,17 @@ def balance(part: LinearPart, friction: Friction, compensator: Compensator, spee
     """Return 1 + W(omega) [N(V) - A(omega) E(omega) Nc(|E| V)], zero where a sinusoid sustains itself.
 
     A is the way of the command to the motor and E the velocity estimator. `speed` and `omega` broadcast.
+
+    Parameters
+    ----------
+    part : LinearPart
+    friction : Friction
+        Symmetric constants.
+    compensator : Compensator
+    speed : array
+        Amplitude V of the velocity, rad/s.
+    omega : array
+        rad/s.
     """
     w = np.asarray(omega, dtype=float)
     net = describing_function(np.asarray(speed, dtype=float), friction)

@@ -82,6 +82,18 @@ def all_die(
     """Tell whether a loop comes to rest, by the last turns of every joint: one that winds up does not.
 
     Those that are ``left`` behind do not count.
+
+    Parameters
+    ----------
+    rounds : Rounds
+    place : Place
+        Where the loop is now.
+    turns : structured array
+        As of :class:`stribeck.loop.exact.place.Stretch`.
+    left : collection of int
+        Joints that are left behind.
+    dies : callable
+        Whether the turns of one joint die out.
     """
     still = not winding(rounds, place, CREEP) - set(left)
     turns = turns[~np.isin(turns["joint"], list(left))] if len(turns) else turns

@@ -218,6 +218,16 @@ def follow(rounds: Rounds, place: Place, watch: int, most: int, duration: float 
     A loop that goes on and on too slowly to be seen, without ever turning, creeps to rest. Where a ramp leads past
     places that differ, an error that stands still after the loop's duration may do so for a moment alone: it is to stay
     for as long again.
+
+    Parameters
+    ----------
+    rounds : Rounds
+    place : Place
+        From where.
+    watch, most : int
+        As of `Rounds.run`: the joint whose turns are counted, and how many.
+    duration : float
+        Longest time, s.
     """
     turns: list[np.ndarray] = []
     stood: Place | None = None

@@ -71,7 +71,17 @@ def draw_friction_curve(ax: Axes, joint: JointFriction) -> Axes:
 
 
 def draw_direction(ax: Axes, one: Direction, way: int, slowest: float, fastest: float) -> None:
-    """Draw readings and curves of one direction; ``way`` is 1 or -1."""
+    """Draw readings and curves of one direction.
+
+    Parameters
+    ----------
+    ax : Axes
+    one : Direction
+    way : int
+        1 forward, -1 backward.
+    slowest, fastest : float
+        Ends of the curves' logarithmic part, rad/s.
+    """
     speed = np.concatenate([np.linspace(0.0, slowest, 40), np.geomspace(slowest, fastest, 200)])
     if one.points:
         at, torque = ([getattr(point, key) for point in one.points] for key in ("speed", "torque"))
