@@ -9,5 +9,6 @@ from stribeck.simulate.predict import Prediction, predict, predict_conditioned
 
 __all__ = [
     "Closed", "Compensation", "Engine", "JointLoop", "Loop", "Prediction", "Reference", "Trajectory", "Windows",
-    "check_loop", "close_loop", "load_loop", "path_of", "predict", "predict_conditioned", "simulate_loop", "simulate_many",
+    "check_loop", "close_loop", "load_loop", "path_of", "predict", "predict_conditioned", "simulate_loop",
+    "simulate_many",
 ]  # fmt: skip

@@ -101,11 +101,10 @@ def test_what_drives_an_arm_in_time_is_left_out_with_a_warning(joint_a):
 @pytest.mark.long
 def test_an_analysis_tells_what_it_left_out(joint_a, loop_of):
     wave = EffectEntry("input_disturbance", ("A",), {"A": {"sine": 12.0, "cosine": 0.0, "frequency": 2.0}})
-    found = analyse_loop(replace(joint_a.arm, effects=(wave,)), loop_of(error=0.1), grid=Grid(wanted=False))
+    given, no_map = loop_of(error=0.1), Grid(wanted=False)
+    found = analyse_loop(replace(joint_a.arm, effects=(wave,)), given, grid=no_map)
     assert found.joints[0].notes[0] == undriven(replace(joint_a.arm, effects=(wave,)))[1][0]
-    assert (
-        found.joints[0].cycle == analyse_loop(joint_a.arm, loop_of(error=0.1), grid=Grid(wanted=False)).joints[0].cycle
-    )
+    assert found.joints[0].cycle == analyse_loop(joint_a.arm, given, grid=no_map).joints[0].cycle
 
 
 def test_steps_end_in_regulation(joint_a, loop_of):
