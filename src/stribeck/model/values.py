@@ -15,6 +15,9 @@ Expression = Any
 Parameters = Mapping[str, Expression]
 States = Mapping[str, Expression]
 
+IN_TIME = "Hz"
+OVER_POSITION = ("1/rad", "1/m")  # a rate is in 1/s, and no wave
+
 
 @dataclass(frozen=True)
 class Parameter:
@@ -60,7 +63,7 @@ class Parameter:
     @property
     def pitch(self) -> bool:
         """Whether it says how often a wave repeats, over position or in time."""
-        return self.unit == "Hz" or self.unit.startswith("1/")
+        return self.unit in (IN_TIME, *OVER_POSITION)
 
 
 @dataclass(frozen=True)

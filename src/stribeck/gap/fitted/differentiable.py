@@ -14,6 +14,7 @@ from stribeck.identify.secants import Secants
 from stribeck.identify.shifted import Shifted
 from stribeck.model.layout import Entry
 from stribeck.model.path import SignalPath
+from stribeck.model.values import IN_TIME, OVER_POSITION
 
 PHASE_STEP = 0.15  # rad, by which a wave may turn from end to end of what it is seen along
 NOMINAL_STEP = 0.5  # standard deviations of a nominal value, half the width of its secant where one is taken
@@ -64,8 +65,8 @@ def _step(path: SignalPath, entry: Entry, scales: Mapping[str, float], prepared:
         return path.rough
     if np.isfinite(entry.sd):
         return NOMINAL_STEP * entry.sd
-    if entry.unit == "Hz":  # a wave is a line for a part of a radian only
+    if entry.unit == IN_TIME:  # a wave is a line for a part of a radian only
         return PHASE_STEP / (2.0 * np.pi * max(run.run.duration for run in prepared.fit))
-    if entry.unit.startswith("1/"):
+    if entry.unit in OVER_POSITION:
         return PHASE_STEP / prepared.scales[entry.joint].travel
     return path.rough * scales[entry.key]
