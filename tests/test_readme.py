@@ -3,6 +3,7 @@
 import re
 import runpy
 import shlex
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -10,7 +11,7 @@ from typer.testing import CliRunner
 
 from stribeck.arm import load_arm, save_arm
 from stribeck.cli import app
-from stribeck.effects.registry import registry
+from stribeck.effects.registry import laws, registry
 from stribeck.run import save_run
 
 from .gap.conftest import NOMINAL, recorded
@@ -99,6 +100,15 @@ def test_every_effect_has_its_row() -> None:
         assert effect.channel.replace("_", " ") in stage
         said = {f"`{p.name}`" for p in effect.parameters if not p.name[-1].isdigit()}
         assert [p for p in said if p not in parameters] == [], name
+        equation = effect.equation.replace("|", r"\vert ")
+        assert re.sub(r"\s", "", equation) in re.sub(r"\s", "", told[name][2]), name
+    for (name, law), effect in laws().items():
+        row = told[name]
+        several = sum(family == name for family, _ in laws()) > 1
+        assert not several or f"(`{law}`" in row[2], (name, law)
+        assert set(re.findall(r"[A-Z][\w-]+ \(\d{4}\)", effect.source)) <= set(
+            re.findall(r"[A-Z][\w-]+ \(\d{4}\)", row[5])
+        ), (name, law)
 
 
 @pytest.mark.parametrize("page", [ROOT / "README.md", ROOT / "studies/README.md"], ids=["short", "full"])
@@ -117,3 +127,14 @@ def test_links_lead_somewhere(page: Path) -> None:
         if anchor:
             heads = re.findall(r"^#+ (.*)$", place.read_text(encoding="utf-8"), re.MULTILINE)
             assert anchor in {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}, target
+
+
+def test_every_layer_is_in_the_picture() -> None:
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"][
+        "contracts"
+    ]
+    layers = next(contract["layers"] for contract in contracts if contract.get("containers") == ["stribeck"])
+    named = {part.strip() for layer in layers for part in re.split("[:|]", layer)}
+    drawn = re.search(r"```\n(errors.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+    assert drawn is not None
+    assert named - {"__main__"} == set(re.findall(r"\w+", drawn[1]))

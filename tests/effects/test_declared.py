@@ -149,7 +149,10 @@ def test_the_program_names_the_package(installed: Path, capsys: pytest.CaptureFi
     assert not (installed / "out").exists()
 
 
-@pytest.mark.parametrize(("unit", "wave"), [("1/rad", True), ("Hz", True), ("1/s", False), ("1", False), ("rad", False)])
+WAVES = {"1/rad": True, "1/m": True, "Hz": True, "1/s": False, "1": False, "rad": False}
+
+
+@pytest.mark.parametrize(("unit", "wave"), WAVES.items())
 def test_a_rate_is_no_wave(unit: str, *, wave: bool) -> None:
     """What is held while the arm's values are re-tuned is how often a wave repeats, not every reciprocal."""
     assert Parameter("number", unit, "a number").pitch is wave
