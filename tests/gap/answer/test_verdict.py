@@ -16,12 +16,13 @@ from stribeck.gap.answer.verdict import (
     UNKNOWN_HELD,
     causes_of,
     closable,
-    closes_estimate,
+    closed_again,
     closure,
     named_of,
     no_gap_probability,
     suspected,
     with_idle,
+    with_interval,
 )
 from stribeck.gap.records.blocks import bayesian_bootstrap
 from stribeck.gap.records.spread import Noise
@@ -72,11 +73,11 @@ def test_interval_of_the_closed_part() -> None:
     draws = bayesian_bootstrap(20, 400, rng)
     uneven = np.repeat(rng.uniform(0.2, 2.0, 20), 20)[:, None]
     before, after = rows(0.5, 0.8) * uneven, rows(0.2, 0.8)
-    found = closes_estimate(before, after, FLOOR, block, draws)
-    assert found.value == closure(before, after, FLOOR)
+    found = with_interval(closure(before, after, FLOOR), closed_again(before, after, FLOOR, block, draws))
     assert found.low < found.value < found.high
-    even = closes_estimate(rows(0.5, 0.8), after, FLOOR, block, draws)
-    assert even.high - even.low < 1e-9  # blocks that are all alike leave nothing unsure
+    even = closed_again(rows(0.5, 0.8), after, FLOOR, block, draws)
+    assert np.ptp(even) < 1e-9  # blocks that are all alike leave nothing unsure
+    assert even == pytest.approx(closure(rows(0.5, 0.8), after, FLOOR))
 
 
 def test_what_came_nearest_is_suspected() -> None:
