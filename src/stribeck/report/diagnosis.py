@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
-from stribeck.gap.answer.files import NEXT_REFERENCE, package_version
+from stribeck.gap.answer.files import NEXT_REFERENCE
 from stribeck.gap.records.split import HELD_SHARE
 from stribeck.gap.result import Diagnosis
 from stribeck.report import sentences, tables, words
@@ -23,6 +23,7 @@ from stribeck.report.page import Answer, Bullets, Files, Picture, Section, rende
 from stribeck.report.recordings import recording_table
 from stribeck.report.style import data_uri, finding_of, png_and_svg
 from stribeck.report.tuned import tuned_table
+from stribeck.version import package_version
 
 TONE = {"no_gap": "good", "explained": "named", "partly_explained": "partial", "unexplained": "open"}
 

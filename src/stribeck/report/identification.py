@@ -10,7 +10,7 @@ from rich.text import Text
 
 from stribeck.arm import unit_at
 from stribeck.gap.result import Estimate
-from stribeck.identify.files import UNITS, package_version
+from stribeck.identify.files import UNITS
 from stribeck.identify.findings import Direction, Identification
 from stribeck.identify.tustin_fit import NAMES
 from stribeck.report import words
@@ -18,6 +18,7 @@ from stribeck.report.figures.friction_curve import SOURCE, friction_curve_figure
 from stribeck.report.numbers import estimate, interval, number, percent, unit_text
 from stribeck.report.page import Answer, Bullets, Facts, Files, Picture, Row, Section, Table, render
 from stribeck.report.style import data_uri, finding_of, png_and_svg
+from stribeck.version import package_version
 
 FIGURE = "friction_curve.png"
 

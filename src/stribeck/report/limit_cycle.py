@@ -11,7 +11,6 @@ from rich.console import Group, RenderableType
 from rich.table import Table as Screen
 from rich.text import Text
 
-from stribeck.identify.files import package_version
 from stribeck.loop.answers import Analysis, JointAnswer
 from stribeck.report import words
 from stribeck.report.cycle_tables import gain_facts, method_facts, method_table, verdict_table
@@ -24,6 +23,7 @@ from stribeck.report.figures.portrait import portrait_figure
 from stribeck.report.figures.root_locus import locus_figure
 from stribeck.report.page import Answer, Bullets, Files, Picture, Section, render
 from stribeck.report.style import data_uri, finding_of, png_and_svg
+from stribeck.version import package_version
 
 TONE = {"rest": "good", "unbounded": "open", "undetermined": "open"}
 
