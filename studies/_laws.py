@@ -23,12 +23,6 @@ def least_viscous(saddle: float, speed: float = 0.03, rest: float = 6.25, there:
     return float(((there - rest) / (speed - drop[possible])).min())
 
 
-def stick_slip_velocity(constants: np.ndarray, kv: float) -> float:
-    """Return the velocity (rad/s) below which Kv + F'(v) < 0, so that steady sliding is unstable; 0 where none is."""
-    _, C1, C2, alpha = constants
-    return max(0.0, float(alpha * np.log(C1 / (alpha * (C2 + kv)))))
-
-
 def coth_amplitude(ratio: float, zeta: float, kp: float, coulomb: float) -> float:
     """Return the amplitude (rad) of the cycle that over-compensated Coulomb friction on measured velocity makes."""
     return float((ratio - 1.0) * coulomb / kp / np.tanh(np.pi * zeta / (2.0 * np.sqrt(1.0 - zeta**2))))

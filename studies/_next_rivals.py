@@ -10,7 +10,6 @@ from scipy.interpolate import PchipInterpolator
 from stribeck.gap.experiment.choice import Options
 from stribeck.gap.experiment.motions import Reach
 from stribeck.gap.experiment.plan import SMALLER, Plan
-from stribeck.gap.experiment.proposal import Experiment
 from stribeck.run import Run
 from stribeck.withheld.motions import Array
 
@@ -55,8 +54,3 @@ def _wander(t: Array, reach: Reach, rng: np.random.Generator) -> Array:
     window = np.hanning(width + 2)[1:-1]
     padded = np.pad(curve(np.minimum(progress, knots[-1])), (width, width), mode="edge")
     return np.asarray(np.convolve(padded, window / window.sum(), mode="same")[width:-width])
-
-
-def options_of(plan: Plan, experiment: Experiment) -> Options:
-    """Return the motions among which an experiment was chosen, as wide as its own."""
-    return plan.options(experiment.wider)

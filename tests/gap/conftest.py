@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 
 from stribeck.arm import Arm, Friction, Joint
+from stribeck.gap.fitted.model import Model
+from stribeck.gap.search.rank import Ranking
+from stribeck.gap.search.step import Step
 from stribeck.identify.conditioning import Conditioned, condition
+from stribeck.identify.map_fit import Fit
 from stribeck.model.layout import Placed
 from stribeck.run import Run
 from stribeck.withheld.arms import misinformed
@@ -54,6 +57,23 @@ def conditioned(seconds: Sequence[float], rate: float = 200.0) -> list[Condition
     return [condition(TRUE, sines(s, rate, i), 15.0, np.full(1, 1e-6)) for i, s in enumerate(seconds)]
 
 
+def fitted(placed: Sequence[Placed], gap: np.ndarray) -> Model:
+    """A model with these effects that leaves a gap (n,), N m rms; nothing was fitted."""
+    none = np.zeros((0, len(gap)))
+    fit = Fit((), np.zeros(0), np.zeros(0, dtype=int), none, none[..., None], 0.0, 0.0, "Solve_Succeeded", 0, ())
+    return Model(tuple(placed), fit, gap[None, :])
+
+
+def ranked(t: float, overall: float, power: np.ndarray) -> Ranking:
+    """A base and its one rival, which gains so much; ``power`` (2, n) is what each leaves, in floors."""
+    zeros, loss = np.zeros(2), power[:, None, :]
+    gain = np.array([[0.0, 0.0, 0.0], [overall, overall, overall]])
+    sure = np.array([0.0, 1.0])
+    return Ranking(
+        sure, loss, gain, np.array([0.0, overall]), np.array([0.0, t]), sure, power, zeros, zeros, best=1, order=(1,)
+    )
+
+
 def taken_steps(
     placed: Sequence[Placed],
     removed: Sequence[float],
@@ -62,31 +82,23 @@ def taken_steps(
     floor: np.ndarray,
     candidates: Sequence[str] = (),
     left: float = 1.0,
-) -> list[Any]:
-    """The steps of a search that took these effects one after the other, as far as a verdict looks at them.
+) -> list[Step]:
+    """The steps of a search that took these effects one after the other.
 
     ``removed`` is what each takes of the squared residual, and ``left`` what stays, in floors; ``gap`` (n,) what
     re-tuning leaves, N m rms.
     """
-    steps: list[Any] = []
+    tried = tuple((name, 0) for name in candidates)
+    steps = []
     for k, size in enumerate(removed):
-        base, best = (SimpleNamespace(placed=tuple(placed[: k + i]), rms=lambda: gap) for i in (0, 1))
-        power = np.array([[size + left] * 2, [left] * 2])
-        ranking = SimpleNamespace(best=1, overall=[0.0, 0.95], t=[0.0, 12.0], power=power, twins=lambda: [1])
-        tried = tuple((name, 0) for name in candidates)
-        steps.append(
-            SimpleNamespace(
-                taken=True,
-                base=base,
-                best=best,
-                rivals=(best,),
-                ranking=ranking,
-                worth=None,
-                together=None,
-                as_good=(),
-                look_alike=None,
-                screened_out=tried,
-                floor=floor,
-            )
-        )
+        power = np.repeat([[size + left], [left]], len(gap), axis=1)
+        base, best = (fitted(placed[: k + i], gap) for i in (0, 1))
+        steps.append(Step(base, (best,), ranked(12.0, 0.95, power), (1,), tried, floor))
     return steps
+
+
+def with_effects(step: Step, base: Sequence[Placed], best: Sequence[Placed] | None = None) -> Step:
+    """A step with other effects in its base, and in its one rival where they are given."""
+    (rival,) = step.rivals
+    rival = rival if best is None else replace(rival, placed=tuple(best))
+    return replace(step, base=replace(step.base, placed=tuple(base)), rivals=(rival,))

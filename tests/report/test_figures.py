@@ -110,6 +110,7 @@ def test_a_stage_that_leaves_something_does_not_read_as_all_gone(diagnosis):
 @pytest.mark.parametrize("verdict", ["no_gap", "unexplained"])
 def test_titles_of_abstentions_name_no_effect(diagnosis, draw, verdict):
     figure = draw(diagnosis(verdict, duration=3.0))
+    assert (figure is None) == (draw is candidates_figure and verdict == "no_gap")  # nothing was tried
     if figure is not None:
         assert "resliding" not in finding_of(figure)
         assert "corrected" not in words_of(figure)

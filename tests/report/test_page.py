@@ -44,3 +44,7 @@ def test_every_effects_equation_can_be_set():
 
 def test_an_equation_beyond_mathtext_is_left_to_text():
     assert equation_image(r"\begin{cases} x \end{cases}") == ""
+
+
+def test_the_footer_tells_the_version():
+    assert page.footer_of("1.2.3") == "stribeck 1.2.3. This page is one file: it loads nothing and runs nothing."

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ from stribeck.blind.files import ANSWER_SCHEMA, SCHEMA, SETTINGS, read_answer
 from stribeck.blind.source import code_digest
 from stribeck.errors import InputError
 from stribeck.outputs import whole_file
+from stribeck.version import package_version
 from stribeck.withheld.seal import digest_of_files, read_digest
 
 Progress = Callable[[str], None]
@@ -59,7 +59,7 @@ def diagnose_cases(
     library = library_without(leave_out)
     settings = {
         "schema": SCHEMA,
-        "version": version("stribeck"),
+        "version": package_version(),
         "code": code_digest(),
         "digest": read_digest(cases),
         "cases": len(names),

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from importlib.metadata import version
 from statistics import median
 from typing import Any, TypeAlias
 
 from stribeck.blind.key import Opened
 from stribeck.blind.outcome import STRENGTHS, outcome
 from stribeck.blind.rates import calibration, detection_limit, rate
+from stribeck.version import package_version
 from stribeck.withheld.plan import LEVELS
 
 Row: TypeAlias = Mapping[str, Any]
@@ -38,7 +38,7 @@ def score(opened: Opened, shrinkage: Mapping[str, Row] | None = None) -> dict[st
     kinds = {kind: [row for row in rows if row["kind"] == kind] for kind in ("single", "pair", "none", "outside")}
     result = {
         "schema": SCHEMA,
-        "version": version("stribeck"),
+        "version": package_version(),
         "units": {
             "strength": "effect torque over noise floor",
             "strength_left": "what re-tuning within the tolerances leaves of it, over noise floor",

@@ -10,13 +10,13 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import sys
 from collections.abc import Sequence
-from importlib.metadata import version
 from typing import Annotated
 
 import typer
 
 from stribeck.cli import fmu, loops, recordings, withheld
 from stribeck.exits import guarded, spread
+from stribeck.version import package_version
 
 app = typer.Typer(add_completion=False, rich_markup_mode="rich", pretty_exceptions_enable=False)
 for commands in (recordings, loops, fmu):
@@ -34,7 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _show_version(wanted: bool) -> None:
     if wanted:
-        print(f"stribeck {version('stribeck')}")
+        print(f"stribeck {package_version()}")
         raise typer.Exit
 
 

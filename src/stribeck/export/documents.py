@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, fields
 from functools import cache, partial
-from importlib.metadata import PackageNotFoundError, version
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from latex2mathml.converter import convert
@@ -13,6 +12,7 @@ from markupsafe import Markup
 
 from stribeck.export.structure import Structure
 from stribeck.export.variable import Variable, index_of, units_of
+from stribeck.version import package_version
 
 LOG_CATEGORIES = (
     ("logEvents", "changes of mode"),
@@ -66,7 +66,7 @@ def render(name: str, description: Description, fmi: int, **more: object) -> str
     """Return the text of one template for a version of the standard; ``more`` is what that template alone needs."""
     values = {field.name: getattr(description, field.name) for field in fields(description)}
     values |= {
-        "version": tool_version(),
+        "version": package_version(),
         "units": units_of(description.variables),
         "index": partial(index_of, description.variables),
         "log_categories": LOG_CATEGORIES,
@@ -91,11 +91,3 @@ def _math(latex: str) -> Markup:
         return Markup(convert(latex, display="block"))  # elements of the converter's own, its text escaped
     except Exception:  # the converter's errors have no base of their own; the law may be a third party's
         return Markup("<code>") + latex + Markup("</code>")
-
-
-def tool_version() -> str:
-    """Return the version that an FMU says it was written by."""
-    try:
-        return version("stribeck")
-    except PackageNotFoundError:  # run from the source tree
-        return "0"

@@ -12,8 +12,8 @@ from stribeck.identify.residual import Residual
 
 SOFTER = 0.6  # of the motion filter's cutoff
 CHANGE = 1.0 / SOFTER**2 - 1.0  # at that cutoff over the error at the full one, where it falls with its square
-# of the blur is left in a re-tuned residual: of 145 recordings of five plants without an effect it leaves nine of ten
-# within 1.3 floors; of those below 250 Hz, where most is blur, 0.15 would leave three of four within 1.75
+# The part of the blur that a re-tuned residual still has. Of 145 recordings of five plants without an effect it leaves
+# nine of ten within 1.3 floors; of those below 250 Hz, where most is blur, 0.15 would leave three of four within 1.75.
 FELT = 0.6
 
 

@@ -51,13 +51,12 @@ class Conditioned:
     """One run on its uniform grid of N samples, with its M analysis samples.
 
     ``position``, ``velocity``, ``acceleration``, ``command``, ``stuck`` are (N, n); so are ``resting``, 1 where a joint
-    surely rests, and ``sliding``, the part of the
-    motion that is no noise, and ``velocity_sd``, what encoder noise leaves in the velocity, or its filter after a hard
-    stop and at a hard turn; ``noise`` (n,) is the encoder's own; ``undriven`` (n,) tells which joints have no
-    torque all along, and ``braked`` (n,) which are held;
-    ``instant`` is the time to either side for which a sample stands, s; ``analysis_time`` (M,); ``taps`` the low-pass
-    (odd length). ``clock`` is the time of the first sample by the clock of what acts from outside, s (set in
-    ``gap.fitted.clocks``); None: its own. ``past`` is what was recorded before it (set in ``gap.records.sequence``).
+    surely rests, and ``sliding``, the part of the motion that is no noise, and ``velocity_sd``, what encoder noise
+    leaves in the velocity, or its filter after a hard stop and at a hard turn; ``noise`` (n,) is the encoder's own;
+    ``undriven`` (n,) tells which joints have no torque all along, and ``braked`` (n,) which are held; ``instant`` is
+    the time to either side for which a sample stands, s; ``analysis_time`` (M,); ``taps`` the low-pass (odd length).
+    ``clock`` is the time of the first sample by the clock of what acts from outside, s (set in ``gap.fitted.clocks``);
+    None: its own. ``past`` is what was recorded before it (set in ``gap.records.sequence``).
     """
 
     name: str

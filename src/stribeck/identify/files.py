@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Sequence
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +13,8 @@ from stribeck.arm import save_arm, unit_at
 from stribeck.identify.findings import Direction, Identification, JointFriction
 from stribeck.identify.section3 import Section3
 from stribeck.identify.tustin_fit import NAMES, CurveFit
+from stribeck.rounding import rounded
+from stribeck.version import package_version
 
 SCHEMA = "stribeck.identification/1"
 UNITS = {"C0": "N m", "C1": "N m", "C2": "N m s/rad", "alpha": "rad/s", "velocity": "rad/s", "torque": "N m"}
@@ -118,13 +118,4 @@ def _constants(values: Sequence[np.ndarray], identified: np.ndarray) -> dict[str
 
 
 def _number(value: float) -> float | None:
-    value = float(value)
-    return float(f"{value:.{DIGITS}g}") if math.isfinite(value) else None
-
-
-def package_version() -> str:
-    """Return the version of the installed package."""
-    try:
-        return version("stribeck")
-    except PackageNotFoundError:  # run from the sources, not installed
-        return "unknown"
+    return rounded(value, DIGITS)

@@ -25,6 +25,8 @@ FUSED = {
     (kind, side): 3 + len(OPERATIONS) + k for kind, side, k in ((ADD, 0, 0), (ADD, 1, 0), (SUB, 0, 1), (SUB, 1, 2))
 }
 """Kinds of a sum or difference by which of its two is a product: x y + z, x y + z, x y - z, z - x y."""
+KINDS = tuple(f"load const store {' '.join(OPERATIONS)} mul_add mul_sub sub_mul".lower().split())
+"""Names of all kinds in their order, the fused ones last."""
 _EITHER_WAY = frozenset(_KIND[getattr(ca, f"OP_{name}")] for name in ("ADD", "MUL"))
 
 

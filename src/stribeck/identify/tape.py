@@ -16,8 +16,9 @@ import casadi as ca
 import numpy as np
 
 from stribeck.compiler import build, load
-from stribeck.identify.operations import CONST, LOAD, constant_results, crossing, numbered
+from stribeck.identify.operations import CONST, KINDS, LOAD, constant_results, crossing, numbered
 from stribeck.identify.program import Argument, Floats, Program
+from stribeck.mirrored import check_names, check_structure
 
 LANES = 64  # as in tape.h
 
@@ -124,4 +125,8 @@ def work(slots: int) -> ctypes.Array[ctypes.c_double]:
 def library() -> ctypes.CDLL:
     """Return the compiled machine."""
     export = "#ifdef _WIN32\n#define TAPE_EXPORT __declspec(dllexport)\n#else\n#define TAPE_EXPORT\n#endif\n"
-    return load(build(export + (files("stribeck.identify") / "c" / "tape.h").read_text(encoding="utf-8"), level="-O3"))
+    text = (files("stribeck.identify") / "c" / "tape.h").read_text(encoding="utf-8")
+    found = load(build(export + text, level="-O3"))
+    check_structure(found, "argument", Argument)
+    check_names(found, "kinds", KINDS)
+    return found

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import json
-import math
 from pathlib import Path
 from typing import Any
 
 from stribeck.arm import unit_at
-from stribeck.identify.files import package_version
 from stribeck.loop.answers import Analysis, Branch, JointAnswer, Method
 from stribeck.loop.linear import Margins
+from stribeck.rounding import rounded
+from stribeck.version import package_version
 
 SCHEMA = "stribeck.limit_cycle/1"
 DIGITS = 8
@@ -123,5 +123,4 @@ def _plain(value: Any) -> Any:
         return [_plain(value.real), _plain(value.imag)]
     if isinstance(value, (str, bool, int)) or value is None:
         return value
-    number = float(value)
-    return float(f"{number:.{DIGITS}g}") if math.isfinite(number) else None
+    return rounded(value, DIGITS)

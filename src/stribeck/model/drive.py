@@ -31,10 +31,10 @@ class Drive:
     ``command`` is the command averaged over the sample before and after, as zero-order hold implies. The rates are time
     derivatives of signals that an effect delays, zero for others: those of the curves that are read off, from sample to
     sample, so that they differ a little from ``velocity`` and ``acceleration``. ``resting`` is 1 where the joint surely
-    rests, ``sliding`` is the part of the motion
-    that is surely no noise, ``velocity_sd`` the uncertainty of the velocity, ``instant`` the time to either side for
-    which a sample stands. What was before: how many recordings, how long they were and how far the joint had gone in
-    them; then the same two of this recording, where only a part of it is here.
+    rests, ``sliding`` is the part of the motion that is surely no noise, ``velocity_sd`` the uncertainty of the
+    velocity, ``instant`` the time to either side for which a sample stands. What was before: how many recordings, how
+    long they were and how far the joint had gone in them; then the same two of this recording, where only a part of it
+    is here.
     """
 
     time: Any

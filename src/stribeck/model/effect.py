@@ -141,19 +141,23 @@ class Effect(ABC):
 class Along(IntEnum):
     """Where along a drive an actuator effect sits.
 
-    What is asked for; how the amplifier switches, and what it can give; its control loop; what becomes of that; what is
-    added; what the iron adds without any current.
-
     The path has them in this order, whichever was found first: a lag does not smooth the ripple of the motor behind it.
     """
 
     COMMAND = 0
+    """What is asked for."""
     AMPLIFIER = 1
+    """How the amplifier switches."""
     LIMIT = 2
+    """What the amplifier can give."""
     CURRENT = 3
+    """The amplifier's control loop."""
     MOTOR = 4
+    """The torque that becomes of the current."""
     SHAFT = 5
+    """What is added to that torque."""
     IRON = 6
+    """What the iron adds without any current."""
 
 
 class ActuatorEffect(Effect):

@@ -52,8 +52,7 @@ def likeliest_planes(trace: Trace, exponent: float) -> list[tuple[float, float, 
 
     The force is size * max(n p - distance, 0) ** exponent along the normal n into the wall, at the tip p. A
     constant, dry friction and the joint's levers take none of the squares that it saves: weights and friction are
-    re-tuned anyway.
-    Empty where no wall pushes, or the trace tells of one joint alone.
+    re-tuned anyway. Empty where no wall pushes, or the trace tells of one joint alone.
     """
     if trace.reach is None:
         return []

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
-from stribeck.gap.answer.files import NEXT_REFERENCE, package_version
+from stribeck.gap.answer.files import NEXT_REFERENCE
 from stribeck.gap.records.split import HELD_SHARE
 from stribeck.gap.result import Diagnosis
 from stribeck.report import sentences, tables, words
@@ -19,10 +19,11 @@ from stribeck.report.figures.residual import residual_figure
 from stribeck.report.figures.waterfall import waterfall_figure
 from stribeck.report.figures.where import where_figure
 from stribeck.report.numbers import percent
-from stribeck.report.page import Answer, Bullets, Files, Picture, Section, render
+from stribeck.report.page import Answer, Bullets, Files, Picture, Section, footer_of, render
 from stribeck.report.recordings import recording_table
 from stribeck.report.style import data_uri, finding_of, png_and_svg
 from stribeck.report.tuned import tuned_table
+from stribeck.version import package_version
 
 TONE = {"no_gap": "good", "explained": "named", "partly_explained": "partial", "unexplained": "open"}
 
@@ -95,7 +96,9 @@ def write_report(diagnosis: Diagnosis, folder: Path | str) -> None:
                 unfitted=words.unfitted(diagnosis),
             )
             pictures.append(Picture(finding_of(figure), data_uri(vector, "svg+xml"), caption, plot.file))
-    page = render(f"{words.clean(diagnosis.arm)}: diagnosis", page_sections(diagnosis, pictures), _footer())
+    page = render(
+        f"{words.clean(diagnosis.arm)}: diagnosis", page_sections(diagnosis, pictures), footer_of(package_version())
+    )
     (folder / "report.html").write_bytes(page.encode("utf-8", "replace"))
 
 
@@ -144,7 +147,3 @@ def _files(pictures: list[Picture], diagnosis: Diagnosis) -> Files:
         *((picture.file, picture.title) for picture in pictures),
     ]
     return Files("Files beside this page", tuple(files))
-
-
-def _footer() -> str:
-    return f"stribeck {package_version()}. This page is one file: it loads nothing and runs nothing."

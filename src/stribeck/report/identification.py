@@ -10,14 +10,15 @@ from rich.text import Text
 
 from stribeck.arm import unit_at
 from stribeck.gap.result import Estimate
-from stribeck.identify.files import UNITS, package_version
+from stribeck.identify.files import UNITS
 from stribeck.identify.findings import Direction, Identification
 from stribeck.identify.tustin_fit import NAMES
 from stribeck.report import words
 from stribeck.report.figures.friction_curve import SOURCE, friction_curve_figure
 from stribeck.report.numbers import estimate, interval, number, percent, unit_text
-from stribeck.report.page import Answer, Bullets, Facts, Files, Picture, Row, Section, Table, render
+from stribeck.report.page import Answer, Bullets, Facts, Files, Picture, Row, Section, Table, footer_of, render
 from stribeck.report.style import data_uri, finding_of, png_and_svg
+from stribeck.version import package_version
 
 FIGURE = "friction_curve.png"
 
@@ -34,7 +35,9 @@ def write_report(found: Identification, folder: Path | str) -> None:
             "the 95 % band of the curve. Dotted: IPOPT on the whole recordings, which uses no readings."
         )
         pictures.append(Picture(finding_of(figure), data_uri(vector, "svg+xml"), caption, FIGURE))
-    page = render(f"{words.clean(found.nominal.name)}: identification", _sections(found, pictures), _footer())
+    page = render(
+        f"{words.clean(found.nominal.name)}: identification", _sections(found, pictures), footer_of(package_version())
+    )
     (folder / "report.html").write_bytes(page.encode("utf-8", "replace"))
 
 
@@ -179,7 +182,3 @@ def _files(pictures: list[Picture]) -> Files:
         *((picture.file, picture.title) for picture in pictures),
     ]
     return Files("Files beside this page", tuple(files))
-
-
-def _footer() -> str:
-    return f"stribeck {package_version()}. This page is one file: it loads nothing and runs nothing."

@@ -11,7 +11,6 @@ from rich.console import Group, RenderableType
 from rich.table import Table as Screen
 from rich.text import Text
 
-from stribeck.identify.files import package_version
 from stribeck.loop.answers import Analysis, JointAnswer
 from stribeck.report import words
 from stribeck.report.cycle_tables import gain_facts, method_facts, method_table, verdict_table
@@ -22,8 +21,9 @@ from stribeck.report.figures.cycle_trace import trace_figure
 from stribeck.report.figures.nyquist import nyquist_figure
 from stribeck.report.figures.portrait import portrait_figure
 from stribeck.report.figures.root_locus import locus_figure
-from stribeck.report.page import Answer, Bullets, Files, Picture, Section, render
+from stribeck.report.page import Answer, Bullets, Files, Picture, Section, footer_of, render
 from stribeck.report.style import data_uri, finding_of, png_and_svg
+from stribeck.version import package_version
 
 TONE = {"rest": "good", "unbounded": "open", "undetermined": "open"}
 
@@ -85,7 +85,9 @@ def write_report(analysis: Analysis, folder: Path | str) -> None:
             if figure is not None:
                 mine.append(_picture(figure, f"{plot.file}_{analysis.indices[i] + 1}.png", plot.caption, folder))
         pictures.append(mine)
-    page = render(f"{words.clean(analysis.arm)}: limit cycles", _sections(analysis, pictures), _footer())
+    page = render(
+        f"{words.clean(analysis.arm)}: limit cycles", _sections(analysis, pictures), footer_of(package_version())
+    )
     (folder / "report.html").write_bytes(page.encode("utf-8", "replace"))
 
 
@@ -124,10 +126,6 @@ _RANK = ["rest", "sliding_cycle", "hunting", "stick_slip", "chatter", "undetermi
 def _files(pictures: list[list[Picture]]) -> Files:
     figures = ((picture.file, picture.title) for mine in pictures for picture in mine)
     return Files("Files beside this page", (("limit_cycle.json", "all of the above for programs"), *figures))
-
-
-def _footer() -> str:
-    return f"stribeck {package_version()}. This page is one file: it loads nothing and runs nothing."
 
 
 def summary(analysis: Analysis) -> RenderableType:

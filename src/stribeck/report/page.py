@@ -124,9 +124,14 @@ def render(title: str, sections: Sequence[Section], footer: str = "") -> str:
     sections : sequence of Section
         In reading order.
     footer : str
-        One line at the end, such as the version.
+        One line at the end, as of `footer_of`.
     """
     return _environment().get_template("page.html").render(title=title, sections=sections, footer=footer)
+
+
+def footer_of(version: str) -> str:
+    """Return the line at the end of a page, with the version of stribeck that found what it shows."""
+    return f"stribeck {version}. This page is one file: it loads nothing and runs nothing."
 
 
 @cache

@@ -9,7 +9,7 @@ from typing import Any
 from stribeck.report import words
 from stribeck.report.figures.power import power_figure
 from stribeck.report.numbers import number, with_unit
-from stribeck.report.page import Answer, Files, Row, Section, Table, render
+from stribeck.report.page import Answer, Files, Row, Section, Table, footer_of, render
 from stribeck.report.withheld import PLOTS, Plot, pictures
 from stribeck.report.withheld_tables import share
 
@@ -42,9 +42,9 @@ def write_power_report(power: Power, score: Mapping[str, Any], folder: Path | st
     sections: list[Section] = [
         _answer(power), *figures, _table(power), Files("Files beside this page", tuple(files)),
     ]  # fmt: skip
-    footer = f"stribeck {power['version']}. This page is one file: it loads nothing and runs nothing."
     title = f"{words.clean(power['arm'])}: what this experiment reveals"
-    (folder / "report.html").write_bytes(render(title, sections, footer).encode("utf-8", "replace"))
+    page = render(title, sections, footer_of(power["version"]))
+    (folder / "report.html").write_bytes(page.encode("utf-8", "replace"))
 
 
 def _answer(power: Power) -> Answer:

@@ -18,7 +18,7 @@ from stribeck.report.figures.withheld import (
     strength_left_figure,
 )
 from stribeck.report.numbers import number
-from stribeck.report.page import Answer, Facts, Files, Picture, Section, render
+from stribeck.report.page import Answer, Facts, Files, Picture, Section, footer_of, render
 from stribeck.report.style import data_uri, finding_of, png_and_svg
 from stribeck.report.withheld_tables import (
     asked,
@@ -104,8 +104,8 @@ def write_score_report(score: Score, folder: Path | str) -> None:
     made = [section for section in sections if section is not None]
     shown = tuple((s.file, s.title) for s in made if isinstance(s, Picture))
     made.append(Files("Files beside this page", (("score.json", "all of this, and every case, for programs"), *shown)))
-    footer = f"stribeck {score['version']}. This page is one file: it loads nothing and runs nothing."
-    (folder / "report.html").write_text(render("Withheld check", made, footer), encoding="utf-8")
+    page = render("Withheld check", made, footer_of(score["version"]))
+    (folder / "report.html").write_text(page, encoding="utf-8")
 
 
 def pictures(plots: tuple[Plot, ...], score: Score, folder: Path) -> list[Picture]:

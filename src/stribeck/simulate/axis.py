@@ -10,13 +10,15 @@ from numpy.typing import NDArray
 
 from stribeck.arm import Arm
 from stribeck.arm.values import Joint
+from stribeck.mirrored import check_names, check_structure
 from stribeck.simulate.loop import JointLoop, Loop, Reference
 
 Floats = NDArray[np.float64]
 
 KINDS = ("none", "feedforward", "feedback", "adaptive", "robust", "dither")
 AT_ZERO = ("zero", "hold", "error_sign", "set_valued")
-_LINE, _SINE, _STEPS, _CURVE = range(4)
+COURSES = ("line", "sine", "steps", "curve")
+_LINE, _SINE, _STEPS, _CURVE = range(len(COURSES))
 
 _D, _I = ctypes.c_double, ctypes.c_int
 
@@ -34,6 +36,19 @@ class Axis(ctypes.Structure):
         ("knots", ctypes.c_longlong),
         *[(name, _I) for name in ("controlled", "true_velocity", "kind", "at_zero", "reference_kind", "delay")],
     ]
+
+
+MEMORY = np.dtype([*((name, float) for name in ("last", "filtered", "integral", "held")), ("theta", float, 3)])
+"""What a sampled controller remembers of a joint, as declared in ``control.h``."""
+
+
+def check_mirrored(library: ctypes.CDLL) -> None:
+    """Raise `StribeckError` where a library's structures of a joint, or its laws, are not those of this module."""
+    check_structure(library, "sb_axis", Axis)
+    check_structure(library, "sb_memory", MEMORY)
+    check_names(library, "sb_kinds", KINDS)
+    check_names(library, "sb_at_zero", AT_ZERO)
+    check_names(library, "sb_courses", COURSES)
 
 
 def axes_of(arm: Arm, loop: Loop, inertia: Floats) -> tuple[ctypes.Array[Axis], list[Floats]]:

@@ -10,14 +10,12 @@ from numpy.typing import NDArray
 
 from stribeck.arm import Arm
 from stribeck.compiler import build, load
-from stribeck.simulate.axis import axes_of, start_position
+from stribeck.simulate.axis import MEMORY, axes_of, check_mirrored, start_position
 from stribeck.simulate.engine import Engine, path_of, pointer
 from stribeck.simulate.loop import Loop
 from stribeck.simulate.source import runtime_text
 
 Floats = NDArray[np.float64]
-
-MEMORY = 7  # numbers that a joint's controller remembers
 
 
 def laws_source() -> str:
@@ -28,7 +26,8 @@ def laws_source() -> str:
 def controller_source() -> str:
     """Return the whole translation unit of the controllers' shared library."""
     export = "#ifdef _WIN32\n#define SB_EXPORT __declspec(dllexport)\n#else\n#define SB_EXPORT\n#endif\n"
-    return export + laws_source() + runtime_text("controller.h").replace('#include "control.h"\n', "")
+    more = runtime_text("controller.h") + runtime_text("mirrored.h")
+    return export + laws_source() + more.replace('#include "control.h"\n', "")
 
 
 class Controller:
@@ -46,13 +45,15 @@ class Controller:
         self.n, self.sample_time = arm.n, loop.sample_time
         self.start_position = start_position(arm, loop)
         self.axes, self._tables = axes_of(arm, loop, Engine(path_of(arm)).moved_inertia(self.start_position))
-        self._memory = np.zeros((arm.n, MEMORY))
+        self._memory = np.zeros(arm.n, MEMORY)
         self._first = True
         self._library.sb_controller_start(self.axes, ctypes.c_int(self.n), pointer(self._memory))
 
     @cached_property
     def _library(self) -> ctypes.CDLL:
-        return load(build(controller_source()))
+        library = load(build(controller_source()))
+        check_mirrored(library)
+        return library
 
     def sample(self, time: float, q: Floats, dq: Floats) -> tuple[Floats, Floats]:
         """Return what the encoders give (n,), rad, and the torques (n,), N m, of the sample at a time.

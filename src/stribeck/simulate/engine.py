@@ -17,6 +17,7 @@ from stribeck.model.effect import TransmissionEffect
 from stribeck.model.forward import Forward
 from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
+from stribeck.simulate.axis import check_mirrored
 from stribeck.simulate.motion import BOUND, EVENT, STATUS, Trajectory, Windows
 from stribeck.simulate.source import library_source
 
@@ -80,7 +81,9 @@ class Engine:
     @cached_property
     def library(self) -> ctypes.CDLL:
         """The compiled library."""
-        return load(build(library_source(self.forward)))
+        library = load(build(library_source(self.forward)))
+        check_mirrored(library)
+        return library
 
     def moved_inertia(self, q: Floats) -> Floats:
         """Return the inertia (n,) that each joint moves in a pose (n,), the others held, kg m^2."""

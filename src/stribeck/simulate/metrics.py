@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ from stribeck.arm import Arm, unit_at
 from stribeck.run import save_run
 from stribeck.simulate.closed import Closed
 from stribeck.simulate.loop import Loop
+from stribeck.version import package_version
 
 SCHEMA = "stribeck.simulation/1"
 UNITS = {
@@ -54,7 +54,7 @@ def simulation_json(closed: Closed, arm: Arm, loop: Loop) -> dict[str, Any]:
     joints = {arm.names[j]: {**measures(closed, j, half), "whole": measures(closed, j, 0)} for j in closed.controlled}
     return {
         "schema": SCHEMA,
-        "version": _version(),
+        "version": package_version(),
         "arm": arm.name,
         "units": {name: unit_at(unit, arm.joints[0].kind) for name, unit in UNITS.items()},
         "status": closed.motion.status,
@@ -78,10 +78,3 @@ def _finite(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: _finite(item) for key, item in value.items()}
     return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def _version() -> str:
-    try:
-        return version("stribeck")
-    except PackageNotFoundError:  # run from the source tree
-        return "0"

@@ -10,7 +10,7 @@ import casadi as ca
 from stribeck.model.effect import SensingEffect
 from stribeck.model.forward import Forward
 
-RUNTIME = ("solver.h", "contact.h", "advance.h", "report.h", "windows.h", "control.h", "loop.h")
+RUNTIME = ("solver.h", "contact.h", "advance.h", "report.h", "windows.h", "control.h", "loop.h", "mirrored.h")
 CONTROLLER_STATES = 6  # a joint, of a continuous controller
 
 

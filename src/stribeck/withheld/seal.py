@@ -9,7 +9,6 @@ import os
 import secrets
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +19,7 @@ from stribeck.arm import Arm, arm_to_toml, save_arm
 from stribeck.errors import InputError, StribeckError
 from stribeck.outputs import check_free, whole_file, whole_folder
 from stribeck.run import Run, save_run
+from stribeck.version import package_version
 from stribeck.withheld.cases import Case, make_case
 from stribeck.withheld.plan import Order, Plan, plans
 
@@ -104,7 +104,7 @@ def record_sealed(
 
 def _seal(answers: dict[str, Any], seed: int, folder: Path, part: Path) -> str:
     """Write digest and key; the salt keeps the digest from being found by guessing."""
-    head = {"schema": KEY_SCHEMA, "version": version("stribeck"), "units": "SI", "salt": secrets.token_hex(32)}
+    head = {"schema": KEY_SCHEMA, "version": package_version(), "units": "SI", "salt": secrets.token_hex(32)}
     content = {**head, "seed": seed, **answers}
     text = (json.dumps(content, indent=1, allow_nan=False) + "\n").encode("utf-8")
     digest = hashlib.sha256(text).hexdigest()

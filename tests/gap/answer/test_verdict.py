@@ -16,21 +16,23 @@ from stribeck.gap.answer.verdict import (
     UNKNOWN_HELD,
     causes_of,
     closable,
-    closes_estimate,
+    closed_again,
     closure,
     named_of,
     no_gap_probability,
     suspected,
     with_idle,
+    with_interval,
 )
 from stribeck.gap.records.blocks import bayesian_bootstrap
 from stribeck.gap.records.spread import Noise
 from stribeck.gap.result import Cause
+from stribeck.gap.search.rank import Ranking
 from stribeck.gap.search.step import Step
 from stribeck.model.layout import Placed
 from stribeck.model.scale import Scale
 
-from ..conftest import taken_steps
+from ..conftest import fitted, ranked, taken_steps, with_effects
 
 FLOOR = np.array([0.1, 0.4])
 SCALES = (Scale(1.0, 1.0, 1.0, 1.0, 1.0, 1e-3),) * 2
@@ -72,11 +74,11 @@ def test_interval_of_the_closed_part() -> None:
     draws = bayesian_bootstrap(20, 400, rng)
     uneven = np.repeat(rng.uniform(0.2, 2.0, 20), 20)[:, None]
     before, after = rows(0.5, 0.8) * uneven, rows(0.2, 0.8)
-    found = closes_estimate(before, after, FLOOR, block, draws)
-    assert found.value == closure(before, after, FLOOR)
+    found = with_interval(closure(before, after, FLOOR), closed_again(before, after, FLOOR, block, draws))
     assert found.low < found.value < found.high
-    even = closes_estimate(rows(0.5, 0.8), after, FLOOR, block, draws)
-    assert even.high - even.low < 1e-9  # blocks that are all alike leave nothing unsure
+    even = closed_again(rows(0.5, 0.8), after, FLOOR, block, draws)
+    assert np.ptp(even) < 1e-9  # blocks that are all alike leave nothing unsure
+    assert even == pytest.approx(closure(rows(0.5, 0.8), after, FLOOR))
 
 
 def test_what_came_nearest_is_suspected() -> None:
@@ -117,14 +119,14 @@ def test_where_nothing_was_tried_all_is_unknown() -> None:
 
 def step(*effects: str) -> Step:
     """The last step of a search, its rivals in the order of their score, as far as the question looks at it."""
-    models = tuple(SimpleNamespace(placed=(Placed(effect_named(name), k % 2),)) for k, name in enumerate(effects))
-    ranking = SimpleNamespace(order=tuple(range(1, len(models) + 1)))
-    return Step(None, models, ranking, (), (), FLOOR)  # type: ignore[arg-type]
+    models = tuple(fitted([Placed(effect_named(name), k % 2)], FLOOR) for k, name in enumerate(effects))
+    ranking = replace(ranked(0.0, 0.0, np.ones((2, 2))), order=tuple(range(1, len(models) + 1)))
+    return Step(fitted([], FLOOR), models, ranking, (), (), FLOOR)
 
 
 def late(
     *times: float, effects: tuple[str, ...] = ("delay", "delay"), candidates: tuple[str, ...] = ("time_shift",)
-) -> Any:
+) -> list[Step]:
     """The steps of a search that took a delay at each of the joints, one after the other."""
     placed = [Placed(effect_named(e), j, {"time": t}) for j, (e, t) in enumerate(zip(effects, times, strict=True))]
     return taken_steps(placed, [8.0] * len(placed), gap=FLOOR, floor=FLOOR, candidates=candidates)
@@ -141,7 +143,7 @@ def late(
         (late(0.010, 0.010, candidates=()), False),  # left out
     ],
 )
-def test_late_by_the_same_everywhere(steps: Any, same: bool) -> None:
+def test_late_by_the_same_everywhere(steps: list[Step], same: bool) -> None:
     """Which of the two records is late cannot be told where all joints share it."""
     (cause,), _ = causes_of(steps, ("A", "B"), SCALES)
     other = {"delay": "time_shift", "time_shift": "delay"}[cause.effect]
@@ -156,10 +158,9 @@ def test_records_that_share_a_clock_are_late_at_all_joints(time: float, same: bo
     assert cause.joints == ("A", "B")
     assert ("delay" in cause.equivalent) is same
     slight = (Placed(effect_named("delay"), 1, {"time": 1e-5}),)  # what every arm has, re-tuned along
-    steps[0].base.placed, steps[0].best.placed = slight, (*slight, *placed)
+    steps[0] = with_effects(steps[0], slight, (*slight, *placed))
     assert ("delay" in causes_of(steps, ("A", "B"), SCALES)[0][0].equivalent) is same
-    models = (SimpleNamespace(placed=placed),)
-    (near, _) = suspected(Step(None, models, SimpleNamespace(order=(1,)), (), (), FLOOR), 0.9, ("A", "B"))  # type: ignore[arg-type]
+    (near, _) = suspected(replace(steps[0], passing=()), 0.9, ("A", "B"))
     assert near.joints == ("A", "B")
 
 
@@ -174,7 +175,7 @@ def test_a_stop_that_is_leaned_on_most_of_the_time_may_be_a_cable(
     values = {"stiffness": stiffness, "position": position, "damping": 0.1}
     assert effect_named("contact").also(values, scale) == (("cable_spring",) if leaned_on else ())
     steps = late(0.01, effects=("contact",), candidates=("cable_spring",))
-    object.__setattr__(steps[0].best.placed[0], "values", values)
+    steps[0] = with_effects(steps[0], (), [Placed(effect_named("contact"), 0, values)])
     (cause,), _ = causes_of(steps, ("A", "B"), (scale, scale))
     assert cause.equivalent == (("contact", "cable_spring") if leaned_on else ("contact",))
 
@@ -194,10 +195,11 @@ def test_a_joint_is_named_as_an_effect_is() -> None:
     steps = taken_steps(placed, [8.0, 8.0], gap=FLOOR, floor=FLOOR)
     (cause,), _ = causes_of(steps, ("A", "B"), SCALES)
     assert cause.joints == ("A", "B")
-    steps[1].ranking.t, steps[1].ranking.overall = [0.0, 0.5], [0.0, 0.02]
+    unsure = ranked(0.5, 0.02, steps[0].ranking.power)
+    steps[1] = replace(steps[1], ranking=unsure)
     (cause,), _ = causes_of(steps, ("A", "B"), SCALES)
     assert (named_of([cause]), cause.joints) == (("delay",), ("A",))
-    steps[0].ranking.t, steps[0].ranking.overall = [0.0, 0.5], [0.0, 0.02]
+    steps[0] = replace(steps[0], ranking=unsure)
     (cause,), _ = causes_of(steps, ("A", "B"), SCALES)
     assert (named_of([cause]), cause.joints) == ((), ("A", "B"))
 
@@ -208,7 +210,7 @@ def test_what_every_arm_has_is_told_by_the_last_values(first: float, last: float
     offset = effect_named("torque_offset")
     places = [Placed(effect_named("encoder_offset"), 0, {"offset": first}), Placed(offset, 0, {"offset": 0.5})]
     steps = taken_steps(places, (40.0, 20.0), gap=FLOOR, floor=FLOOR)
-    steps[-1].best.placed = (replace(places[0], values={"offset": last}), places[1])
+    steps[-1] = with_effects(steps[-1], places[:1], (replace(places[0], values={"offset": last}), places[1]))
     causes, _ = causes_of(steps, ("A", "B"), SCALES)
     assert ("encoder_offset" in named_of(causes)) == named
 
@@ -232,7 +234,8 @@ def test_what_may_stand_for_it_is_told_by_the_last_values() -> None:
     places = [Placed(effect_named("contact"), 0, values), Placed(effect_named("delay"), 0, {"time": 0.02})]
     scale = replace(SCALES[0], middle=0.2)
     steps = taken_steps(places, (40.0, 20.0), gap=FLOOR, floor=FLOOR, candidates=("cable_spring",))
-    steps[-1].best.placed = (replace(places[0], values={**values, "position": 0.1}), places[1])
+    leaning = replace(places[0], values={**values, "position": 0.1})
+    steps[-1] = with_effects(steps[-1], places[:1], (leaning, places[1]))
     causes, _ = causes_of(steps, ("A", "B"), (scale, scale))
     assert causes[0].equivalent == ("contact", "cable_spring")
 
@@ -249,22 +252,20 @@ def test_what_may_stand_for_it_is_told_by_the_last_values() -> None:
 def test_what_is_there_at_one_joint_or_another(
     apart: tuple[float, float], together: float, joints: tuple[str, ...], anywhere: bool
 ) -> None:
-    def worth(t: float) -> Any:
+    def worth(t: float) -> Ranking:
         size = t**2 / 16.0
         power = np.array([[size + 1.0] * 2, [1.0] * 2])
-        return SimpleNamespace(overall=[0.0, size / (size + 1.0)], t=[0.0, t], power=power)
+        return ranked(t, size / (size + 1.0), power)
 
     placed = [Placed(effect_named("presliding"), j, {"stiffness": 50.0, "damping": 1.0}) for j in (0, 1)]
     steps = taken_steps(placed, [8.0, 8.0], gap=FLOOR, floor=FLOOR)
-    for step, t in zip(steps, apart, strict=True):
-        step.worth, step.together = worth(t), worth(together)
+    steps = [replace(step, worth=worth(t), together=worth(together)) for step, t in zip(steps, apart, strict=True)]
     (cause,), left = causes_of(steps, ("A", "B"), SCALES)
     assert cause.joints == joints
     assert cause.anywhere is anywhere
     assert (named_of([cause]) == ("presliding",)) is (max(*apart, together) > 10.0)
     assert cause.probability + left == pytest.approx(1.0)
-    for step in steps:
-        step.together = None
+    steps = [replace(step, together=None) for step in steps]
     (alone,), _ = causes_of(steps, ("A", "B"), SCALES)
     assert (alone.presence == cause.presence) is not anywhere
     assert not alone.anywhere

@@ -90,7 +90,7 @@ def test_what_recordings_promise_adds_up() -> None:
     stacked = promise(np.concatenate([first[0], second[0]]), np.vstack([first[1], second[1]]), 5.0)
     assert both.apart == pytest.approx(stacked.apart)
     assert both.apart[0, 1] != pytest.approx(both.apart[1, 0])  # what the two models know differs
-    assert both.least == pytest.approx(both.apart[~np.eye(2, dtype=bool)].min())
+    assert both.pairs[0, 1] == both.pairs[1, 0] == min(both.apart[0, 1], both.apart[1, 0])
     assert both.information == pytest.approx(stacked.information)
     assert both.torque == 5.0
     assert both.worth > promise(*first, 3.0).worth

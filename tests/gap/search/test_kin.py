@@ -1,7 +1,6 @@
 """What only fills in for a stronger effect of its own phenomenon is not named; what is of another kind, is."""
 
-from types import SimpleNamespace
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,16 +8,17 @@ import pytest
 from stribeck.effects.registry import effect_named, laws
 from stribeck.gap.answer.verdict import NAMED_OVER, causes_of
 from stribeck.gap.search.kin import EDGED, filling_in
+from stribeck.gap.search.step import Step
 from stribeck.model.layout import Placed
 from stribeck.model.scale import Scale
 
-from ..conftest import taken_steps
+from ..conftest import fitted, taken_steps, with_effects
 
 FLOOR = np.ones(2)
 SCALES = (Scale(1.0, 1.0, 1.0, 1.0, 1.0, 1e-3, middle=0.2),) * 2
 
 
-def taken(*found: tuple[str, int, float], late: float = 0.01, left: float = 4.0) -> list[Any]:
+def taken(*found: tuple[str, int, float], late: float = 0.01, left: float = 4.0) -> list[Step]:
     """The steps of a search: each an effect, its joint, what it takes of the squared residual and leaves, in floors."""
     placed = [Placed(effect_named(name), joint, {"time": late, "time_constant": late}) for name, joint, _ in found]
     return taken_steps(placed, [size for _, _, size in found], gap=FLOOR, floor=FLOOR, left=left)
@@ -86,13 +86,13 @@ def test_two_of_a_kind_that_make_up_any_third_fill_in_wherever_they_end(larger: 
 
 def test_what_is_kin_to_what_was_retuned_fills_in() -> None:
     steps = taken(("time_shift", 0, 9.0), ("contact", 0, 4.0), ("time_shift", 1, 9.0))
-    steps[0].base.placed = (Placed(effect_named("delay"), 0, {"time": 0.001}),)
+    steps[0] = with_effects(steps[0], [Placed(effect_named("delay"), 0, {"time": 0.001})])
     assert filling_in(steps, SCALES) == [True, False, False]
     slight = {"sine": 0.001, "cosine": 0.001, "harmonic": 3.0}
     waves = taken(("torque_ripple", 0, 9.0))
-    waves[0].base.placed = (Placed(effect_named("cogging"), 0, slight),)
+    waves[0] = with_effects(waves[0], [Placed(effect_named("cogging"), 0, slight)])
     assert filling_in(waves, SCALES) == [False]
-    steps[0].base.placed = (Placed(effect_named("delay"), 0, {"time": 0.01}),)  # the arm file's own
+    steps[0] = with_effects(steps[0], [Placed(effect_named("delay"), 0, {"time": 0.01})])  # the arm file's own
     assert filling_in(steps, SCALES) == [False, False, False]
 
 
@@ -120,7 +120,7 @@ def test_what_a_simpler_law_of_another_kind_does_as_well_does_not_fill_in(law: s
     spring = Placed(effect_named("cable_spring", law), 0, {"stiffness": 5.0, "rest": -9.0, "cubic": 9.0})
     other = effect_named(*as_good.split("/"))
     steps = taken_steps([stop, spring], [9.0, 5.0], gap=FLOOR, floor=FLOOR, left=4.0)
-    steps[1].as_good = (SimpleNamespace(placed=(Placed(other, 0),)),)
+    steps[1] = replace(steps[1], as_good=(fitted([Placed(other, 0)], FLOOR),))
     causes, _ = causes_of(steps, ("A", "B"), SCALES)
     (found,) = (cause for cause in causes if cause.effect == "cable_spring")
     assert other.name in found.equivalent

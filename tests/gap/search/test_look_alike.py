@@ -88,13 +88,12 @@ def test_a_drive_that_pulls_harder_to_one_side_is_no_offset(there: bool) -> None
     assert any("pulls harder to one side" in text for text in found.warnings) == there
 
 
-def alike(*chances: float | None) -> list[Any]:
+def alike(*chances: float | None) -> list[Step]:
     """The steps of a search that took effects, with a decoy that does better than each with some chance."""
     placed = [Placed(effect_named(name), 1) for name in ("torque_gain", "cable_spring")[: len(chances)]]
     steps = taken_steps(placed, [9.0] * len(placed), gap=np.ones(2), floor=np.ones(2))
-    for step, chance in zip(steps, chances, strict=True):
-        step.look_alike = None if chance is None else LookAlike("something else", chance)
-    return steps
+    found = [None if chance is None else LookAlike("something else", chance) for chance in chances]
+    return [replace(step, look_alike=decoy) for step, decoy in zip(steps, found, strict=True)]
 
 
 def test_its_chance_is_taken_from_the_presence() -> None:
@@ -119,7 +118,6 @@ def test_it_is_told_of_once() -> None:
 
 def test_what_one_joint_alone_cannot_tell_apart_is_told() -> None:
     stand = taken_steps([Placed(effect_named("base_flexibility"), 0)], [9.0], gap=np.ones(1), floor=np.ones(1))
-    stand[0].look_alike = None
     (told,) = told_alike(stand, ("A",))
     assert told.startswith("base_flexibility at A: with no joint behind it, a mass that swings on the link")
     assert told_alike(stand, ("A", "B")) == []

@@ -18,7 +18,6 @@ from stribeck.export.validate.archive import open_archive, unpack
 from stribeck.export.validate.markup import check_markup
 
 DESCRIPTION = "modelDescription.xml"
-BUILD = "sources/buildDescription.xml"
 ARM = "resources/arm.toml"
 MOST_VARIABLES = 20_000
 _LONGEST_NAME = 1000  # of a variable: the time that checking a name takes grows faster than its length

@@ -11,8 +11,8 @@ import fmpy
 from stribeck.arm import Arm
 from stribeck.errors import StribeckError
 from stribeck.export import PLATFORMS, export_fmu
-from stribeck.export.documents import tool_version
 from stribeck.export.validate.opened import Opened
+from stribeck.version import package_version
 
 
 def reproduction(fmu: Opened, arm: Arm) -> tuple[list[str], list[str]]:
@@ -24,7 +24,7 @@ def reproduction(fmu: Opened, arm: Arm) -> tuple[list[str], list[str]]:
         Both empty where every file is the same; binaries of other platforms are not looked at.
     """
     here = next((one for one in PLATFORMS if one.name == fmpy.platform_tuple), None)
-    tool = f"stribeck {tool_version()}"
+    tool = f"stribeck {package_version()}"
     if fmu.description.generationTool != tool:
         return [], [f"reproduction: exported by {fmu.description.generationTool}, this is {tool}"]
     if here is None:

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping
 from dataclasses import asdict
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +23,9 @@ from stribeck.gap.result import (
     Stage,
     Tuned,
 )
+from stribeck.rounding import rounded
 from stribeck.run import save_run
+from stribeck.version import package_version
 
 SCHEMA = "stribeck.diagnosis/1"
 NEXT_REFERENCE = "next_reference.csv"
@@ -204,8 +204,7 @@ def _interval(estimate: Estimate) -> list[float | None]:
 
 def _number(value: float) -> float | None:
     """Return ``value`` at six significant digits, null where it is not finite."""
-    value = float(value)
-    return float(f"{value:.{DIGITS}g}") if math.isfinite(value) else None
+    return rounded(value, DIGITS)
 
 
 def _plain(value: Any) -> Any:
@@ -219,11 +218,3 @@ def _plain(value: Any) -> Any:
     if isinstance(value, (list, tuple)):
         return [_plain(item) for item in value]
     return _number(value) if isinstance(value, float) else str(value)
-
-
-def package_version() -> str:
-    """Return the version of the installed package."""
-    try:
-        return version("stribeck")
-    except PackageNotFoundError:  # run from the sources, not installed
-        return "unknown"

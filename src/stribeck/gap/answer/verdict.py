@@ -238,25 +238,6 @@ def no_gap_probability(step: Step, noise: Noise | None, floor: np.ndarray, scale
     return float(chance * expit(8.0 * np.min(silent_to - ratio)))
 
 
-def closes_estimate(
-    before: np.ndarray, after: np.ndarray, floor: np.ndarray, block: np.ndarray, draws: np.ndarray
-) -> Estimate:
-    """Return the closed part with its 95 % interval by Bayesian bootstrap over blocks.
-
-    Parameters
-    ----------
-    before, after : array (M, n)
-        Residuals of two models, N m.
-    floor : array (n,)
-        Noise floor, N m rms.
-    block : array (M,) of int
-        The block of each row.
-    draws : array (draws, blocks)
-        Weights of the blocks, as of :func:`stribeck.gap.records.blocks.resampled`.
-    """
-    return with_interval(closure(before, after, floor), closed_again(before, after, floor, block, draws))
-
-
 def with_interval(value: float, drawn: np.ndarray | Sequence[float]) -> Estimate:
     """Return a value with the 95 % interval of what it is where the blocks are drawn again."""
     return Estimate(float(value), float(np.quantile(drawn, 0.025)), float(np.quantile(drawn, 0.975)))

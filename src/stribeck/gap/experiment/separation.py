@@ -93,11 +93,6 @@ class Prospect:
         return np.minimum(own, own.T)
 
     @property
-    def least(self) -> float:
-        """How far apart the two models are that lie nearest."""
-        return float(np.min(self.pairs[~np.eye(len(self.apart), dtype=bool)]))
-
-    @property
     def worth(self) -> float:
         """What is learnt about all pairs, one that is known already counting for little more: sum of log(1 + t^2)."""
         return float(np.sum(np.log1p(self.apart**2)))

@@ -26,9 +26,9 @@ def split(runs: Sequence[Run], notes: list[str], fitted: Collection[str] = ()) -
 
     A run that goes where no other goes (a larger torque, speed or range) is fitted: what only one recording shows
     cannot be learnt from the others; so is, where it can be, the first, for it alone shows what had been before. Of the
-    rest, those are kept back that together move like the fitted ones: what a
-    law closes on tame motions alone says little of what it closes on the others. Before all of it, both move every
-    joint that two runs move, if one more run must be kept back for it: what is wrong at a joint that rests is not seen.
+    rest, those are kept back that together move like the fitted ones: what a law closes on tame motions alone says
+    little of what it closes on the others. Before all of it, both move every joint that two runs move, if one more run
+    must be kept back for it: what is wrong at a joint that rests is not seen.
     """
     if len(runs) == 1:
         run = runs[0]

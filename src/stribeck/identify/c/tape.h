@@ -19,19 +19,24 @@
 #define INLINE static inline
 #endif
 
-/* The same order as OPERATIONS in operations.py, and then FUSED. */
-enum {
-    LOAD, CONST, STORE, ADD, SUB, MUL, DIV, NEG, INV, SQ, TWICE, SQRT, EXP, LOG, POW, SIN, COS, TAN, ASIN, ACOS, ATAN,
-    SINH, COSH, TANH, ASINH, ACOSH, ATANH, EXPM1, LOG1P, ERF, ATAN2, HYPOT, FLOOR, CEIL, FMOD, FABS, SIGN, COPYSIGN,
-    LT, LE, EQ, NE, NOT, AND, OR, FMIN, FMAX, CHOOSE, COPY,
-    MUL_ADD, MUL_SUB, SUB_MUL /* x y + z, x y - z, z - x y */
-};
+/* What Python mirrors is written as a list, which a function at the end tells. */
+#define FIELD(declaration) declaration;
+#define CONSTANT(name) name,
+#define QUOTE(text) #text ";"
+
+/* As KINDS in operations.py; the last three: x y + z, x y - z, z - x y. */
+#define KINDS(X)                                                                                                  \
+    X(LOAD) X(CONST) X(STORE) X(ADD) X(SUB) X(MUL) X(DIV) X(NEG) X(INV) X(SQ) X(TWICE) X(SQRT) X(EXP) X(LOG)      \
+    X(POW) X(SIN) X(COS) X(TAN) X(ASIN) X(ACOS) X(ATAN) X(SINH) X(COSH) X(TANH) X(ASINH) X(ACOSH) X(ATANH)        \
+    X(EXPM1) X(LOG1P) X(ERF) X(ATAN2) X(HYPOT) X(FLOOR) X(CEIL) X(FMOD) X(FABS) X(SIGN) X(COPYSIGN) X(LT) X(LE)   \
+    X(EQ) X(NE) X(NOT) X(AND) X(OR) X(FMIN) X(FMAX) X(IF_ELSE_ZERO) X(ASSIGN) X(MUL_ADD) X(MUL_SUB) X(SUB_MUL)
+enum { KINDS(CONSTANT) };
 
 /* One argument: element i of sample s stands at base[i * row + (s % period) * column]; without a period, at
- * base[i * row + s * column]. */
+ * base[i * row + s * column]. As Argument in program.py. */
+#define ARGUMENT(X) X(const double *base) X(long long row) X(long long column) X(long long period)
 typedef struct {
-    const double *base;
-    long long row, column, period;
+    ARGUMENT(FIELD)
 } argument;
 
 #define FAR 1e5                  /* rad, from where on sines are the library's */
@@ -181,8 +186,8 @@ INLINE void row(const int *code, long long length, const double *constants, cons
         case OR: EACH(X != 0.0 || Y != 0.0 ? 1.0 : 0.0);
         case FMIN: EACH(X < Y || Y != Y ? X : Y);
         case FMAX: EACH(X > Y || Y != Y ? X : Y);
-        case CHOOSE: EACH(X != 0.0 ? Y : 0.0);
-        case COPY: EACH(X);
+        case IF_ELSE_ZERO: EACH(X != 0.0 ? Y : 0.0);
+        case ASSIGN: EACH(X);
         case MUL_ADD: EACH(X * Y + Z);
         case MUL_SUB: EACH(X * Y - Z);
         case SUB_MUL: EACH(Z - X * Y);
@@ -216,3 +221,8 @@ WIDE TAPE_EXPORT void tape_march(const int *code, long long length, const double
             row(code, length, constants, in, after, runs, 0, (int)runs, (int)runs, work);
     }
 }
+
+/* Exported. How the structure and the names above are laid out: mirrored.py compares them with those of Python. */
+TAPE_EXPORT const char *argument_fields(void) { return ARGUMENT(QUOTE); }
+TAPE_EXPORT long long argument_size(void) { return (long long)sizeof(argument); }
+TAPE_EXPORT const char *kinds_names(void) { return KINDS(QUOTE); }

@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 
 from stribeck.arm import Arm
 from stribeck.compiler import build, load
+from stribeck.loop.exact.wish import check_rounds
 from stribeck.model.effect import ExternalEffect
 from stribeck.simulate import Engine, path_of
+from stribeck.simulate.axis import check_mirrored
 from stribeck.simulate.source import library_source
 
 Floats = NDArray[np.float64]
@@ -65,4 +67,7 @@ class RoundsEngine(Engine):
     def rounds_library(self) -> ctypes.CDLL:
         """The compiled library."""
         text = (files("stribeck.loop.exact") / "c" / "rounds.h").read_text(encoding="utf-8")
-        return load(build(library_source(self.forward) + text))
+        library = load(build(library_source(self.forward) + text))
+        check_mirrored(library)
+        check_rounds(library)
+        return library

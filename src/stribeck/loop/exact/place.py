@@ -7,12 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.simulate.axis import MEMORY
 from stribeck.simulate.source import CONTROLLER_STATES
 
 Floats = NDArray[np.float64]
 
 INTEGRAL, FILTER, LAG, THETA = range(4)  # of the controller's own states of a joint, continuous
-_MEMORY, _MARKS = 7, 5  # numbers of a sampled controller's memory, and of the present round, a joint
+_MEMORY, _MARKS = MEMORY.itemsize // 8, 5  # numbers of a sampled controller's memory, and of the present round, a joint
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from stribeck.effects.placing import placed_effects
 from stribeck.errors import InputError
 from stribeck.loop.exact.engine import RoundsEngine
 from stribeck.loop.exact.place import Layout, Place, Stretch
+from stribeck.loop.exact.wish import TURN, Wish
 from stribeck.simulate import JointLoop, Loop, Reference
 from stribeck.simulate.axis import axes_of, start_position
 from stribeck.simulate.closed import BOUND
@@ -29,19 +30,9 @@ from stribeck.simulate.motion import STATUS
 Floats = NDArray[np.float64]
 
 WHY = {**dict(enumerate(STATUS)), 20: "quiet", 21: "enough", 22: "end"}
-TURN = np.dtype([(name, float) for name in ("time", "deviation", "low", "high", "speed", "stuck", "joint")])
 ANY, NONE = -1, -2  # joints whose turns are counted
 _QUIET, _QUIET_SLIDE = 1e-10, 1e-6  # rad/s, rad/s^2, and the controller's own rates
 _MOST_SAMPLES = 4_000_000
-
-_REALS = ("rtol", "atol", "bound", "quiet", "quiet_slide", "sample", "end", "record_step")
-_WHOLES = ("watch", "most", "first", "count", "rows", "size", "calm")
-
-
-class _Wish(ctypes.Structure):
-    """As declared in ``rounds.h``."""
-
-    _fields_ = [*[(name, ctypes.c_double) for name in _REALS], *[(name, ctypes.c_longlong) for name in _WHOLES]]
 
 
 class Rounds:
@@ -149,7 +140,7 @@ class Rounds:
         quiet : bool
             Whether to stop where nothing moves any more.
         """
-        wish = _Wish(rtol=self.rtol, atol=self.atol, bound=BOUND, sample=self.loop.sample_time)
+        wish = Wish(rtol=self.rtol, atol=self.atol, bound=BOUND, sample=self.loop.sample_time)
         wish.quiet, wish.quiet_slide = (_QUIET, _QUIET_SLIDE) if quiet else (0.0, 0.0)
         wish.watch, wish.most, wish.size = watch, most, min(self.n * (most + 4) * 4, 1_000_000)
         if self.sampled:
@@ -157,7 +148,7 @@ class Rounds:
         wish.end, wish.rows, wish.record_step = place.values[0] + duration, rows, step
         return self._call(wish, place, np.zeros(1), None, np.zeros((2, 1, self.n)), rows)
 
-    def _run_sampled(self, wish: _Wish, place: Place, duration: float, rows: int) -> Stretch:
+    def _run_sampled(self, wish: Wish, place: Place, duration: float, rows: int) -> Stretch:
         ts, h = self.loop.sample_time, self.history
         samples = rows if rows > 0 else max(int(min(duration / ts, _MOST_SAMPLES)), 1)
         wish.first, wish.count, wish.calm = h, h + samples, 20 + h
@@ -172,7 +163,7 @@ class Rounds:
         return self._call(wish, place, times, noise, commands, rows)
 
     def _call(
-        self, wish: _Wish, place: Place, times: Floats, noise: Floats | None, commands: Floats, rows: int
+        self, wish: Wish, place: Place, times: Floats, noise: Floats | None, commands: Floats, rows: int
     ) -> Stretch:
         values, turns, out = place.values.copy(), np.zeros(wish.size, TURN), np.zeros(3, dtype=np.int64)
         record = np.full((rows, 3, self.n), np.nan)

@@ -5,25 +5,36 @@ from __future__ import annotations
 import ctypes
 import math
 from dataclasses import dataclass
+from functools import cache
 from importlib.resources import files
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.compiler import build, load
+from stribeck.loop.cycle import VERDICTS
 from stribeck.loop.exact.rounds import Rounds
 from stribeck.loop.exact.starts import LARGE, SMALL
 from stribeck.loop.maps.grid import Axes
-from stribeck.simulate.axis import AT_ZERO, KINDS
+from stribeck.mirrored import check_names, check_structure
+from stribeck.simulate.axis import AT_ZERO
 from stribeck.simulate.engine import pointer
 
 Floats = NDArray[np.float64]
 
-_FIELDS = (
+KINDS = ("none", "feedforward", "feedback")  # those of `axis.KINDS` that the kernel has
+_SETTINGS = (
     "inertia", "kp", "kv", "ki", "filter", "lag", "limit", "ratio", "dead_band", "rate", "sample", "delay",
-    *(f"friction{i}" for i in range(8)), "kind", "at_zero", "true_velocity", *(f"start{i}" for i in range(6)),
 )  # fmt: skip
-CELL = np.dtype([(name, float) for name in _FIELDS])  # as in cells.h
+CELL = np.dtype(
+    [
+        *((name, float) for name in _SETTINGS),
+        ("friction", float, 8),
+        *((name, float) for name in ("kind", "at_zero", "true_velocity")),
+        ("starts", float, 6),
+    ]
+)
+"""As declared in ``cells.h``."""
 _SETS = {"k": "ratio", "kp": "kp", "kv": "kv", "ki": "ki", "delay": "delay", "dead_band": "dead_band",
          "velocity_filter": "filter", "actuator_lag": "lag", "velocity": "rate"}  # fmt: skip
 
@@ -55,7 +66,7 @@ def fits(rounds: Rounds, joint: str) -> str:
         return "the arm has effects"
     if any(rounds.arm.gravity):
         return "the arm feels gravity"
-    if entry.compensation.kind not in ("none", "feedforward", "feedback"):
+    if entry.compensation.kind not in KINDS:
         return f"the compensation is {entry.compensation.kind}"
     if len(rounds.given.joints[0].reference.within(rounds.given.duration).times) > 1:
         return "the reference steps more than once"
@@ -72,11 +83,8 @@ def template_of(rounds: Rounds, joint: str) -> Template:
     for name in same:
         cell[name] = getattr(axis, name)
     cell["inertia"], cell["sample"], cell["rate"] = rounds.inertia[j], rounds.loop.sample_time, rounds.rate(j)
-    kinds = ("none", "feedforward", "feedback")
-    cell["kind"] = kinds.index(KINDS[axis.kind])
-    assert AT_ZERO == ("zero", "hold", "error_sign", "set_valued")  # the kernel's own order
-    for i in range(8):
-        cell[f"friction{i}"] = axis.friction[i]
+    cell["kind"] = KINDS.index(entry.compensation.kind)
+    cell["friction"] = axis.friction[:]
     return Template(cell, entry.kv is None, entry.reference.initial_error)
 
 
@@ -94,26 +102,30 @@ def cells_of(template: Template, axes: Axes, first: int, last: int) -> np.ndarra
 
 def _set_starts(cells: np.ndarray, error: float) -> None:
     """Set the starts of every cell, the same as `stribeck.loop.exact.starts` gives."""
-    forward, backward = (cells[f"friction{i}"] + cells[f"friction{i + 1}"] for i in (0, 4))
+    ahead, behind = cells["friction"][:, :4].T, cells["friction"][:, 4:].T
+    forward, backward = ahead[0] + ahead[1], behind[0] + behind[1]
     size = np.maximum(np.maximum(forward, backward) / cells["kp"], 1e-3)
     ratio = np.where(cells["kind"] == 2, cells["ratio"], 0.0)
     ramp, rate = cells["rate"] != 0.0, cells["rate"]
     starts = [np.full(len(cells), v) for v in (error, 0.0, math.nan, 0.0, 0.0, 0.0)]
     starts[2] = np.where(ramp, math.nan, LARGE * np.maximum(1.0, ratio) * size)
-    back = rate < 0.0
-    c0, c1, c2, alpha = (np.where(back, cells[f"friction{i + 4}"], cells[f"friction{i}"]) for i in range(4))
+    c0, c1, c2, alpha = np.where(rate < 0.0, behind, ahead)
     level = c0 + c1 * np.exp(-np.abs(rate) / alpha) + c2 * np.abs(rate)
     share = np.where(cells["kind"] == 0, 0.0, cells["ratio"])
     steady = np.sign(rate) * (1.0 - share) * level / cells["kp"]
     starts[4], starts[5] = np.where(ramp, 1.001 * steady, SMALL * size), np.where(ramp, rate, 0.0)
-    for i, values in enumerate(starts):
-        cells[f"start{i}"] = values
+    cells["starts"] = np.stack(starts, axis=1)
 
 
+@cache
 def kernel() -> ctypes.CDLL:
     """Return the compiled kernel."""
-    text = (files("stribeck.loop.maps") / "c" / "cells.h").read_text(encoding="utf-8")
-    return load(build(text))
+    library = load(build((files("stribeck.loop.maps") / "c" / "cells.h").read_text(encoding="utf-8")))
+    check_structure(library, "cell", CELL)
+    check_names(library, "kinds", KINDS)
+    check_names(library, "at_zero", AT_ZERO)
+    check_names(library, "verdicts", VERDICTS)
+    return library
 
 
 def run_cells(template: Template, axes: Axes, first: int, last: int) -> tuple[NDArray[np.int8], Floats]:

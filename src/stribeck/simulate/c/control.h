@@ -4,21 +4,30 @@
 
 #include "solver.h"
 
-enum { SB_NONE, SB_FEEDFORWARD, SB_FEEDBACK, SB_ADAPTIVE, SB_ROBUST, SB_DITHER };
-enum { SB_ZERO, SB_HOLD, SB_ERROR_SIGN, SB_SET_VALUED };
+/* What Python mirrors is written as a list, from which mirrored.h also tells a library's fields and names. */
+#define SB_FIELD(declaration) declaration;
+#define SB_CONSTANT(name) SB_##name,
+
+/* As KINDS, AT_ZERO and COURSES in axis.py. */
+#define SB_KINDS(X) X(NONE) X(FEEDFORWARD) X(FEEDBACK) X(ADAPTIVE) X(ROBUST) X(DITHER)
+#define SB_AT_ZERO(X) X(ZERO) X(HOLD) X(ERROR_SIGN) X(SET_VALUED)
+#define SB_COURSES(X) X(LINE) X(SINE) X(STEPS) X(CURVE)
+enum { SB_KINDS(SB_CONSTANT) };
+enum { SB_AT_ZERO(SB_CONSTANT) };
+enum { SB_COURSES(SB_CONSTANT) };
 #define SB_TURN 6.283185307179586 /* rad */
 
-enum { SB_LINE, SB_SINE, SB_STEPS, SB_CURVE };
-
-/* One joint's part of the loop; mirrored in axis.py. Angles in rad, torques in N m. */
+/* One joint's part of the loop; mirrored in axis.py. Angles in rad, torques in N m.
+ * friction: C0, C1, C2, alpha for forward and backward motion; reference: start, then rate, or amplitude, angular
+ * frequency, phase; table (knots, 3): time, position, velocity. */
+#define SB_AXIS(X)                                                                                              \
+    X(double kp) X(double kv) X(double ki) X(double inertia) X(double filter) X(double lag) X(double resolution) \
+    X(double limit) X(double ratio) X(double dead_band) X(double slope) X(double leakage) X(double inner)        \
+    X(double amplitude) X(double omega)                                                                         \
+    X(double gain[3]) X(double friction[2][4]) X(double reference[4]) X(const double *table) X(long long knots) \
+    X(int controlled) X(int true_velocity) X(int kind) X(int at_zero) X(int reference_kind) X(int delay)
 typedef struct {
-    double kp, kv, ki, inertia, filter, lag, resolution, limit;
-    double ratio, dead_band, slope, leakage, inner, amplitude, omega;
-    double gain[3], friction[2][4]; /* friction: C0, C1, C2, alpha for forward and backward motion */
-    double reference[4];            /* start, then: rate; or amplitude, angular frequency, phase */
-    const double *table;            /* (knots, 3): time, position, velocity */
-    long long knots;
-    int controlled, true_velocity, kind, at_zero, reference_kind, delay;
+    SB_AXIS(SB_FIELD)
 } sb_axis;
 
 /* What the controller of a joint sees and remembers. */
@@ -152,8 +161,9 @@ static int sb_winds_up(const sb_axis *a, double torque, double error) {
 #define SB_LEAST_MOVE 1e-12
 
 /* What a sampled controller remembers of a joint from one sample to the next. */
+#define SB_MEMORY(X) X(double last) X(double filtered) X(double integral) X(double held) X(double theta[3])
 typedef struct {
-    double last, filtered, integral, held, theta[3];
+    SB_MEMORY(SB_FIELD)
 } sb_memory;
 
 static void sb_sampled_start(const sb_axis *a, sb_memory *m) {

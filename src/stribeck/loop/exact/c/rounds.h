@@ -14,9 +14,11 @@ enum { SB_QUIET = 20, SB_ENOUGH, SB_END }; /* further ways to stop, beside the e
 enum { SB_ANY = -1 };                      /* joint whose turns count: any; below it none */
 
 /* One turn: the joint, when, its deviation q - r, counted in the direction of the reference, so that a turn is a largest
- * one; since the turn before: extremes of the deviation, top speed, time stuck. */
+ * one; since the turn before: extremes of the deviation, top speed, time stuck. As TURN in wish.py. */
+#define SB_A_TURN(X) \
+    X(double time) X(double deviation) X(double low) X(double high) X(double speed) X(double stuck) X(double joint)
 typedef struct {
-    double t, deviation, low, high, speed, stuck, joint;
+    SB_A_TURN(SB_FIELD)
 } sb_turn;
 
 typedef struct {
@@ -76,7 +78,7 @@ static void sb_turned(sb_rounds *w, int j) {
     if (w->count < w->size) {
         sb_turn *turn = w->turns + w->count++;
         const double ends[2] = {w->sign[j] * w->low[j], w->sign[j] * w->high[j]};
-        turn->t = s->t, turn->deviation = w->sign[j] * sb_deviation(w, j);
+        turn->time = s->t, turn->deviation = w->sign[j] * sb_deviation(w, j);
         turn->low = fmin(ends[0], ends[1]), turn->high = fmax(ends[0], ends[1]);
         turn->speed = s->top_speed[j], turn->stuck = s->stuck_time[j] - w->stuck[j], turn->joint = j;
     }
@@ -276,11 +278,17 @@ static void sb_leave(sb_sim *s, const sb_memory *memory, double *place) {
     memcpy(place, memory, sizeof(sb_memory) * SB_N);
 }
 
-/* What a call is asked for, mirrored in rounds.py. */
+/* What a call is asked for, mirrored in wish.py. */
+#define SB_WISH(X)                                                                                           \
+    X(double rtol) X(double atol) X(double bound) X(double quiet) X(double quiet_slide) X(double sample)     \
+    X(double end) X(double record_step) X(long long watch) X(long long most) X(long long first)              \
+    X(long long count) X(long long rows) X(long long size) X(long long calm)
 typedef struct {
-    double rtol, atol, bound, quiet, quiet_slide, sample, end, record_step;
-    long long watch, most, first, count, rows, size, calm;
+    SB_WISH(SB_FIELD)
 } sb_wish;
+
+SB_TELL_STRUCTURE(sb_turn, SB_A_TURN)
+SB_TELL_STRUCTURE(sb_wish, SB_WISH)
 
 /* Exported. Runs a loop from a place to its next turns; gives why it stopped. out: turns found, sample reached, steps. */
 SB_EXPORT int sb_run_rounds(const sb_wish *wish, const double *p, const sb_axis *axis, double *place, const double *times,

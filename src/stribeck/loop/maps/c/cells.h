@@ -12,19 +12,30 @@
 #define SB_EXPORT
 #endif
 
-enum { REST, STICK_SLIP, HUNTING, SLIDING, CHATTER, UNBOUNDED, UNDETERMINED }; /* as VERDICTS in cycle.py */
-enum { NONE, FEEDFORWARD, FEEDBACK };
-enum { ZERO, HOLD, ERROR_SIGN, SET_VALUED };
+/* What Python mirrors is written as a list, which a function at the end tells. */
+#define FIELD(declaration) declaration;
+#define CONSTANT(name) name,
+#define QUOTE(text) #text ";"
+
+/* As VERDICTS in cycle.py, KINDS in cells.py and AT_ZERO in axis.py. */
+#define VERDICTS(X) X(REST) X(STICK_SLIP) X(HUNTING) X(SLIDING_CYCLE) X(CHATTER) X(UNBOUNDED) X(UNDETERMINED)
+#define KINDS(X) X(NONE) X(FEEDFORWARD) X(FEEDBACK)
+#define AT_ZERO(X) X(ZERO) X(HOLD) X(ERROR_SIGN) X(SET_VALUED)
+enum { VERDICTS(CONSTANT) };
+enum { KINDS(CONSTANT) };
+enum { AT_ZERO(CONSTANT) };
 enum { X, V, Z, W, L, STATES };
 enum { MOST_DELAY = 1001, MOST_WAIT = 100000, MOST_SAMPLES = 400000 };
 #define LEAST_MOVE 1e-12 /* rad; a smaller difference of two positions counts as none: SB_LEAST_MOVE in control.h */
 
-/* One cell; mirrored in cells.py. friction: C0, C1, C2, alpha forward, then backward. */
+/* One cell; mirrored in cells.py. friction: C0, C1, C2, alpha forward, then backward; starts: error and velocity of up to
+ * three starts; the first decides; NaN for none. */
+#define CELL(X)                                                                                                 \
+    X(double inertia) X(double kp) X(double kv) X(double ki) X(double filter) X(double lag) X(double limit)     \
+    X(double ratio) X(double dead_band) X(double rate) X(double sample) X(double delay) X(double friction[8])   \
+    X(double kind) X(double at_zero) X(double true_velocity) X(double starts[6])
 typedef struct {
-    double inertia, kp, kv, ki, filter, lag, limit, ratio, dead_band, rate, sample, delay;
-    double friction[8];
-    double kind, at_zero, true_velocity;
-    double starts[6]; /* error and velocity of up to three starts; the first decides; NaN for none */
+    CELL(FIELD)
 } cell;
 
 typedef struct {
@@ -401,7 +412,7 @@ static void begin(const cell *c, track *k, double error, double velocity) {
 static int named(const cell *c, double period, double stuck) {
     const double reaction = (c->delay + 2) * c->sample;
     if (c->sample > 0.0 && period <= 4 * (c->delay + 2) * c->sample) return CHATTER;
-    if (stuck <= fmax(2 * reaction, 1e-9 * period)) return SLIDING;
+    if (stuck <= fmax(2 * reaction, 1e-9 * period)) return SLIDING_CYCLE;
     return c->rate == 0.0 ? HUNTING : STICK_SLIP;
 }
 
@@ -592,3 +603,10 @@ SB_EXPORT void sb_cells(const cell *cells, long long count, signed char *verdict
         }
     }
 }
+
+/* Exported. How the structure and the names above are laid out: mirrored.py compares them with those of Python. */
+SB_EXPORT const char *cell_fields(void) { return CELL(QUOTE); }
+SB_EXPORT long long cell_size(void) { return (long long)sizeof(cell); }
+SB_EXPORT const char *verdicts_names(void) { return VERDICTS(QUOTE); }
+SB_EXPORT const char *kinds_names(void) { return KINDS(QUOTE); }
+SB_EXPORT const char *at_zero_names(void) { return AT_ZERO(QUOTE); }
