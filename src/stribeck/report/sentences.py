@@ -21,7 +21,9 @@ def where(diagnosis: Diagnosis) -> str:
             f"what is left on the {words.held(diagnosis)} cannot be told from noise."
             f"{_before_measurement(diagnosis)}"
         )
-    first = f"{percent_interval(places[0].share)} of the gap that re-tuning leaves lies {_place(diagnosis, places[0])}"
+    measured = " (each joint measured by its own noise)" if len(diagnosis.joints) > 1 else ""
+    gap = f"of the gap that re-tuning leaves{measured}"
+    first = f"{percent_interval(places[0].share)} {gap} lies {_place(diagnosis, places[0])}"
     if len(places) == 1:
         return f"{first}.{_before_measurement(diagnosis)}"
     second = f"; next, {percent_interval(places[1].share)} {_place(diagnosis, places[1])}."

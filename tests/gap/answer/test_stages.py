@@ -1,8 +1,13 @@
 """The stages of the gap, and what is said where re-tuning helps nobody."""
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
-from stribeck.gap.answer.stages import WORSE, told_worse
+import numpy as np
+import pytest
+
+from stribeck.gap.answer.stages import WORSE, missed, told_missed, told_worse
 from stribeck.gap.result import Stage
 
 from ..conftest import JOINT, TRUE
@@ -24,3 +29,15 @@ def test_retuning_that_makes_it_worse_is_told_of() -> None:
     assert told_worse(stages(0.2, 0.99 * WORSE * 0.2), ARM) == []
     assert told_worse(stages(0.0, 0.0), ARM) == []
     assert len(told_worse(stages(0.0, 0.6), ARM)) == 1
+
+
+def test_a_model_that_leaves_most_of_the_torque_has_not_followed_it() -> None:
+    """As of an arm file with a slipped decimal: from 80 N m to 4 of 5 is much, and no explanation."""
+    held = [SimpleNamespace(command=np.tile([torque, 0.0], (50, 1))) for torque in (4.0, 6.0)]
+    prepared: Any = SimpleNamespace(arm=ARM, held=held)
+    floor = np.array([0.1, 0.1])
+    (row,) = missed(prepared, np.full((20, 2), 4.2), floor)  # the second joint has no drive
+    assert row == ("A", pytest.approx(4.2), pytest.approx(np.sqrt(26.0)))
+    assert told_missed([row], ARM)[0].startswith("A: even corrected, the model leaves 4.2 of 5.1 N m rms")
+    assert missed(prepared, np.full((20, 2), 2.4), floor) == []
+    assert missed(prepared, np.full((20, 2), 4.2), np.array([3.5, 3.5])) == []  # noise that none can follow

@@ -16,7 +16,7 @@ from stribeck.gap.answer.noise import heard, heard_through
 from stribeck.gap.answer.off_the_line import told_off_the_line
 from stribeck.gap.answer.places import places
 from stribeck.gap.answer.recordings import recordings_of, told_alone
-from stribeck.gap.answer.stages import HORIZON, stages_of, told_worse
+from stribeck.gap.answer.stages import HORIZON, missed, stages_of, told_missed, told_worse
 from stribeck.gap.answer.values import laws_of, parameters_of, tuned_of
 from stribeck.gap.answer.verdict import (
     AT_FLOOR,
@@ -168,6 +168,7 @@ class Assembly:
                 *told_commands(prepared, self.given),
                 *missing,
                 *(told_worse(stages, arm) if verdict == "unexplained" else ()),
+                *(told_missed(missed(prepared, self._held(final), told.floor), arm) if named else ()),
                 *loud(told.random, arm.names, self.steps[-1].floor),
                 *told_of(tuned),
                 *told_alone(recordings),
@@ -227,7 +228,9 @@ class Assembly:
         """Return the verdict, and the causes with what is left for ``none`` and ``unknown``."""
         ratio = float(np.max(np.sqrt(np.mean(self._held(final) ** 2, axis=0)) / self.heard.floor))
         if named:
-            verdict = "explained" if ratio < AT_FLOOR or self._closes(final).value > EXPLAINED else "partly_explained"
+            closed = ratio < AT_FLOOR or self._closes(final).value > EXPLAINED
+            followed = not missed(self.prepared, self._held(final), self.heard.floor)
+            verdict = "explained" if closed and followed else "partly_explained"
             return verdict, [*causes, Cause("unknown", left_over)]
         silent = no_gap_probability(self.steps[0], self.prepared.noise, self.floor, self.prepared.scales)
         none = silent * max(left_over - doubt(self.steps), 0.0)

@@ -9,12 +9,14 @@ import numpy as np
 from stribeck.arm import Arm, unit_at
 from stribeck.errors import StribeckError
 from stribeck.gap.answer.motion import motion_gap
+from stribeck.gap.answer.verdict import AT_FLOOR
 from stribeck.gap.fitted.corrected import arm_of
 from stribeck.gap.fitted.model import Model
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.result import Stage
 
 HORIZON = 0.5  # s
+FOLLOWED = 0.5  # of the recorded torque, rms: a model that leaves more has not followed it
 WORSE = 1.5  # times what the nominal values leave on held-out runs, that re-tuned ones leave: more than an effect bends
 
 
@@ -57,6 +59,38 @@ def told_worse(stages: Sequence[Stage], arm: Arm) -> list[str]:
         f"held out, the nominal ones {given[joint.name]:.3g}: what was fitted is too short or unlike it; record more"
         for joint in arm.joints
         if tuned[joint.name] > WORSE * given[joint.name]
+    ]
+
+
+def missed(prepared: Prepared, held: np.ndarray, floor: np.ndarray) -> list[tuple[str, float, float]]:
+    """Return (joint, what is left, recorded torque), rms, of the joints whose torque a model has not followed.
+
+    However much of a gap it closes: an arm file that is far off makes one beside which all that is left is little.
+
+    Parameters
+    ----------
+    prepared : Prepared
+    held : array (M, n)
+        What the model leaves on the held-out runs, N m.
+    floor : array (n,)
+        Noise floor, N m rms.
+    """
+    asked = _rms(np.concatenate([run.command for run in prepared.held]))
+    rows = zip(prepared.arm.names, _rms(held), asked, floor, strict=True)
+    return [
+        (name, float(left), float(torque))
+        for name, left, torque, low in rows
+        if left > max(AT_FLOOR * low, FOLLOWED * torque) and torque > low  # a joint without a drive follows nothing
+    ]
+
+
+def told_missed(rows: Sequence[tuple[str, float, float]], arm: Arm) -> list[str]:
+    """Return a warning for each joint of an arm whose torque the corrected model has not followed."""
+    units = {joint.name: unit_at("N m", joint.kind) for joint in arm.joints}
+    return [
+        f"{name}: even corrected, the model leaves {left:.3g} of {torque:.3g} {units[name]} rms: check the arm file's "
+        "values and units"
+        for name, left, torque in rows
     ]
 
 

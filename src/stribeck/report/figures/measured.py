@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from stribeck.gap.answer.stages import FOLLOWED
 from stribeck.gap.answer.verdict import AT_FLOOR, EXPLAINED, closure
 from stribeck.gap.result import Diagnosis
 from stribeck.report import words
@@ -82,7 +83,9 @@ def _left(diagnosis: Diagnosis, window: Window) -> str:
     floor = torque_scale(diagnosis)
     before, after = (np.nan_to_num(trace.measured - values)[part] for values in (trace.retuned, trace.corrected))
     rms = np.sqrt(np.mean(after**2, axis=0))
-    if np.max(rms / floor) < AT_FLOOR or closure(before, after, floor) > EXPLAINED:
+    most = np.nanmax(np.abs(trace.measured[part]), axis=0)
+    closed = closure(before, after, floor) > EXPLAINED and np.all(rms < FOLLOWED * most)
+    if closed or np.max(rms / floor) < AT_FLOOR:
         return ""
     j = int(np.argmax(rms / floor))
     said = f"{number(rms[j])} {unit_text(words.torque_unit(diagnosis))} rms"
