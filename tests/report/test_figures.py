@@ -75,8 +75,10 @@ def test_title_of_the_first_figure_says_what_is_left_in_it(diagnosis):
     )
     found = finding_of(measured_figure(replace(made, traces=worse))).replace("\u00a0", " ")
     assert re.fullmatch(r"With presliding, the model still misses .* by [\d.]+ N m rms at B where re-tuning .*", found)
-    far = tuple(replace(x, retuned=x.measured + 40.0, corrected=x.measured + 3.0) for x in made.traces)
+    far = tuple(replace(x, retuned=x.measured + 40.0, corrected=x.measured + 2.0) for x in made.traces)
     assert finding_of(measured_figure(replace(made, traces=far))).startswith(follows)  # next to all is closed
+    off = tuple(replace(x, retuned=x.measured + 80.0, corrected=x.measured + 5.0) for x in made.traces)
+    assert "still misses" in finding_of(measured_figure(replace(made, traces=off)))  # by as much as there is
 
 
 def test_held_out_runs_are_not_said_to_have_decided(diagnosis):
