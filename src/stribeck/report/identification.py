@@ -104,7 +104,10 @@ def _constants(found: Identification) -> Table | None:
                 rows.append(_constant_row((words.clean(joint.name), way), one, i, unit_at(UNITS[name], nominal.kind)))
     columns = ("joint", "direction", "", "Section 3", "IPOPT, readings", "95 % interval", "IPOPT, runs",
                "95 % interval", "unit")  # fmt: skip
-    note = "In grey: not determined by these recordings. A dash: the step could not be made."
+    note = (
+        "In grey: left open, by readings where they do not bound it on both sides, by runs (where there is no curve "
+        "through readings) where half its tolerance or more is left. A dash: the step could not be made."
+    )
     return Table("The constants, three ways", columns, tuple(rows), frozenset({3, 4, 5, 6, 7}), note) if rows else None
 
 
