@@ -4,15 +4,25 @@ import re
 import runpy
 import shlex
 import tomllib
+from dataclasses import fields
+from importlib.resources import files
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from stribeck.arm import load_arm, save_arm
+from stribeck.arm import Arm, EffectEntry, Friction, Joint, Tolerance, load_arm, save_arm
 from stribeck.cli import app
+from stribeck.effects.placing import placed_effects
 from stribeck.effects.registry import laws, registry
-from stribeck.run import save_run
+from stribeck.gap.records.prepare import prepare
+from stribeck.identify.residual import Residual
+from stribeck.model.layout import values_of
+from stribeck.model.path import SignalPath
+from stribeck.run import load_runs, save_run
+from stribeck.simulate import load_loop
+from stribeck.simulate.loop import Compensation, JointLoop, Loop, Reference
 
 from .gap.conftest import NOMINAL, recorded
 
@@ -45,6 +55,20 @@ def test_the_two_commands_are_what_ci_types() -> None:
     assert install in ci
     assert diagnose.replace("--out out", '--out "$work/out"') in ci
     assert [line for line in second.split(" && ") if line not in ci] == []
+
+
+@pytest.mark.long
+def test_the_picture_is_of_the_example_as_it_is() -> None:
+    """Its numbers as given, which follow from the recording alone; those corrected take a whole diagnosis."""
+    example = files("stribeck") / "example"
+    arm = load_arm(str(example / "arm.toml"))
+    prepared = prepare(arm, load_runs([str(example / f"run_0{k}.csv") for k in range(6)], arm.n))
+    path = SignalPath(arm, ())
+    left = Residual(path, prepared.held, ())(values_of(path.entries))[0]
+    text = " ".join((ROOT / "README.md").read_text(encoding="utf-8").split())
+    told = re.search(r"joint A ([\d.]+) N m as given, [\d.]+ N m corrected; joint B ([\d.]+) and", text)
+    assert told is not None
+    assert [float(value) for value in told.groups()] == pytest.approx(np.sqrt(np.mean(left**2, axis=0)), rel=5e-3)
 
 
 @pytest.mark.long
@@ -127,6 +151,56 @@ def test_links_lead_somewhere(page: Path) -> None:
         if anchor:
             heads = re.findall(r"^#+ (.*)$", place.read_text(encoding="utf-8"), re.MULTILINE)
             assert anchor in {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}, target
+
+
+def examples() -> tuple[str, str]:
+    """Return the README's arm file and loop file."""
+    arm, loop = re.findall(r"```toml\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+    return arm, loop
+
+
+def test_the_annotated_files_load(tmp_path: Path) -> None:
+    arm, loop = tmp_path / "arm.toml", tmp_path / "loop.toml"
+    for path, text in zip((arm, loop), examples(), strict=True):
+        path.write_text(text, encoding="utf-8")
+    read = load_arm(arm)
+    assert len(placed_effects(read)) == 1
+    assert load_loop(loop, read).clamp == {"B": 0.5}
+
+
+def test_the_annotated_files_have_every_key_with_its_default() -> None:
+    arm, loop = map(tomllib.loads, examples())
+    joint, controller = arm["joints"][0], loop["joints"][0]
+    tables: list[tuple[type, dict[str, object]]] = [
+        (Arm, arm),
+        (Tolerance, arm["tolerance"]),
+        (Joint, joint | joint["friction"]),  # which has those backward
+        (Friction, joint["friction"]),
+        (EffectEntry, arm["effects"][0]),
+        (Loop, loop),
+        (JointLoop, controller),
+        (Compensation, controller["compensation"]),
+        (Reference, controller["reference"]),
+    ]
+    assert [(kind, key.name) for kind, table in tables for key in fields(kind) if key.name not in table] == []
+    defaults = {(key.name, repr(key.default)) for kind, _ in tables for key in fields(kind)}
+    stated = re.findall(r"^(\w+) = .*; default ([^;:\n]+)$", "".join(examples()), re.MULTILINE)
+    read = [(key, tomllib.loads(f"x = {value}")["x"]) for key, value in stated if key != "B"]
+    assert len(read) > 20
+    wrong = [
+        pair
+        for pair in read
+        if (pair[0], repr(tuple(pair[1]) if isinstance(pair[1], list) else pair[1])) not in defaults
+    ]
+    assert wrong == []
+
+
+@pytest.mark.parametrize("command", ["simulate", "limit-cycle"])
+def test_the_help_says_where_the_formats_stand(command: str) -> None:
+    told = " ".join(re.sub(r"[^\w./ ]", " ", CliRunner().invoke(app, [command, "--help"]).output).split())
+    heads = re.findall(r"^## (.*)$", (ROOT / "README.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert [head for head in ("The arm file", "The loop file") if head not in told or head not in heads] == []
+    assert "fmu/two_link_nominal/arm.toml" in told
 
 
 def test_every_layer_is_in_the_picture() -> None:

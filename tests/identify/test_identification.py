@@ -143,7 +143,7 @@ def test_friction_is_taken_with_the_masses_that_it_was_fitted_with() -> None:
         borne = 9.81 * (fitted.mass - own.mass)
         assert way * friction.C0 - borne == pytest.approx(way * true.C0, abs=0.1)
     for way in WAYS.values():
-        (told,) = (text for text in found.warnings if text.startswith(f"A, {way}: the recordings do not determine C0"))
+        (told,) = (text for text in found.warnings if text.startswith(f"A, {way}: the recordings do not tell C0"))
         assert told.endswith(TAKEN["runs"])
 
 

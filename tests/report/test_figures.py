@@ -141,6 +141,16 @@ def test_map_lines_up_regions_that_each_joint_splits_in_its_own_way(diagnosis):
     assert len({row.y for row in rows}) == len(rows)
 
 
+def test_map_shows_the_same_samples_once(diagnosis):
+    made = diagnosis()
+    cells = [replace(made.regions[0], family=f, region=r) for f, r in (("motion", "stuck"), ("direction", "at rest"))]
+    made = replace(made, regions=(*made.regions, *cells))
+    shown = [(row.family, row.label) for row in map_rows(made)]
+    assert ("motion", "stuck") in shown
+    assert ("direction", "at rest") not in shown
+    assert "beyond noise" in words_of(where_figure(made))
+
+
 def test_a_users_matplotlib_settings_neither_leak_in_nor_out(diagnosis):
     with matplotlib.rc_context({"text.usetex": True, "font.size": 31.0}):
         figure = waterfall_figure(diagnosis(duration=3.0))

@@ -115,6 +115,27 @@ def test_the_terminal_s_table_has_a_row_a_direction():
     assert summary(identification(FULL, replace(FULL, name="B"))).row_count == 4
 
 
+@pytest.mark.parametrize(
+    ("source", "line"),
+    [("runs", "IPOPT, whole runs"), ("nominal", "as the arm file"), ("other direction", "as the other direction")],
+)
+def test_what_is_taken_is_drawn_and_the_legend_lists_what_is(source, line, tmp_path):
+    """One reading bounds no axis: the bend is shown."""
+    one = replace(direction(source, 1), section3=None)
+    found = identification(JointFriction("A", {"forward": one}, None, None))
+    figure = friction_curve_figure(found)
+    assert figure is not None
+    (ax,) = figure.axes
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["readings", line]
+    low, high = ax.get_xlim()
+    assert low < 0.0 < 0.05 < high < 3.0
+    (shown,) = (curve for curve in ax.get_lines() if curve.get_label() == line)
+    speed = np.asarray(shown.get_xdata())
+    assert np.allclose(shown.get_ydata(), tustin(TRUE, speed))
+    text = page(found, tmp_path)
+    assert ("Dashed: the paper" in text, "Dotted: IPOPT" in text) == (False, source == "runs")
+
+
 @pytest.mark.parametrize(("source", "says"), [("runs", "from whole recordings"), ("nominal", "as the arm file")])
 def test_the_heading_says_where_constants_come_from(source, says):
     figure = friction_curve_figure(identification(JointFriction("A", {"forward": direction(source, 3)}, None, None)))

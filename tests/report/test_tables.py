@@ -25,7 +25,7 @@ def test_tuned_values_are_marked_by_what_to_mind(diagnosis):
     table = tuned_table(replace(diagnosis(), tuned=rows))
     assert [row.mark for row in table.rows] == ["", "muted", "flag", "muted", "flag"]
     assert [row.cells[-1] for row in table.rows] == [
-        "", "not identified", "at its limit", "held", "far from nominal",
+        "", "uncertain", "at its limit", "held", "far from nominal",
     ]  # fmt: skip
     assert table.rows[0].cells[:5] == ("A.C0", "4.6", "1.4", "5.214", "5.130 to 5.300")
     assert table.rows[3].cells[3:5] == ("", "")
@@ -37,7 +37,7 @@ def test_values_beside_the_causes_are_those_that_are_delivered(diagnosis):
     last = replace(bent, tuned=Estimate(0.799, 0.79, 0.81), at_limit=False, identified=True)
     alone, both = (replace(diagnosis(), tuned=(bent,), corrected=values) for values in ((), (last,)))
     unit = "N\u00a0m\u00a0s/rad"
-    assert tuned_table(alone).rows[0].cells[3:] == ("0.19", "0 to 0.56", unit, "at its limit; not identified")
+    assert tuned_table(alone).rows[0].cells[3:] == ("0.19", "0 to 0.56", unit, "at its limit; uncertain")
     table = tuned_table(both)
     assert table.columns[3:6] == ("re-tuned", "with the causes", "95 % interval")
     assert table.rows[0].cells[3:] == ("0.19", "0.799", "0.790 to 0.810", unit, "")

@@ -107,6 +107,12 @@ def test_the_confusion_matrix_goes_by_the_path(score):
 
 def test_figures_say_the_finding(score):
     assert finding_of(strength_figure(score)).startswith("50 % of 4 hidden effects are named")
+    figure = strength_figure(score)
+    figure.draw_without_rendering()
+    (ax,) = figure.axes
+    assert not ax.get_ylabel()  # which in a low figure would run into the heading
+    assert ax.get_title(loc="left") == "by effect torque / noise floor"
+    assert not ax._left_title.get_window_extent().overlaps(figure._suptitle.get_window_extent())
     assert finding_of(strength_left_figure(score)) == "Where re-tuning leaves 3 and more, 2 of 2 cases are named"
     assert finding_of(limits_figure(score)) == "1 of 2 effects are named half of the time at 3 noise floors or less"
     assert finding_of(confusion_figure(score)) == "A wrong name in place of what was hidden: 0 of 5 cases"

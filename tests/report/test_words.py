@@ -142,6 +142,26 @@ def test_where_claims_no_stage_that_these_data_cannot_tell(diagnosis):
     )
 
 
+def test_where_states_no_share_of_an_only_joint(diagnosis):
+    place = Place("elbow", "external", "velocity reversal", Estimate(0.999, 0.999, 0.999))
+    made = replace(diagnosis(joints=("elbow",)), where=(place,), delivered=(), before_measurement=None)
+    head = "The gap that re-tuning leaves is"
+    assert sentences.where(made) == f"{head} in the external stage, densest at velocity reversals."
+    unknown = replace(place, channel="unknown")
+    assert (
+        sentences.where(replace(made, where=(unknown,))) == f"{head} of unknown origin, densest at velocity reversals."
+    )
+    assert sentences.where(replace(made, where=(unknown,), named=())) == f"{head} densest at velocity reversals."
+    two = (
+        replace(place, share=Estimate(0.9, 0.85, 0.93)),
+        replace(place, channel="sensing", share=Estimate(0.1, 0.0, 0.2)),
+    )
+    text = sentences.where(replace(made, where=two)).replace("\u00a0", " ")
+    assert text.startswith("90 % (85 to 93 %) of the gap that re-tuning leaves is in the external stage, densest")
+    assert "; next, 10 % (0 to 20 %) in the sensing stage, densest" in text
+    assert "elbow" not in text
+
+
 def test_where_blames_nothing_where_no_share_is_told(diagnosis):
     """What the records show by themselves explains a gap that is none of the torque."""
     assert sentences.where(replace(diagnosis(), where=())).startswith("Nowhere beyond the noise")

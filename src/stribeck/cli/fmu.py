@@ -35,7 +35,10 @@ def export(
         ),
     ] = None,
 ) -> None:
-    """Write an arm as an FMU, for Model Exchange and Co-Simulation, binaries for every platform and sources."""
+    """Write an arm as an FMU, binaries for every platform and sources.
+
+    For Model Exchange and Co-Simulation; an arm with a pure delay for Co-Simulation alone.
+    """
     check_keeps(out, [model])
     arm = load_model(model)
 

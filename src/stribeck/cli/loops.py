@@ -14,6 +14,10 @@ from stribeck.errors import InputError
 from stribeck.outputs import check_free, whole_folder
 
 app = typer.Typer()
+FORMATS = (
+    "Formats: README.md, sections The arm file and The loop file, an annotated example each. A short example: "
+    "fmu/two_link_nominal/arm.toml with loop.toml beside it."
+)
 
 
 @app.command(
@@ -21,7 +25,7 @@ app = typer.Typer()
         "Examples:\n\n"
         "[bold]stribeck simulate arm.toml loop.toml --out out[/bold]\n\n"
         "[bold]stribeck simulate --fmu robot.fmu arm.toml loop.toml --out out[/bold] - the FMU is the robot, and the "
-        "arm what its controllers know of it"
+        "arm what its controllers know of it\n\n" + FORMATS
     )
 )
 def simulate(
@@ -72,7 +76,7 @@ def simulate(
         "Examples:\n\n"
         "[bold]stribeck limit-cycle arm.toml loop.toml --out out[/bold]\n\n"
         "[bold]stribeck limit-cycle arm.toml loop.toml --grid 101x50 --out out[/bold] - a finer map; --grid none for "
-        "none"
+        "none\n\n" + FORMATS
     ),
 )
 def limit_cycle(

@@ -12,7 +12,7 @@ from stribeck.identify.map_fit import Fit
 from stribeck.identify.problem import Weights
 from stribeck.model.layout import Entry
 
-FLAT = 0.5  # posterior over prior deviation above which the data have not identified a value
+FLAT = 0.5  # of the tolerance: deviation and pull of the noise together, from which on a value counts as not identified
 DECAY = "alpha"  # known by its ratio
 MOST = 50.0  # logarithm of a ratio that is as good as infinite
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from stribeck.arm import unit_at
 from stribeck.identify.findings import Direction, JointFriction
 from stribeck.identify.run_fit import RunFit
 from stribeck.identify.tustin_fit import NAMES
@@ -37,8 +38,9 @@ def left_open(joints: Sequence[JointFriction], whole: RunFit) -> list[str]:
     for joint, own, rms in zip(joints, whole.arm.joints, whole.rms, strict=True):
         share = float(rms) / max(own.friction.C0 + own.friction.C1, 1e-12)
         if joint.directions and share > UNEXPLAINED:
-            what = f"{joint.name}: friction and rigid body leave {rms:.3g} rms, {share:.0%} of its break-away torque"
-            said.append(f"{what}, unexplained; try stribeck diagnose")
+            left = f"{rms:.3g} {unit_at('N m', own.kind)} rms of the torque along the recordings"
+            what = f"{joint.name}: friction and rigid body leave {left} unexplained"
+            said.append(f"{what}, {share:.0%} of its break-away torque; try stribeck diagnose")
     return said + [f"{key}: the recordings want more than three tolerances" for key in whole.fit.at_limit]
 
 
@@ -58,4 +60,4 @@ def _of_runs(one: Direction) -> Iterator[str]:
     if one.source != "curve" and not one.runs_identified.all():
         unsure = [name for name, sure in zip(NAMES, one.runs_identified, strict=True) if not sure]
         consequence = f"; {TAKEN[one.source]}" if one.source != "runs" or "C0" in unsure else ""
-        yield f"the recordings do not determine {', '.join(unsure)}{consequence}"
+        yield f"the recordings do not tell {', '.join(unsure)} to half the tolerance{consequence}"

@@ -34,7 +34,7 @@ class Direction:
     runs : array (3, 4)
         IPOPT on the whole recordings: values, lower and upper ends of the 95 % intervals of C0, C1, C2, alpha.
     runs_identified : array (4,) of bool
-        Which of these the recordings determine.
+        Which of these the recordings tell to half their tolerance.
     source : str
         Where ``fitted.toml`` has its constants from: ``curve``, ``runs`` or, where the readings do not determine all
         and the recordings not even C2, ``other direction`` or ``nominal``.

@@ -53,8 +53,9 @@ PLOTS = (
     _Plot(
         "where.png",
         where_figure,
-        "How each joint's squared residual, after re-tuning, spreads over the regions of its motion; "
-        "each family of regions splits the same samples.",
+        "How what re-tuning leaves of each joint's squared residual beyond noise spreads over the regions of its "
+        "motion, a family of them at a time; what the joint is stuck for has no direction. Of frequencies, noise is "
+        "not taken off.",
     ),
     _Plot(
         "residual.png",

@@ -14,13 +14,21 @@ from stribeck.identify.files import UNITS
 from stribeck.identify.findings import Direction, Identification
 from stribeck.identify.tustin_fit import NAMES
 from stribeck.report import words
-from stribeck.report.figures.friction_curve import SOURCE, friction_curve_figure
+from stribeck.report.figures.friction_curve import READINGS, SOURCE, friction_curve_figure
 from stribeck.report.numbers import estimate, interval, number, percent, unit_text
 from stribeck.report.page import Answer, Bullets, Facts, Files, Picture, Row, Section, Table, footer_of, render
 from stribeck.report.style import data_uri, finding_of, png_and_svg
 from stribeck.version import package_version
 
 FIGURE = "friction_curve.png"
+CAPTION = {
+    READINGS: "Points: one trial each.",
+    "Section 3": "Dashed: the paper's Section 3, by hand.",
+    "IPOPT, readings": "Solid: IPOPT on the same readings, with the 95 % band of the curve.",
+    "IPOPT, whole runs": "Dotted: IPOPT on the whole recordings, which uses no readings.",
+    SOURCE["other direction"]: "Grey, dash-dotted: the other direction's constants, which are taken.",
+    SOURCE["nominal"]: "Grey: the arm file's constants, which are taken.",
+}
 
 
 def write_report(found: Identification, folder: Path | str) -> None:
@@ -30,10 +38,8 @@ def write_report(found: Identification, folder: Path | str) -> None:
     if figure is not None:
         raster, vector = png_and_svg(figure)
         (folder / FIGURE).write_bytes(raster)
-        caption = (
-            "Points: one trial each. Dashed: the paper's Section 3, by hand. Solid: IPOPT on the same readings, with "
-            "the 95 % band of the curve. Dotted: IPOPT on the whole recordings, which uses no readings."
-        )
+        drawn = {str(line.get_label()) for ax in figure.axes for line in ax.get_lines()}
+        caption = " ".join(text for label, text in CAPTION.items() if label in drawn)
         pictures.append(Picture(finding_of(figure), data_uri(vector, "svg+xml"), caption, FIGURE))
     page = render(
         f"{words.clean(found.nominal.name)}: identification", _sections(found, pictures), footer_of(package_version())
@@ -104,7 +110,10 @@ def _constants(found: Identification) -> Table | None:
                 rows.append(_constant_row((words.clean(joint.name), way), one, i, unit_at(UNITS[name], nominal.kind)))
     columns = ("joint", "direction", "", "Section 3", "IPOPT, readings", "95 % interval", "IPOPT, runs",
                "95 % interval", "unit")  # fmt: skip
-    note = "In grey: not determined by these recordings. A dash: the step could not be made."
+    note = (
+        "In grey: left open, by readings where they do not bound it on both sides, by runs (where there is no curve "
+        "through readings) where half its tolerance or more is left. A dash: the step could not be made."
+    )
     return Table("The constants, three ways", columns, tuple(rows), frozenset({3, 4, 5, 6, 7}), note) if rows else None
 
 

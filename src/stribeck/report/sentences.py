@@ -13,7 +13,7 @@ NAMED_JOINTS = 3  # joints whose numbers a sentence still carries; more are in t
 
 
 def where(diagnosis: Diagnosis) -> str:
-    """Return the joint and region that hold most of the gap."""
+    """Return the joint and region that hold most of the gap; of an only joint, the stage."""
     places = sorted(diagnosis.where, key=lambda place: -place.share.value)
     if diagnosis.verdict == "no_gap" or not places:
         return (
@@ -21,9 +21,11 @@ def where(diagnosis: Diagnosis) -> str:
             f"what is left on the {words.held(diagnosis)} cannot be told from noise."
             f"{_before_measurement(diagnosis)}"
         )
-    measured = " (each joint measured by its own noise)" if len(diagnosis.joints) > 1 else ""
-    gap = f"of the gap that re-tuning leaves{measured}"
-    first = f"{percent_interval(places[0].share)} {gap} lies {_place(diagnosis, places[0])}"
+    several = len(diagnosis.joints) > 1
+    gap = "the gap that re-tuning leaves" + (" (each joint measured by its own noise) lies" if several else " is")
+    first = f"{percent_interval(places[0].share)} of {gap} {_place(diagnosis, places[0])}"
+    if len(places) == 1 and not several:
+        first = f"{gap.capitalize()} {_place(diagnosis, places[0])}"
     if len(places) == 1:
         return f"{first}.{_before_measurement(diagnosis)}"
     second = f"; next, {percent_interval(places[1].share)} {_place(diagnosis, places[1])}."
@@ -148,14 +150,18 @@ def _rms(diagnosis: Diagnosis) -> str:
 
 
 def _place(diagnosis: Diagnosis, place: Place) -> str:
-    """Return joint, possible stages and densest region; where nothing is named a stage is a likeness, not a claim."""
+    """Return joint, possible stages and densest region; where nothing is named a stage is a likeness, not a claim.
+
+    An only joint goes without saying.
+    """
     possible = place.channels or (place.channel,)
     name = words.listing([words.clean(channel).replace("_", " ") for channel in possible], "or")
     if name in ("", "unknown", "none"):
-        stage = ", of unknown origin" if diagnosis.named else ""
+        stage = "of unknown origin" if diagnosis.named else ""
     else:
-        stage = f", in the {name} stage" if diagnosis.named else f", most like the {name} stage"
-    return f"at {words.joints([place.joint])}{stage}, densest {words.region(place.region)}"
+        stage = f"in the {name} stage" if diagnosis.named else f"most like the {name} stage"
+    at = f"at {words.joints([place.joint])}" if len(diagnosis.joints) > 1 else ""
+    return ", ".join(part for part in (at, stage, f"densest {words.region(place.region)}") if part)
 
 
 def _chance(value: float, what: str) -> str:

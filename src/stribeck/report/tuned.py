@@ -11,8 +11,9 @@ from stribeck.report.page import Row, Table
 
 NOTE = (
     "Tolerance: one standard deviation, as the arm file states it. At its limit: the data push it to three or more, "
-    "where masses end and friction does not. Not identified: these runs tell it hardly better than the file. Held: a "
-    "tolerance of zero. Values of the file's effects have none: re-tuning finds them anew, and flags those far off."
+    "where masses end and friction does not. Uncertain: half the tolerance or more is left, one standard deviation and "
+    "the pull of the runs' noise taken together; the value may still be off nominal for sure. Held: a tolerance of "
+    "zero. Values of the file's effects have none: re-tuning finds them anew, and flags those far off."
 )
 BESIDE = (
     " Re-tuned: without the causes, whose part it takes over where it can. With the causes: as corrected.toml has it; "
@@ -49,5 +50,5 @@ def tuned_table(diagnosis: Diagnosis) -> Table:
 
 def _remarks(value: Tuned) -> list[str]:
     held = value.tolerance == 0.0
-    flags = ["at its limit"] * value.at_limit + ["not identified"] * (not value.identified and not held)
+    flags = ["at its limit"] * value.at_limit + ["uncertain"] * (not value.identified and not held)
     return flags + ["held"] * held + ["far from nominal"] * value.moved

@@ -1,4 +1,4 @@
-"""The map of where: for each joint, how the squared residual of the re-tuned model spreads over regions."""
+"""The map of where: for each joint, how what the re-tuned model leaves beyond noise spreads over regions."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from stribeck.report.style import INK, MUTED, RULE, WIDTH, drawn, heading, new_f
 
 SHADES = LinearSegmentedColormap.from_list("share", ["#ffffff", "#fde3b8", "#f3ae4a", "#b9560d", "#6b2700"])
 ROOMY = 4  # joints up to which a cell has space for more than its share
+TWICE = ("direction", "at rest")  # the samples that are "stuck" by motion
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ def map_rows(diagnosis: Diagnosis) -> list[MapRow]:
 
 
 def _family_rows(diagnosis: Diagnosis, family: str) -> list[tuple[str, tuple[Region, ...]]]:
-    mine = [region for region in diagnosis.regions if region.family == family]
+    mine = [one for one in diagnosis.regions if one.family == family and (one.family, one.region) != TWICE]
     by_joint = [[region for region in mine if region.joint == joint] for joint in diagnosis.joints]
     names = list(dict.fromkeys(region.region for region in mine))
     most = max(len(regions) for regions in by_joint)
@@ -115,17 +116,18 @@ def _cell_lines(diagnosis: Diagnosis, region: Region, named: bool) -> list[tuple
         share = f"{share} in {percent(region.time_share)} of time"
     change = number(region.rms, 2)
     change = f"{change} → {number(region.rms_corrected, 2)}" if diagnosis.named else change
-    detail = f"{change} {words.torque_unit(diagnosis)}"
-    if named:
-        detail = f"{words.short(region.region, 22)}: {change}"
+    detail = f"{words.short(region.region, 22)}: {change}" if named else change
     return [(share, -0.17, 9.0), (detail, 0.22, 8.0)]
 
 
 def _legend(diagnosis: Diagnosis) -> str:
-    rms = "; below: rms re-tuned → corrected" if diagnosis.named else "; below: rms"
+    unit = words.torque_unit(diagnosis)
+    rms = f"; below: rms, {unit}, re-tuned → corrected" if diagnosis.named else f"; below: rms, {unit}"
     rms = "" if len(diagnosis.joints) > ROOMY else rms
-    bold = "" if diagnosis.verdict == "no_gap" else "\nbold: clearly more than its share of the time"
-    return f"share of the joint's squared residual (re-tuned, held-out){rms}{bold}"
+    bold = "" if diagnosis.verdict == "no_gap" else "bold: clearly more than its share of the time"
+    share = "share of the joint's squared residual beyond noise (re-tuned, held-out)"
+    noise = "by frequency: noise included" if any(one.family == "frequency" for one in diagnosis.regions) else ""
+    return "\n".join(filter(None, (f"{share}{rms}", "; ".join(filter(None, (noise, bold))))))
 
 
 def _finding(diagnosis: Diagnosis) -> str:

@@ -46,7 +46,7 @@ def strength_left_figure(score: Score) -> Figure | None:
     if not found or not bins:
         return None
     figure = new_figure(1.5 + 0.85 * len(bins))
-    draw_strengths(figure.subplots(), found, bins, "torque left after re-tuning\n/ noise floor")
+    draw_strengths(figure.subplots(), found, bins, "torque left after re-tuning / noise floor")
     strong = found[bins[0]]["named"]
     heading(figure, f"Where re-tuning leaves {BINS[bins[0]]}, {strong['k']} of {cases(strong['n'])} are named")
     return figure
@@ -71,7 +71,7 @@ def draw_strengths(ax: Axes, single: Score, bins: Sequence[str], label: str = "e
             ax.plot([ASKED[name]] * 2, [place - 0.36, place - 0.12], color=INK, linewidth=1.4)
     ax.set_yticks(range(len(bins)), [f"{BINS[name]}\n{cases(single[name]['named']['n'])}" for name in bins])
     ax.set_ylim(len(bins) - 0.5, -0.5)
-    ax.set_ylabel(label)
+    ax.set_title(f"by {label}", color=MUTED, fontsize=10.0, fontweight="normal")  # a row is lower than that is long
     _shares(ax, "x", "share of cases (95 % interval; the tick is what is asked)")
     return ax
 
