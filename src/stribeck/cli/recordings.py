@@ -12,6 +12,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from stribeck.arm import doubtful_values
 from stribeck.cli.shared import OutDir, check_library, doubts, load_model, progress, read_runs, tell, warn
 from stribeck.errors import InputError
 from stribeck.outputs import check_free, check_keeps, whole_folder
@@ -80,7 +81,7 @@ def diagnose(
     check_library()
     nominal = load_model(arm)
     fitted, judged = read_runs(nominal, runs, held_out or [])
-    said = doubts((*fitted, *judged))
+    said = [*doubtful_values(nominal), *doubts((*fitted, *judged))]
 
     if torque is Torque.measured:
         fitted, judged = _measured(fitted), _measured(judged)
@@ -149,7 +150,7 @@ def identify(
         write_report(found, folder)
     console = Console()
     console.print(summary(found))
-    said = doubts(recorded)
+    said = [*doubtful_values(nominal), *doubts(recorded)]
     warn([text for text in found.warnings if text not in said])
     console.print(f"report: {out / 'report.html'}", highlight=False, soft_wrap=True)
 

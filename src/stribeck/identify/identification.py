@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.arm import Arm
+from stribeck.arm import Arm, doubtful_values
 from stribeck.errors import InputError
 from stribeck.grid import uniform
 from stribeck.identify.asymmetry import common_curve, compare_curves
@@ -74,7 +74,8 @@ def identify_friction(
     points = read_points(body, p, full)
     apart = Beyond(Residual(body, full, ())).apart(p, full)
     joints = tuple(_joint(arm, j, moved[j], points, whole, apart=apart[j]) for j in range(arm.n))
-    warnings = list(dict.fromkeys(f"{run.name}: {text}" for run in even for text in run.warnings))
+    doubts = dict.fromkeys(f"{run.name}: {text}" for run in even for text in run.warnings)
+    warnings = [*doubtful_values(arm), *doubts]
     warnings += doubtful_torques(arm, even, noise) + left_open(joints, whole)
     names = tuple(run.name for run in runs)
     return Identification(arm, taken_arm(arm, joints, whole), joints, whole, names, tuple(notes), tuple(warnings))
