@@ -4,14 +4,25 @@ import dataclasses
 import math
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stribeck.arm import Arm, EffectEntry, Friction, Joint, Tolerance, arm_to_toml, load_arm, save_arm
-from stribeck.arm.file import TOLERATED
+from stribeck.arm import (
+    Arm,
+    EffectEntry,
+    Friction,
+    Joint,
+    Tolerance,
+    arm_to_toml,
+    doubtful_values,
+    load_arm,
+    save_arm,
+)
+from stribeck.arm.file import MOST_RESOLUTION, TOLERATED
 from stribeck.errors import InputError, StribeckError
 from stribeck.textfile import load_toml
 
@@ -242,6 +253,41 @@ def test_a_straight_axis_need_not_state_what_nothing_depends_on(tmp_path: Path) 
         load_text(tmp_path, short.replace("mass", "# mass"))
 
 
+def test_a_resolution_in_counts_is_refused_by_its_key(tmp_path: Path) -> None:
+    arm = load_text(tmp_path, TEXT)
+    first = dataclasses.replace(arm.joints[0], encoder_resolution=0.25)
+    text = arm_to_toml(dataclasses.replace(arm, joints=(first, *arm.joints[1:])))
+    says = r"joints\[0\]\.encoder_resolution must not be greater than 0.5 rad: found 16384; give the step in rad"
+    with pytest.raises(InputError, match=says):
+        load_text(tmp_path, text.replace("encoder_resolution = 0.25", "encoder_resolution = 16384"))
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"length": 350.0}, "length is 350 m: are these mm?"),
+        ({"com": (200.0, 0.0)}, "com lies 200 m from its axis: are these mm?"),
+        ({"com": (0.0, -1.7)}, "com lies 1.7 m from its axis, on a link of 0.35 m: check its decimal point"),
+        ({"mass": 4000.0}, "mass is 4000 kg: are these grams?"),
+        ({"encoder_resolution": 0.35}, "encoder_resolution is 0.35 rad: are these degrees?"),
+        ({"com": (0.9, 0.0)}, None),  # a payload beyond the link
+        ({"length": 0.0, "com": (1.5, 0.0)}, None),  # a last link whose length nobody asked for
+        ({"kind": "prismatic", "com": (200.0, 0.0), "length": 350.0}, None),
+    ],
+)
+def test_values_that_no_arm_has_are_doubted(tmp_path: Path, changes: dict[str, Any], says: str | None) -> None:
+    joint = load_text(tmp_path, TEXT).joints[0]
+    said = doubtful_values(Arm("x", (0.0, 0.0), (dataclasses.replace(joint, **changes),), 0.002))
+    assert said == ([] if says is None else [f"A: the arm file's {says}"])
+
+
+def test_a_sample_time_in_milliseconds_is_doubted(tmp_path: Path) -> None:
+    arm = load_text(tmp_path, TEXT)
+    assert doubtful_values(arm) == []
+    slow = dataclasses.replace(arm, sample_time=2.0)
+    assert doubtful_values(slow) == ["the arm file's sample_time is 2 s: are these milliseconds?"]
+
+
 def prismatic() -> Joint:
     friction = Friction(1.0, 0.0, 0.5, 0.01)
     return Joint("x", "prismatic", 0.0, 2.0, (0.0, 0.0), 0.0, 0.0, friction, friction)
@@ -278,7 +324,7 @@ def arms(draw: st.DrawFn) -> Arm:
             friction=(friction := draw(frictions)),
             backward=draw(st.sampled_from([friction, draw(frictions)])),
             torque_limit=draw(st.none() | positive),
-            encoder_resolution=draw(st.none() | not_negative),
+            encoder_resolution=draw(st.none() | st.floats(0.0, MOST_RESOLUTION)),
             tolerance=draw(st.dictionaries(st.sampled_from(TOLERATED), not_negative, max_size=3)),
         )
         for name in names

@@ -178,6 +178,15 @@ def test_no_output_replaces_what_is_read(
     assert (bench / replaced).read_bytes() == before
 
 
+def test_no_prediction_replaces_what_is_there(bench: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (bench / "mine.csv").write_text("mine")
+    assert main(["predict", "arm.toml", "run.csv", "--horizon", "0.2", "--out", "mine.csv"]) == 2
+    assert_one_line(capsys, "mine.csv: output file exists already; give a new name, or remove this one first")
+    assert (bench / "mine.csv").read_text() == "mine"
+    assert main(["predict", "arm.toml", "run.csv", "--horizon", "0.2", "--out", "."]) == 2
+    assert_one_line(capsys, ".: cannot be written: found a folder; give the name of a file")
+
+
 def test_a_copy_does_not_judge_its_original(bench: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (bench / "later").mkdir()
     shutil.copy("run.csv", "later/run.csv")

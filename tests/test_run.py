@@ -99,6 +99,7 @@ def test_optional_columns_may_be_absent_or_incomplete(tmp_path: Path) -> None:
         (1, "time,pos,torque", "columns missing: t, q1, tau1"),
         (1, "t,q1,q1", "two columns have the same name: found 'q1'"),
         (1, "t;q1;tau1", "row 1 names no columns"),
+        (1, "0,0,0", "row 1 is no header, but numbers: found 0,0,0; write the names of the columns above it"),
     ],
 )
 def test_fault_is_said_with_its_row(tmp_path: Path, row: int, line: str, says: str) -> None:
@@ -108,6 +109,23 @@ def test_fault_is_said_with_its_row(tmp_path: Path, row: int, line: str, says: s
         load_lines(tmp_path, lines)
     assert str(caught.value).startswith(f"{tmp_path / 'run.csv'}: {says}")
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("header", "n", "does"),
+    [
+        ("t [s],q1 [rad],tau1 [Nm]", 1, "rename 't [s]' to t, 'q1 [rad]' to q1, 'tau1 [Nm]' to tau1; the header must"),
+        ("T,Q1,TAU1", 1, "rename 'T' to t, 'Q1' to q1, 'TAU1' to tau1; the header must name them exactly: t, q1, tau1"),
+        ("time,pos,torque_cmd", 1, "rename 'time' to t, 'pos' to q1, 'torque_cmd' to tau1; "),
+        ("t,q1,q_2,tau1,torque 2", 2, "rename 'q_2' to q2, 'torque 2' to tau2; "),
+        ("t,q1,tau1", 2, "the header must name them exactly: t, q1, q2, tau1, tau2 (this arm has 2 joints)"),
+        ("t,tau1,pos,angle", 1, "the header must name them exactly: t, q1, tau1 (this arm has 1 joint)"),  # either
+    ],
+)
+def test_columns_that_are_probably_meant_are_told(tmp_path: Path, header: str, n: int, does: str) -> None:
+    with pytest.raises(InputError) as caught:
+        load_lines(tmp_path, [header, *("0," * header.count(",") + "0" for _ in range(20))], n)
+    assert caught.value.do.startswith(does)
 
 
 @pytest.mark.parametrize("suffix", FORMATS)

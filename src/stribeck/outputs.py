@@ -52,8 +52,7 @@ def whole_file(path: Path | str) -> Iterator[Path]:
         then, or the disk is full.
     """
     path = Path(path)
-    if path.is_dir():
-        raise InputError(f"{path}: cannot be written", "a folder", "give the name of a file")
+    _check_no_folder(path)
     with _part(path, _new_file, 0o666) as part:
         yield part
 
@@ -107,6 +106,22 @@ def check_free(path: Path | str) -> None:
             raise InputError(f"{path}: output folder cannot be made", "a file of that name", "give a new folder")
     except OSError as error:
         raise _cannot_write(path, error) from error
+
+
+def check_new(path: Path | str) -> None:
+    """Raise `InputError` where a file, or a folder, of the name `path` is there already."""
+    path = Path(path)
+    try:
+        _check_no_folder(path)
+        if path.exists():
+            raise InputError(f"{path}: output file exists already", "", "give a new name, or remove this one first")
+    except OSError as error:
+        raise _cannot_write(path, error) from error
+
+
+def _check_no_folder(path: Path) -> None:
+    if path.is_dir():
+        raise InputError(f"{path}: cannot be written", "a folder", "give the name of a file")
 
 
 def check_keeps(path: Path | str, read: Iterable[Path | str]) -> None:

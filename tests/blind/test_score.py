@@ -330,6 +330,9 @@ def test_the_whole_score():
     held = {line["what"]: line["holds"] for line in result["targets"]}
     assert held["named, strength 3 and more"] is False
     assert held["both of a pair named"] is True
+    line = next(line for line in result["targets"] if line["what"] == "wrong name, of all single effects")
+    assert (line["k"], line["n"]) == (single["all"]["wrong_name"]["k"], single["all"]["wrong_name"]["n"])
+    assert "n" not in next(line for line in result["targets"] if line["what"] == "calibration error")
 
 
 def test_what_is_named_is_counted_again_by_what_re_tuning_leaves():

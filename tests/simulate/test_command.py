@@ -38,7 +38,8 @@ def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.mark.usefixtures("bench")
 def test_writes_a_run_and_its_measures(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["simulate", "arm.toml", "loop.toml", "--out", "out"]) == 0
-    assert capsys.readouterr().err == ""
+    told = capsys.readouterr()
+    assert told.err == ""
     found = json.loads(Path("out/simulation.json").read_text())
     run = load_run("out/simulation.csv", 2)
     assert found["schema"] == "stribeck.simulation/1"
@@ -54,6 +55,11 @@ def test_writes_a_run_and_its_measures(capsys: pytest.CaptureFixture[str]) -> No
     assert measures["mean_error"] == pytest.approx((5 + 1.25 * np.exp(-1) + 1.5 * 0.05) / 60.0, rel=1e-6)
     assert 0.0 < measures["whole"]["stick_fraction"] < 0.5
     assert found["units"]["mean_error"] == "rad"
+    error = f"rms error over the second half: {measures['rms_error']:.3g} rad at A"
+    assert told.out.splitlines() == [
+        f"20 s simulated, 1 event; {error}",
+        "out: simulation.csv, simulation.json and motion_*.png",
+    ]
     assert (run.q[:, 1] == 0.0).all()
     assert Path("out/motion_1.png").read_bytes().startswith(b"\x89PNG")
 

@@ -1,6 +1,7 @@
 """Prediction in windows: near the truth where the model is true, and a status where it runs away."""
 
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -139,10 +140,32 @@ def test_what_was_done_to_the_recording_is_told(
     save_run(replace(late, q=(run.q + 3.0 + np.pi) % (2.0 * np.pi) - np.pi), "as_it_comes.csv")
     for name, told in (("as_it_is", ()), ("as_it_comes", ("begins anew: q1 (", "ms apart, which makes"))):
         assert main(["predict", "arm.toml", f"{name}.csv", "--horizon", "0.5", "--out", f"{name}_ahead.csv"]) == 0
-        lines = capsys.readouterr().out.splitlines()
+        *lines, written, errors = capsys.readouterr().out.splitlines()
+        assert written == f"{name}_ahead.csv: 25 windows of up to 0.5 s"
+        assert re.fullmatch(r"rms error: motion \S+ rad at A, .+ at B, torque \S+ N m at A, .+ at B", errors)
         for line, text in zip(lines, told, strict=True):
             assert line.startswith(f"note: {name}.csv: ")
             assert text in line
+
+
+def test_errors_and_doubts_are_told() -> None:
+    arm = two_links()
+    run = recorded(arm)
+    found = predict(arm, run, 0.5)
+    assert found.warnings == ()
+    np.testing.assert_allclose(found.motion_error, rms(found.q - run.q))
+    np.testing.assert_allclose(found.torque_error, rms(found.tau - run.tau))
+    limited = replace(arm, joints=tuple(replace(joint, torque_limit=100.0, mass=4e3) for joint in arm.joints))
+    wrong = predict(limited, replace(run, tau=-1e3 * run.tau, warnings=("q1 is odd",)), 100.0).warnings
+    for text in (
+        "A: the arm file's mass is 4000 kg",
+        "made.csv: q1 is odd",
+        "beyond its torque_limit of 100 N m",
+        "lasts 12 s, less than the horizon of 100 s",
+    ):
+        assert any(text in said for said in wrong)
+    signs = predict(arm, replace(run, tau=-run.tau), 0.5).warnings
+    assert any("check the signs of its torque and position" in said for said in signs)
 
 
 def test_a_window_of_two_samples_is_one_whatever_the_clock() -> None:

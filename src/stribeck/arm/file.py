@@ -10,6 +10,7 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from stribeck.arm.text import SCHEMA, write_arm
+from stribeck.arm.units import unit_at
 from stribeck.arm.values import Arm, EffectEntry, Joint
 from stribeck.errors import InputError
 from stribeck.outputs import whole_file
@@ -17,6 +18,7 @@ from stribeck.textfile import check_schema, load_toml, structure
 
 # of a link that turns: nothing of a straight axis depends on them
 LEVERS = {"length": 0.0, "com": [0.0, 0.0], "inertia": 0.0}
+MOST_RESOLUTION = 0.5  # rad (m); 13 counts a turn
 TOLERATED = ("mass", "com_x", "com_y", "inertia", "rotor_inertia", "C0", "C1", "C2", "alpha")
 
 
@@ -114,6 +116,11 @@ def _check_joint(joint: Joint, where: str, n: int) -> None:
             f"{n} joints",
             "use revolute joints, or one axis",
         )
+    if joint.encoder_resolution is not None and joint.encoder_resolution > MOST_RESOLUTION:
+        unit = unit_at("rad", joint.kind)
+        what = f"{where}.encoder_resolution must not be greater than {MOST_RESOLUTION:g} {unit}"
+        step = "2 pi / counts a turn" if joint.kind == "revolute" else "the way of one count"
+        raise InputError(what, f"{joint.encoder_resolution:g}", f"give the step in {unit}, not counts: {step}")
     for key in joint.tolerance:
         if key not in TOLERATED:
             raise InputError(f"{where}.tolerance.{key} is not a known key", "", f"use one of: {', '.join(TOLERATED)}")

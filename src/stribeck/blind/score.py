@@ -213,24 +213,30 @@ def _mean(values: Sequence[float]) -> float | None:
 
 
 def targets(result: Row) -> list[dict[str, Any]]:
-    """Return what the check is asked to show, what it shows, and whether that holds; null where nothing was tried."""
+    """Return what the check is asked to show, what it shows, and whether that holds; null where nothing was tried.
+
+    Shares of cases are told with ``k`` of ``n``.
+    """
     single, coverage = result["single"], result["intervals"]["coverage"]["value"]
-    lines: list[tuple[str, float | None, float, bool]] = [
-        ("named, strength 3 and more", single["strong"]["named"]["value"], 0.90, True),
-        ("named, strength 1 to 3", single["fair"]["named"]["value"], 0.75, True),
-        ("wrong name, of all single effects", single["all"]["wrong_name"]["value"], 0.03, False),
-        ("joint right, strength 3 and more", single["strong"]["joint"]["value"], 0.95, True),
-        ("channel right, strength 3 and more", single["strong"]["channel"]["value"], 0.92, True),
-        ("false alarms", result["none"]["false_alarms"]["value"], 0.03, False),
-        ("no wrong name outside the library", result["outside"]["abstained"]["value"], 0.90, True),
-        ("both of a pair named", result["pairs"]["all"]["both"]["value"], 0.75, True),
+    lines: list[tuple[str, Row | float | None, float, bool]] = [
+        ("named, strength 3 and more", single["strong"]["named"], 0.90, True),
+        ("named, strength 1 to 3", single["fair"]["named"], 0.75, True),
+        ("wrong name, of all single effects", single["all"]["wrong_name"], 0.03, False),
+        ("joint right, strength 3 and more", single["strong"]["joint"], 0.95, True),
+        ("channel right, strength 3 and more", single["strong"]["channel"], 0.92, True),
+        ("false alarms", result["none"]["false_alarms"], 0.03, False),
+        ("no wrong name outside the library", result["outside"]["abstained"], 0.90, True),
+        ("both of a pair named", result["pairs"]["all"]["both"], 0.75, True),
         ("95 % intervals that hold, off 95 %", None if coverage is None else abs(coverage - 0.95), 0.03, False),
         ("calibration error", result["calibration"]["likeliest"]["ece"], 0.05, False),
         ("claimed less true shrinkage, median size", result["shrinkage"]["median_error"], 0.05, False),
         ("median of the gap closed", result["shrinkage"]["median_true"], 0.85, True),
     ]
-    return [
-        {"what": what, "have": have, "want": want, "at_least": least,
-         "holds": None if have is None else bool(have >= want if least else have <= want)}
-        for what, have, want, least in lines
-    ]  # fmt: skip
+    return [_target(*line) for line in lines]
+
+
+def _target(what: str, found: Row | float | None, want: float, least: bool) -> dict[str, Any]:
+    """Return a line of what is asked; a rate has its counts beside it."""
+    counts, have = ({"k": found["k"], "n": found["n"]}, found["value"]) if isinstance(found, Mapping) else ({}, found)
+    holds = None if have is None else bool(have >= want if least else have <= want)
+    return {"what": what, "have": have, **counts, "want": want, "at_least": least, "holds": holds}

@@ -51,7 +51,7 @@ def simulate(
     from stribeck.simulate import load_loop
     from stribeck.simulate import simulate_loop as run_loop
     from stribeck.simulate.engine import left_out
-    from stribeck.simulate.metrics import write_simulation
+    from stribeck.simulate.metrics import told, write_simulation
 
     if fmu is None:
         controlled = load_model(files[0])
@@ -66,6 +66,8 @@ def simulate(
     with whole_folder(out) as folder:
         write_simulation(result, controlled, settings, folder)
         write_figures(result, controlled, folder)
+    print(told(result, controlled))
+    print(f"{out}: simulation.csv, simulation.json and motion_*.png")
     if not result.motion.ok:
         print(f"warning: {result.motion.status} after {result.ended:.6g} s", file=sys.stderr)
 

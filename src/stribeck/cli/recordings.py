@@ -7,15 +7,19 @@ from dataclasses import replace
 from enum import StrEnum
 from importlib.resources import files
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 
+from stribeck.arm import Arm, doubtful_values, unit_at
 from stribeck.cli.shared import OutDir, check_library, doubts, load_model, progress, read_runs, tell, warn
 from stribeck.errors import InputError
-from stribeck.outputs import check_free, check_keeps, whole_folder
+from stribeck.outputs import check_free, check_keeps, check_new, whole_folder
 from stribeck.run import Run, save_columns
+
+if TYPE_CHECKING:
+    from stribeck.simulate.predict import Prediction
 
 app = typer.Typer()
 
@@ -80,7 +84,7 @@ def diagnose(
     check_library()
     nominal = load_model(arm)
     fitted, judged = read_runs(nominal, runs, held_out or [])
-    said = doubts((*fitted, *judged))
+    said = [*doubtful_values(nominal), *doubts((*fitted, *judged))]
 
     if torque is Torque.measured:
         fitted, judged = _measured(fitted), _measured(judged)
@@ -110,6 +114,7 @@ def predict(
 ) -> None:
     """Start at the recorded state every S seconds and simulate on under the recorded commanded torque."""
     check_keeps(out, (model, run))
+    check_new(out)
     if not 0.0 < horizon < float("inf"):
         raise InputError("--horizon must be a positive time", f"{horizon:g} s", "give seconds, for instance 0.5")
     arm = load_model(model)
@@ -121,7 +126,10 @@ def predict(
     columns = {f"{key}{k + 1}": getattr(prediction, key)[:, k] for key in ("q", "dq", "tau") for k in range(arm.n)}
     save_columns({"t": prediction.t, "window": prediction.window, **columns}, out)
     tell(prediction.notes)
+    said = [*doubtful_values(arm), *doubts([recorded])]
+    warn([text for text in prediction.warnings if text not in said])
     warn([f"window {window} ended early: {prediction.status[window]}" for window in prediction.failed])
+    _tell_prediction(prediction, arm, horizon, out)
 
 
 @app.command(epilog="Example: [bold]stribeck identify arm.toml run_*.csv --out out[/bold]")
@@ -149,9 +157,23 @@ def identify(
         write_report(found, folder)
     console = Console()
     console.print(summary(found))
-    said = doubts(recorded)
+    said = [*doubtful_values(nominal), *doubts(recorded)]
     warn([text for text in found.warnings if text not in said])
     console.print(f"report: {out / 'report.html'}", highlight=False, soft_wrap=True)
+
+
+def _tell_prediction(prediction: Prediction, arm: Arm, horizon: float, out: Path) -> None:
+    """Say what was written, and how near it is to the recording."""
+    count = len(prediction.status)
+    print(f"{out}: {count} window{'s' * (count != 1)} of up to {horizon:g} s")
+    figures = ("motion", prediction.motion_error, "rad"), ("torque", prediction.torque_error, "N m")
+    told = [
+        f"{what} {error[j]:.3g} {unit_at(unit, joint.kind)} at {joint.name}"
+        for what, error, unit in figures
+        if error is not None
+        for j, joint in enumerate(arm.joints)
+    ]
+    print(f"rms error: {', '.join(told)}")
 
 
 def _measured(runs: Sequence[Run]) -> list[Run]:

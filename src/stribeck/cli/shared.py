@@ -12,7 +12,7 @@ import typer
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from stribeck.arm import Arm, load_arm
+from stribeck.arm import Arm, doubtful_values, load_arm
 from stribeck.run import Run, check_apart, load_runs
 from stribeck.stopping import stop_if_asked
 
@@ -43,11 +43,15 @@ def unless_asked(show: Callable[[str], None]) -> Callable[[str], None]:
 
 
 def load_model(path: Path) -> Arm:
-    """Load an arm file whose effects are known, too: that is found now, and told with the file's name."""
+    """Load an arm file whose effects are known, too: that is found now, and told with the file's name.
+
+    What to doubt of its values is said at once.
+    """
     from stribeck.effects.placing import placed_effects
 
     arm = load_arm(path)
     placed_effects(arm, str(path))
+    warn(doubtful_values(arm))
     return arm
 
 

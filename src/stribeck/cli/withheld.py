@@ -128,6 +128,7 @@ def score(
     from stribeck.blind.score import score as scored
     from stribeck.blind.shrinkage import true_shrinkage
     from stribeck.report.withheld import write_score_report
+    from stribeck.report.withheld_tables import told
 
     opened = open_sealed(results, key, partial=partial)
     truly = true_shrinkage(opened, jobs, _told("scoring")) if shrinkage else None
@@ -137,8 +138,7 @@ def score(
         write_score_report(result, folder)
     for line in result["targets"]:
         if line["have"] is not None:
-            sign = "at least" if line["at_least"] else "at most"
-            print(f"{line['what']}: {line['have']:.3g} ({sign} {line['want']:g} asked)")
+            print(told(line))
     print(f"report: {out / 'report.html'}")
 
 

@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.arm import Arm
+from stribeck.arm import Arm, doubtful_values
 from stribeck.errors import InputError
 from stribeck.grid import uniform
 from stribeck.identify.asymmetry import common_curve, compare_curves
 from stribeck.identify.beyond import Beyond
-from stribeck.identify.commanded import doubtful_torques
+from stribeck.identify.commanded import doubtful_commands, doubtful_torques
 from stribeck.identify.conditioning import Conditioned, condition
 from stribeck.identify.curve import Point, read_points
 from stribeck.identify.cutoff import cutoff_frequency
@@ -74,8 +74,10 @@ def identify_friction(
     points = read_points(body, p, full)
     apart = Beyond(Residual(body, full, ())).apart(p, full)
     joints = tuple(_joint(arm, j, moved[j], points, whole, apart=apart[j]) for j in range(arm.n))
-    warnings = list(dict.fromkeys(f"{run.name}: {text}" for run in even for text in run.warnings))
-    warnings += doubtful_torques(arm, even, noise) + left_open(joints, whole)
+    doubts = dict.fromkeys(f"{run.name}: {text}" for run in even for text in run.warnings)
+    warnings = [*doubtful_values(arm), *doubts]
+    warnings += doubtful_torques(arm, even, noise) + doubtful_commands(engine.path, engine.p, thin)
+    warnings += left_open(joints, whole)
     names = tuple(run.name for run in runs)
     return Identification(arm, taken_arm(arm, joints, whole), joints, whole, names, tuple(notes), tuple(warnings))
 

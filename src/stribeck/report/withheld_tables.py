@@ -45,12 +45,27 @@ def asked(score: Score) -> Table:
     """Return what the check is asked to show beside what it shows."""
     rows = []
     for line in score["targets"]:
-        show = (lambda x: number(x, 2)) if line["what"] in SHARE_LINES else percent
-        have = "not tried" if line["have"] is None else show(line["have"])
-        asked = f"{'at least' if line['at_least'] else 'at most'} {show(line['want'])}"
+        have, limit = _shown(line)
         verdict = {True: "holds", False: "does not hold", None: ""}[line["holds"]]
-        rows.append(Row((line["what"], asked, have, verdict), "flag" if line["holds"] is False else ""))
+        rows.append(Row((line["what"], limit, have, verdict), "flag" if line["holds"] is False else ""))
     return Table("What is asked, and what holds", ("", "asked", "measured", ""), tuple(rows), frozenset({1, 2}))
+
+
+def told(line: Score) -> str:
+    """Return a line of what is asked for the terminal: "false alarms: 0 of 4 (0 %; at most 3.0 % asked)"."""
+    have, limit = _shown(line)
+    if "n" in line:
+        return f"{line['what']}: {line['k']} of {line['n']} ({percent(line['have'])}; {limit} asked)"
+    return f"{line['what']}: {have} ({limit} asked)"
+
+
+def _shown(line: Score) -> tuple[str, str]:
+    """Return what a line of what is asked has, with its counts where it has any, and what is asked."""
+    show = (lambda x: number(x, 2)) if line["what"] in SHARE_LINES else percent
+    have = "not tried" if line["have"] is None else show(line["have"])
+    if line.get("n"):
+        have = f"{have}, {line['k']} of {line['n']}"
+    return have, f"{'at least' if line['at_least'] else 'at most'} {show(line['want'])}"
 
 
 def by_strength(score: Score) -> list[Table]:

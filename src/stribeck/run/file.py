@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from stribeck.errors import InputError
 from stribeck.outputs import whole_file
 from stribeck.run.checks import check_time, check_units
+from stribeck.run.header import to_do
 from stribeck.run.table import read_table
 from stribeck.run.values import Floats, Run
 
@@ -145,7 +146,7 @@ def _chooser(path: Path, n: int) -> Callable[[list[str]], set[str]]:
         if missing:
             what = f"{path}: column {missing[0]} is missing" if len(missing) == 1 else f"{path}: columns missing: "
             what += "" if len(missing) == 1 else ", ".join(missing)
-            raise InputError(what, shown, f"add it: this arm has {n} joint{'s' if n > 1 else ''}")
+            raise InputError(what, shown, to_do(missing, names, required, n))
         over = [name for name in names if (match := re.fullmatch(r"(?:q|tau)([1-9]\d*)", name)) and int(match[1]) > n]
         if over:
             what = f"{path}: has more joints than the arm, which has {n}"

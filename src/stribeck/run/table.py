@@ -15,6 +15,7 @@ import pyarrow.csv
 import pyarrow.parquet
 
 from stribeck.errors import InputError
+from stribeck.run.header import is_number
 from stribeck.run.values import Floats
 from stribeck.textfile import explain_unreadable
 
@@ -170,6 +171,9 @@ def _header(path: Path) -> list[str]:
         raise InputError(
             f"{path}: row 1 names no columns", repr(",".join(names)), "name them in row 1, with commas between"
         )
+    if all(is_number(name) for name in names):
+        do = "write the names of the columns above it, as t,q1,tau1 for one joint"
+        raise InputError(f"{path}: row 1 is no header, but numbers", ",".join(names), do)
     return names
 
 

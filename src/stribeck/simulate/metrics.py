@@ -74,6 +74,16 @@ def write_simulation(closed: Closed, arm: Arm, loop: Loop, folder: Path) -> None
     (folder / "simulation.json").write_text(text + "\n", encoding="utf-8")
 
 
+def told(closed: Closed, arm: Arm) -> str:
+    """Return one line on a simulation: how long, how many events, and the error over the second half of it."""
+    half, unit = closed.motion.filled // 2, unit_at("rad", arm.joints[0].kind)
+    errors = [(arm.names[j], measures(closed, j, half)["rms_error"]) for j in closed.controlled]
+    shown = ", ".join(f"{error:.3g} {unit} at {name}" for name, error in errors if error is not None)
+    count = closed.motion.event_count
+    said = f"{closed.ended:g} s simulated, {count} event{'s' * (count != 1)}"
+    return f"{said}; rms error over the second half: {shown}" if shown else said
+
+
 def _finite(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: _finite(item) for key, item in value.items()}

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 from scipy.ndimage import convolve1d
 
-from stribeck.arm import Arm
+from stribeck.arm import Arm, doubtful_values
 from stribeck.errors import InputError
 from stribeck.grid import LONG_AGO, uniform
+from stribeck.identify.commanded import doubtful_commands, doubtful_torques
 from stribeck.identify.conditioning import Conditioned, condition
 from stribeck.identify.cutoff import cutoff_frequency
 from stribeck.identify.noise import encoder_noise
@@ -46,6 +47,10 @@ class Prediction:
         Of each window: ``ok``, or why it ended early.
     notes : tuple of str
         What was done to the recording first, for the reader.
+    warnings : tuple of str
+        What there is to doubt of the arm, the recording and the horizon.
+    motion_error, torque_error : array (n,) or None
+        Rms difference of ``q`` and ``tau`` from what was recorded, rad and N m; windows that ended early are left out.
     """
 
     t: Floats
@@ -55,6 +60,9 @@ class Prediction:
     tau: Floats
     status: tuple[str, ...]
     notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    motion_error: Floats | None = None
+    torque_error: Floats | None = None
 
     @property
     def failed(self) -> tuple[int, ...]:
@@ -88,7 +96,27 @@ def predict(arm: Arm, run: Run, horizon: float) -> Prediction:
     cutoff = cutoff_frequency(arm, [run], engine.moved_inertia(np.median(run.q, axis=0)), noise)
     every, thinned = (condition(arm, run, cutoff, noise, thin=thin) for thin in (False, True))
     found = predict_conditioned(engine, engine.p, every, horizon, thinned)
-    return replace(found, t=found.t + (began - run.t[0] if abs(began) >= LONG_AGO else 0.0), notes=notes)
+    warnings = (
+        *doubtful_values(arm),
+        *(f"{run.name}: {text}" for text in run.warnings),
+        *doubtful_torques(arm, [run], noise),
+        *doubtful_commands(engine.path, engine.p, [thinned]),
+        *_beyond(run, horizon),
+    )
+    good = ~np.isin(found.window, found.failed)
+    errors = [
+        np.sqrt(np.mean((told - recorded)[good] ** 2, axis=0)) if good.any() else np.full(arm.n, np.nan)
+        for told, recorded in ((found.q, run.q), (found.tau, run.tau))
+    ]
+    t = found.t + (began - run.t[0] if abs(began) >= LONG_AGO else 0.0)
+    return replace(found, t=t, notes=notes, warnings=warnings, motion_error=errors[0], torque_error=errors[1])
+
+
+def _beyond(run: Run, horizon: float) -> list[str]:
+    """Return a warning where a recording is shorter than a window."""
+    if horizon <= run.duration + 2 * run.sample_time:
+        return []
+    return [f"{run.name}: lasts {run.duration:.4g} s, less than the horizon of {horizon:g} s: it is one shorter window"]
 
 
 def predict_conditioned(

@@ -9,7 +9,7 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from stribeck.arm import Arm
+from stribeck.arm import Arm, doubtful_values
 from stribeck.errors import InputError
 from stribeck.gap.records.passed import Passed
 from stribeck.gap.records.rests import without_long_rests
@@ -126,7 +126,7 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = (), fitted:
         _check_filtered(one, cutoff)
     notes += [f"{run.name}: {text}" for run in conditioned for text in _held(arm, run)]
     doubts = dict.fromkeys(f"{run.name}: {text}" for run in every for text in run.warnings)
-    warnings = (*doubts, *driven_in_vain(arm, conditioned), *doubtful_torques(arm, every, noise))
+    warnings = (*doubtful_values(arm), *doubts, *driven_in_vain(arm, conditioned), *doubtful_torques(arm, every, noise))
     gone = sum(distance_gone(run.q, run.sample_time) for run in [*even, *kept_back])
     scales = typical(arm, learnt, inertia, np.asarray(gone))
     said = _together(notes)

@@ -73,7 +73,8 @@ class Tryout:
         prepared, base, known = self._setting.prepared, self.base, self._known
         wanted = {(e.name, e.law, j): (e, j) for e, j in self.possible if among is None or (e.name, j) in among}
         new = [key for key in wanted if key not in self._trials]
-        self._setting.progress(f"screening {len(new)} candidates")
+        places = len({(name, joint) for name, _, joint in new})
+        self._setting.progress(f"screening {places} candidates, {len(new)} laws")
         trials = self._setting.pool(
             delayed(screen)(prepared, base, self._even, *wanted[key], known.get(key), self._states, self._setting.anew)
             for key in new
