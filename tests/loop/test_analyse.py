@@ -24,7 +24,7 @@ from stribeck.loop.exact.critical import k_critical
 from stribeck.loop.exact.engine import RoundsEngine
 from stribeck.loop.files import limit_cycle_json, write_limit_cycle
 from stribeck.loop.surroundings import SLOW, SLOW_WINDING, Grid, grid_of, map_of
-from stribeck.loop.watched import watched
+from stribeck.loop.watched import _too_short, watched
 from stribeck.simulate import Compensation, JointLoop, Loop, Reference, simulate_loop
 
 A = Friction(5.0, 1.25, 1.5, 0.05)
@@ -281,6 +281,18 @@ def test_a_record_too_short_for_two_rounds_says_so() -> None:
     given = loop(0.0125, ki=30.0, compensation=Compensation("feedback", 0.9))
     assert isinstance(watched(simulate_loop(arm(), replace(given, duration=6.0)), 0), str)
     assert watched(simulate_loop(arm(), loop(0.0125)), 0) == "rest"
+
+
+@pytest.mark.parametrize(
+    ("error", "says"),
+    [
+        (np.exp(-np.linspace(0.0, 3.0, 100)), "its error still dies down, from 1 to 0.22 m"),
+        (1.0 - np.exp(-np.linspace(0.0, 3.0, 100)), "its error still grows"),
+        (np.sin(np.linspace(0.0, 6.0, 100)), "less than two whole periods of its motion are seen"),
+    ],
+)
+def test_what_is_seen_of_less_than_two_rounds_is_said(error: np.ndarray, says: str) -> None:
+    assert _too_short(error, "m") == says
 
 
 def test_a_swing_that_dies_down_or_grows_is_no_cycle() -> None:
