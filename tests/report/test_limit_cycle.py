@@ -15,7 +15,7 @@ from stribeck.arm import Arm, Friction, Joint, save_arm
 from stribeck.cli import main
 from stribeck.loop.analyse import analyse_loop
 from stribeck.loop.answers import Analysis
-from stribeck.loop.cycle import Cycle
+from stribeck.loop.cycle import VERDICTS, Cycle
 from stribeck.loop.exact.engine import RoundsEngine
 from stribeck.loop.surroundings import Grid, map_of
 from stribeck.report.cycle_tables import gain_facts, method_facts, method_table, verdict_table
@@ -25,7 +25,7 @@ from stribeck.report.figures.cycle_map import map_figure
 from stribeck.report.figures.cycle_trace import trace_figure
 from stribeck.report.figures.nyquist import nyquist_figure
 from stribeck.report.figures.portrait import portrait_figure
-from stribeck.report.limit_cycle import PLOTS, write_report
+from stribeck.report.limit_cycle import PLOTS, _answer, write_report
 from stribeck.report.style import finding_of, png_and_svg
 from stribeck.simulate import Compensation, JointLoop, Loop, Reference
 
@@ -92,7 +92,7 @@ def test_every_figure_states_its_finding(cycling: Analysis) -> None:
     assert "sliding cycle of ±82.1 mrad every 1.30 s" in texts
     assert "the error swings ±82" in texts
     assert "cycles begin at k = 1.00" in texts
-    assert "of the map cycles, mostly without sticking" in texts
+    assert re.search(r"A: \d+ % of the map cycles, mostly without sticking; \d+ % comes to rest", texts)
     assert "6.4 % off in amplitude and 11 % in period" in texts
 
 
@@ -111,6 +111,7 @@ def test_the_nyquist_curves_meet_where_the_root_is(cycling: Analysis) -> None:
     [
         (Cycle("rest", steady_error=-0.05), "comes to rest 50.0 mrad from its reference"),
         (Cycle("rest", steady_error=-1.9e-31), "comes to rest at its reference"),
+        (Cycle("rest", steady_error=-1.4e-11), "comes to rest at its reference"),
         (Cycle("unbounded", stable=False), "unbounded"),
         (Cycle("undetermined", status="not settled"), "undetermined (not settled)"),
         (Cycle("hunting", 0.01, 6.0, 0.1, 0.75, (), True), "hunting of ±10.0 mrad every 6.00 s, stuck 75 % of"),
@@ -140,6 +141,17 @@ def test_what_keeps_up_with_a_ramp_does_not_come_to_rest(
     assert f"slides steadily along its ramp, 18.0 mrad {side} it" in headline(answer).replace("\u00a0", " ")
     (axes,) = portrait_figure(replace(cycling, joints=(answer,)), 0).axes
     assert axes.lines[1].get_xydata().tolist() == [pytest.approx([-1e3 * error, velocity])]
+    analysis = replace(cycling, joints=(replace(answer, cycle=replace(answer.cycle, basin={"own": "rest"})),))
+    assert verdict_table(analysis).rows[0].cells[1] == "slides steadily"
+    assert dict(gain_facts(analysis.joints[0]).pairs)["basin"] == "the loop's own start: slides steadily"
+    assert _answer(analysis).badge == "Slides steadily"
+    assert "slides along its ramp" in finding_of(trace_figure(analysis, 0))
+    assert answer.map is not None
+    resting = replace(answer.map, codes=np.where(answer.map.codes == VERDICTS.index("rest"), 0, 6).astype(np.int8))
+    figure = map_figure(replace(answer, map=resting))
+    assert figure is not None
+    assert "slides steadily; " in finding_of(figure)
+    assert [text.get_text() for text in figure.axes[0].get_legend().get_texts()] == ["steady sliding", "undetermined"]
 
 
 def test_the_map_of_a_backward_ramp_is_over_backward_ramps(cycling: Analysis) -> None:

@@ -14,7 +14,7 @@ from stribeck.arm import Arm, unit_at
 from stribeck.errors import StribeckError
 from stribeck.loop.answers import Analysis, JointAnswer, Method
 from stribeck.loop.approximate import Approximation, approximate
-from stribeck.loop.cycle import STOPPED, WORDS, Cycle
+from stribeck.loop.cycle import STEADY, STOPPED, WORDS, Cycle
 from stribeck.loop.exact.critical import fold_velocity, k_critical
 from stribeck.loop.exact.engine import RoundsEngine
 from stribeck.loop.exact.rounds import check_autonomous
@@ -117,16 +117,15 @@ def _joint(
     methods = {
         "describing_function": approximation.describing_function,
         "harmonic_balance": approximation.harmonic_balance,
-        "shooting": _exact_method(found.shot, best),
-        "simulation": _simulation(found, arm.names.index(name), loop.sample_time > 0.0, best, unit_at("rad/s", kind)),
+        "shooting": _exact_method(found.shot, best, entry),
+        "simulation": _simulation(found, arm.names.index(name), loop.sample_time > 0.0, entry, unit_at("rad/s", kind)),
     }
     single = alone(arm, loop, name)
     told(f"{name}: critical ratio")
     known = len(notes)
     critical = _tried(lambda: k_critical(engine, single, name), "critical ratio", notes)
     why = _why_none(entry, critical, failed=len(notes) > known)
-    moves = entry.reference.kind == "ramp" and entry.reference.velocity != 0.0
-    fold = _tried(lambda: fold_velocity(engine, single, name), "stick-slip fold", notes) if moves else None
+    fold = _tried(lambda: fold_velocity(engine, single, name), "stick-slip fold", notes) if _moves(entry) else None
     told(f"{name}: branch of cycles")
     branch = _tried(lambda: branch_of(engine, loop, name, largest.stability), "branch of cycles", notes)
     chart = None
@@ -174,13 +173,17 @@ def _damping(arm: Arm, loop: Loop, joint: str) -> float:
     return margins(assemble(arm, single, free(arm, single)), joint).damping
 
 
-def _exact_method(cycle: Cycle, reference: Cycle) -> Method:
+def _moves(entry: JointLoop) -> bool:
+    return entry.reference.kind == "ramp" and entry.reference.velocity != 0.0
+
+
+def _exact_method(cycle: Cycle, reference: Cycle, entry: JointLoop) -> Method:
     """Return an exact method's answer, with its distance from the one that the others are compared with."""
     if cycle.verdict == "undetermined":
         return Method("undetermined", None, False, cycle.status)
     if cycle.verdict == "unbounded":
         return Method("unbounded", None, True, "grows without bound")
-    why = WORDS.get(cycle.verdict, cycle.verdict)
+    why = STEADY if cycle.verdict == "rest" and _moves(entry) else WORDS.get(cycle.verdict, cycle.verdict)
     why = why if cycle.status == "ok" else f"{why}: {cycle.status}"
     errors = _errors(cycle.amplitude, cycle.period, reference)
     return Method("ok", cycle.cycles, True, why, cycle.amplitude, cycle.period, *errors, cycle.stable)
@@ -192,10 +195,10 @@ def _errors(amplitude: float | None, period: float | None, reference: Cycle) -> 
     return amplitude / reference.amplitude - 1.0, period / reference.period - 1.0
 
 
-def _simulation(found: _Found, joint: int, sampled: bool, reference: Cycle, unit: str) -> Method:
+def _simulation(found: _Found, joint: int, sampled: bool, entry: JointLoop, unit: str) -> Method:
     """Return what simulation alone says: settled from three starts; a sampled loop as read off a plain record."""
     if not sampled:
-        return _exact_method(found.settled, reference)
+        return _exact_method(found.settled, found.best, entry)
     if found.motion.motion.status != "ok":
         why = STOPPED.get(found.motion.motion.status, found.motion.motion.status)
         return Method(found.motion.motion.status, None, True, f"{why}: from the loop's own start")
@@ -205,7 +208,7 @@ def _simulation(found: _Found, joint: int, sampled: bool, reference: Cycle, unit
         return Method("ok", False, True, start)
     if isinstance(seen, str):
         return Method("undetermined", None, False, f"{seen}: {start}")
-    return Method("ok", True, True, start, *seen, *_errors(*seen, reference))
+    return Method("ok", True, True, start, *seen, *_errors(*seen, found.best))
 
 
 def _notes(loop: Loop, entry: JointLoop, inertia: float, stable: bool, why: str) -> list[str]:

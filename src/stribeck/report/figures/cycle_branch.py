@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from stribeck.loop.answers import Branch, JointAnswer
 from stribeck.report import words
-from stribeck.report.cycle_words import gain_unit, small_unit
+from stribeck.report.cycle_words import at_rest, gain_unit, on_a_ramp, small_unit
 from stribeck.report.figures.log_ticks import plain_log
 from stribeck.report.numbers import number
 from stribeck.report.style import COLOUR, INK, MUTED, drawn, grid, heading, key, new_figure
@@ -23,7 +23,7 @@ def branch_figure(answer: JointAnswer) -> Figure | None:
         return None
     figure = new_figure(4.4, 8.0)
     ax = figure.add_subplot()
-    draw_branch(ax, answer.branch)
+    draw_branch(ax, answer.branch, at_rest(answer))
     own = answer.ratio if answer.branch.setting == "k" else answer.kp
     ax.axvline(own, color=INK, linewidth=0.8, linestyle="--")
     _tag(ax, own, "this loop")
@@ -38,8 +38,8 @@ def branch_figure(answer: JointAnswer) -> Figure | None:
     return figure
 
 
-def draw_branch(ax: Axes, branch: Branch) -> Axes:
-    """Draw exact amplitudes, filled where stable, zero at rest, and the predicted ones; return ``ax``."""
+def draw_branch(ax: Axes, branch: Branch, rest: str = "rest") -> Axes:
+    """Draw exact amplitudes, filled where stable, zero at ``rest``, and the predicted ones; return ``ax``."""
     amplitude = np.array([c.amplitude if c.cycles and c.amplitude else 0.0 for c in branch.cycles])
     lost = np.array([c.verdict in ("unbounded", "undetermined") for c in branch.cycles])
     shown = np.where(lost, np.nan, 1e3 * amplitude)
@@ -70,7 +70,7 @@ def draw_branch(ax: Axes, branch: Branch) -> Axes:
         ax.set_yticks([0.0, *decades], labels=["0", *(f"{value:g}" for value in decades)])
     grows = np.array([cycle.verdict == "unbounded" for cycle in branch.cycles]) & ~np.isfinite(cycling).any()
     lines = (
-        ("rest", MUTED, resting),
+        (rest, MUTED, resting),
         ("∞ grows without bound", COLOUR["corrected"], grows),
         ("exact cycle", COLOUR["corrected"], np.isfinite(cycling)),
         ("describing function", COLOUR["as_given"], np.isfinite(branch.predicted)),
@@ -80,10 +80,10 @@ def draw_branch(ax: Axes, branch: Branch) -> Axes:
     return ax
 
 
-def _and(branch: Branch) -> str:
+def _and(branch: Branch, rests: str) -> str:
     """Return what a loop that cycles without compensation does with it."""
     resting = [value for value, cycle in zip(branch.values, branch.cycles, strict=True) if cycle.verdict == "rest"]
-    return f", rests at k from {number(min(resting))} to {number(max(resting))}" if resting else " too"
+    return f", {rests} at k from {number(min(resting))} to {number(max(resting))}" if resting else " too"
 
 
 def _tag(ax: Axes, value: float, text: str) -> None:
@@ -103,7 +103,8 @@ def _finding(answer: JointAnswer) -> str:
         if answer.k_critical is not None and answer.k_critical > 0.0:
             return f"{name}: cycles begin at k = {number(answer.k_critical, 4)}"
         if answer.k_critical == 0.0:
-            return f"{name}: cycles without compensation{_and(branch)}"
+            rests = "slides steadily" if on_a_ramp(answer) else "rests"
+            return f"{name}: cycles without compensation{_and(branch, rests)}"
         return f"{name}: no k makes it cycle"
     if not cycling:
         return (

@@ -8,12 +8,13 @@ from matplotlib.collections import QuadMesh
 from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from numpy.typing import NDArray
 
 from stribeck.loop.answers import JointAnswer
 from stribeck.loop.cycle import CYCLES, VERDICTS
 from stribeck.loop.maps import Map
 from stribeck.report import words
-from stribeck.report.cycle_words import gain_unit, small_unit
+from stribeck.report.cycle_words import at_rest, gain_unit, on_a_ramp, small_unit
 from stribeck.report.figures.log_ticks import plain_log
 from stribeck.report.numbers import percent
 from stribeck.report.style import COLOUR, INK, RULE, drawn, heading, new_figure
@@ -60,7 +61,7 @@ def draw_map(ax: Axes, found: Map, answer: JointAnswer) -> QuadMesh | None:
         ax.set_xscale("log")
         plain_log(ax.xaxis)
     patches = []
-    for verdict, (colour, text) in PLAIN.items():
+    for verdict, (colour, text) in (PLAIN | {"rest": (PLAIN["rest"][0], at_rest(answer))}).items():
         here = found.codes == VERDICTS.index(verdict)
         if here.any():
             layer = np.where(here, 1.0, np.nan)
@@ -97,9 +98,18 @@ def _finding(answer: JointAnswer) -> str:
     name, codes = words.short(answer.joint), answer.map.codes
     shares = {label: float(np.mean(codes == k)) for k, label in enumerate(VERDICTS) if label in CYCLES}
     cycling = sum(shares.values())
-    if cycling == 0.0:
-        grows = float(np.mean(codes == VERDICTS.index("unbounded")))
-        more = f"; {percent(grows)} of it grows without bound" if grows > 0.0 else ""
-        return f"{name}: no cycle anywhere on the map{more}"
-    most = MOSTLY[max(shares, key=lambda verdict: shares[verdict])]
-    return f"{name}: {percent(cycling)} of the map cycles, mostly {most}"
+    others = _others(answer, codes)
+    if cycling > 0.0:
+        most = MOSTLY[max(shares, key=lambda verdict: shares[verdict])]
+        return "; ".join((f"{name}: {percent(cycling)} of the map cycles, mostly {most}", *others))
+    known = not (codes == VERDICTS.index("undetermined")).any()
+    none = f"{name}: no cycle {'anywhere' if known else 'found'} on the map"
+    return none if (codes == VERDICTS.index("rest")).all() else f"{none}: {'; '.join(others)}"
+
+
+def _others(answer: JointAnswer, codes: NDArray[np.int8]) -> list[str]:
+    """Return the shares of the map that do not cycle, in words."""
+    rests = "slides steadily" if on_a_ramp(answer) else "comes to rest"
+    told = {"rest": rests, "unbounded": "grows without bound", "undetermined": "is undetermined"}
+    shares = {text: float(np.mean(codes == VERDICTS.index(verdict))) for verdict, text in told.items()}
+    return [f"{percent(share)} {text}" for text, share in shares.items() if share > 0.0]

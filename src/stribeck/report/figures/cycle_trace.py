@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from stribeck.arm import unit_at
 from stribeck.loop.answers import Analysis, JointAnswer
 from stribeck.report import words
-from stribeck.report.cycle_words import rotation, seconds, small_unit, speed_unit
+from stribeck.report.cycle_words import along_ramp, on_a_ramp, rotation, seconds, small_unit, speed_unit
 from stribeck.report.style import COLOUR, MUTED, RULE, drawn, grid, heading, new_figure
 
 MOST = 20_000  # points of a line
@@ -65,4 +65,7 @@ def _finding(analysis: Analysis, answer: JointAnswer) -> str:
     shaded = "; stuck times shaded" if (motion.motion.modes[:end, index] == 0.0).any() else ""
     if answer.cycle.cycles:
         return f"{name}: the error swings ±{rotation(answer, 0.5 * float(np.ptp(late)))} in the second half{shaded}"
+    if answer.cycle.verdict == "rest" and on_a_ramp(answer):
+        place = along_ramp(answer, float(late[-1]))
+        return f"{name}: slides along its ramp, {place} after {seconds(motion.ended)}{shaded}"
     return f"{name}: the error ends at {rotation(answer, float(late[-1]))}{shaded}"
