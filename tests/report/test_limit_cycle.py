@@ -14,9 +14,10 @@ import pytest
 from stribeck.arm import Arm, Friction, Joint, save_arm
 from stribeck.cli import main
 from stribeck.loop.analyse import analyse_loop
-from stribeck.loop.answers import Analysis
+from stribeck.loop.answers import Analysis, Locus
 from stribeck.loop.cycle import VERDICTS, Cycle
 from stribeck.loop.exact.engine import RoundsEngine
+from stribeck.loop.linear import KpMax
 from stribeck.loop.surroundings import Grid, map_of
 from stribeck.report.cycle_tables import gain_facts, method_facts, method_table, verdict_table
 from stribeck.report.cycle_words import answer_sentences, headline
@@ -25,6 +26,7 @@ from stribeck.report.figures.cycle_map import map_figure
 from stribeck.report.figures.cycle_trace import trace_figure
 from stribeck.report.figures.nyquist import nyquist_figure
 from stribeck.report.figures.portrait import portrait_figure
+from stribeck.report.figures.root_locus import crossing_poles, locus_figure
 from stribeck.report.limit_cycle import PLOTS, _answer, write_report
 from stribeck.report.style import finding_of, png_and_svg
 from stribeck.simulate import Compensation, JointLoop, Loop, Reference
@@ -193,6 +195,23 @@ def test_a_loop_that_cycles_without_compensation_may_rest_with_it(cycling: Analy
     figure = branch_figure(replace(answer, branch=replace(branch, cycles=(answer.cycle,) * 3)))
     assert figure is not None
     assert finding_of(figure) == "A: cycles without compensation too"
+
+
+def test_the_poles_are_shown_up_to_where_they_cross(cycling: Analysis) -> None:
+    """Two slow poles, and a pair of fast ones that cross at 100 1/s between the second and the third gain."""
+    pair = np.array([[-20.0 + 90.0j], [-2.0 + 99.0j], [1.0 + 101.0j], [3.0 + 103.0j]])
+    poles = np.hstack([np.full((4, 2), -3.0 + 0.0j), pair, pair.conj()])
+    locus = Locus(np.array([10.0, 20.0, 30.0, 40.0]), poles, poles[0], 0.0)
+    assert crossing_poles(locus, 25.0) == pytest.approx([101.0j, -101.0j])
+    assert not len(crossing_poles(locus, None))
+    figure = locus_figure(replace(cycling.joints[0], locus=locus, kp_max=KpMax(25.0, None)))
+    assert figure is not None
+    near, far = figure.axes[:2]
+    assert near.get_ylim()[1] < 101.0 < far.get_ylim()[1]
+    slow = replace(locus, poles=0.1 * np.hstack([pair, pair.conj()]), own=0.1 * pair[0])
+    figure = locus_figure(replace(cycling.joints[0], locus=slow, kp_max=KpMax(25.0, None)))
+    assert figure is not None
+    assert len(figure.axes) == 2  # one panel, and the colours of the gains
 
 
 def test_a_prismatic_axis_is_in_metres(cycling: Analysis) -> None:

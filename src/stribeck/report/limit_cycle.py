@@ -69,7 +69,7 @@ PLOTS = (
         "poles",
         lambda analysis, i: locus_figure(analysis.joints[i]),
         "Poles of the linear loop, friction left out, as Kp grows; Kv follows Kp where the loop file asks for critical "
-        "damping. A sampled loop's are shown as ln(z)/Ts; much faster ones lie outside.",
+        "damping. A sampled loop's are shown as ln(z)/Ts; much faster ones lie outside, up to those that cross first.",
     ),
 )
 
