@@ -47,7 +47,7 @@ def simulate(
     from stribeck.simulate import load_loop
     from stribeck.simulate import simulate_loop as run_loop
     from stribeck.simulate.engine import left_out
-    from stribeck.simulate.metrics import write_simulation
+    from stribeck.simulate.metrics import limited, write_simulation
 
     if fmu is None:
         controlled = load_model(files[0])
@@ -62,6 +62,7 @@ def simulate(
     with whole_folder(out) as folder:
         write_simulation(result, controlled, settings, folder)
         write_figures(result, controlled, folder)
+    warn(limited(result, controlled))
     if not result.motion.ok:
         print(f"warning: {result.motion.status} after {result.ended:.6g} s", file=sys.stderr)
 

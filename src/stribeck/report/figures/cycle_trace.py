@@ -10,7 +10,7 @@ from stribeck.arm import unit_at
 from stribeck.loop.answers import Analysis, JointAnswer
 from stribeck.report import words
 from stribeck.report.cycle_words import along_ramp, on_a_ramp, rotation, seconds, small_unit, speed_unit
-from stribeck.report.style import COLOUR, MUTED, RULE, drawn, grid, heading, new_figure
+from stribeck.report.style import COLOUR, MUTED, RULE, drawn, grid, heading, new_figure, range_of
 
 MOST = 20_000  # points of a line
 PERIODS = 4.0
@@ -31,6 +31,7 @@ def trace_figure(analysis: Analysis, index: int) -> Figure:
     for ax, values, colour, label in zip(axes, columns, colours, labels, strict=True):
         ax.plot(time, values, color=colour, linewidth=1.0)
         ax.set_ylabel(label)
+        range_of(ax, values)
         ax.axhline(0.0, color=MUTED, linewidth=0.5, zorder=0)
         _shade(ax, time, motion.motion.modes[rows, j] == 0.0)
         grid(ax)
