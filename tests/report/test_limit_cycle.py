@@ -260,6 +260,7 @@ def test_the_command_writes_its_files(capsys: pytest.CaptureFixture[str], monkey
         ("kv = 5.0", 'kv = 5.0\ndelay_samples = 2.5', "", "delay_samples must be a whole number"),
         ('"regulate"', '"sine"\nfrequency = 1.0', "", "a limit cycle is what a loop does of itself"),
         ("", "", "--grid 0x0", "the map's grid is empty or too large: found 0 x 0"),
+        ("", "", "--grid 2000x2000", "found 2000 x 2000; give 2x2 at least, and at most 100000 cells in all"),
         ("", "", "--grid many", "--grid must be two numbers of cells: found 'many'"),
         ("", "", "--gird 3x3", "No such option: --gird"),
     ],

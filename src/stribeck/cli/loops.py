@@ -81,7 +81,8 @@ def limit_cycle(
     loop: Annotated[Path, typer.Argument(metavar="LOOP", help="A loop file: controllers and references.")],
     out: OutDir,
     grid: Annotated[
-        str, typer.Option("--grid", metavar="AxB", help="Cells of the map over k and Kp, or none.")
+        str,
+        typer.Option("--grid", metavar="AxB", help="Cells of the map over k and Kp, 100000 at most in all; or none."),
     ] = "61x31",
 ) -> None:
     """Say what a control loop ends in: rest or a limit cycle, how large and how stable, and which gains avoid it.

@@ -131,7 +131,8 @@ def _joint(
     chart = None
     if grid.wanted:
         told(f"{name}: map")
-        chart = _tried(lambda: map_of(engine, loop, name, grid, largest.stability), "map", notes)
+        done = lambda share: told(f"{name}: map, {100.0 * share:.0f} % of its cells")  # noqa: E731
+        chart = _tried(lambda: map_of(engine, loop, name, grid, largest.stability, done), "map", notes)
     return JointAnswer(
         name, kind, entry, derivative_gain(entry, entry.kp, tuned),
         0.0 if entry.compensation.kind == "none" else entry.compensation.ratio, inertia, best, methods, critical, fold,

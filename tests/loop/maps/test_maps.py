@@ -169,6 +169,14 @@ def test_chunks_and_backends_do_not_matter(arm, loop_of, monkeypatch):
         np.testing.assert_array_equal(parts.amplitude, whole.amplitude)
 
 
+def test_how_far_a_map_is_gets_told(arm, loop_of, monkeypatch):
+    monkeypatch.setattr(label_module, "_CHUNK", 10)
+    monkeypatch.setattr(label_module, "EVERY", 0.0)
+    shares = []
+    label_map(arm, loop_of(), "A", {"k": np.linspace(0.8, 1.6, 40)}, told=shares.append)
+    assert shares == [0.25, 0.5, 0.75]
+
+
 def test_what_the_kernel_cannot_take_is_labelled_by_events(arm, loop_of):
     effect = EffectEntry("torque_gain", ("A",), {"A": {"gain": 0.9}})
     found = label_map(replace(arm, effects=(effect,)), loop_of(), "A", {"k": (1.4,), "zeta": (0.3,)})
