@@ -14,10 +14,12 @@ import pytest
 from stribeck.arm import Arm, Friction, Joint, save_arm
 from stribeck.cli import main
 from stribeck.loop.analyse import analyse_loop
-from stribeck.loop.answers import Analysis, Locus
+from stribeck.loop.answers import Analysis, Branch, Locus
 from stribeck.loop.cycle import VERDICTS, Cycle
 from stribeck.loop.exact.engine import RoundsEngine
 from stribeck.loop.linear import KpMax
+from stribeck.loop.maps import Axes, Map
+from stribeck.loop.ripple import Passage
 from stribeck.loop.surroundings import Grid, map_of
 from stribeck.report.cycle_tables import gain_facts, method_facts, method_table, verdict_table
 from stribeck.report.cycle_words import answer_sentences, headline
@@ -154,6 +156,38 @@ def test_what_keeps_up_with_a_ramp_does_not_come_to_rest(
     assert figure is not None
     assert "slides steadily; " in finding_of(figure)
     assert [text.get_text() for text in figure.axes[0].get_legend().get_texts()] == ["steady sliding", "undetermined"]
+
+
+def test_a_ripple_that_waves_force_is_no_cycle(cycling: Analysis) -> None:
+    """In words and figures; on a map over speeds, each cell passes the waves at its own."""
+    wave = Passage("position_dependent_friction", "A", 40.0)
+    ripple, slip = Cycle("sliding_cycle", 0.05, 40.0, basin={"own": "sliding_cycle"}), Cycle("stick_slip", 0.1, 40.0)
+    entry = replace(cycling.joints[0].entry, reference=Reference("ramp", velocity=0.05))
+    branch = Branch("kp", np.array([10.0, 20.0, 40.0]), (slip, ripple, ripple), np.full(3, np.nan))
+    codes = np.array([[VERDICTS.index("sliding_cycle"), VERDICTS.index("stick_slip")]] * 2, np.int8)
+    period = np.array([[40.0, 40.0], [39.0, 40.0]], np.float32)
+    axes = Axes(("kp", "velocity"), (np.array([20.0, 40.0]), np.array([0.05, 0.1])))
+    chart = Map(axes, codes, period / 400.0, period, 0.0 * period, "events")
+    answer = replace(cycling.joints[0], entry=entry, cycle=ripple, branch=branch, map=chart, passages=(wave,))
+    analysis = replace(cycling, joints=(answer,))
+    said = "A: forced ripple of ±50.0 mrad every 40.0 s, in which its ramp passes a wave of position-dependent friction"
+    assert headline(answer).replace("\u00a0", " ") == said
+    assert _answer(analysis).badge == "Forced ripple"
+    assert verdict_table(analysis).rows[0].cells[1] == "forced ripple"
+    assert method_table(answer).rows[2].cells[1] == "ripple"
+    assert dict(gain_facts(answer).pairs)["basin"] == "the loop's own start: forced ripple"
+    for figure, finding in (
+        (branch_figure(answer), "A: cycles at Kp 10.0 N m/rad, a forced ripple at Kp from 20.0 to 40.0"),
+        (
+            branch_figure(replace(answer, branch=replace(branch, cycles=(ripple,) * 3))),
+            "A: a forced ripple at Kp from ",
+        ),
+        (map_figure(answer), "A: 75 % of the map cycles, mostly in stick-slip; 25 % is a forced ripple"),
+    ):
+        assert figure is not None
+        assert finding_of(figure).replace("\u00a0", " ").startswith(finding)
+    other = replace(answer, joint="B", map=None)
+    assert "in which A's ramp passes a wave" in headline(other)
 
 
 def test_the_map_of_a_backward_ramp_is_over_backward_ramps(cycling: Analysis) -> None:

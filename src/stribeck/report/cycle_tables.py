@@ -47,7 +47,9 @@ def method_table(answer: JointAnswer) -> Table:
     for name, method in answer.methods.items():
         mark = "strong" if name == "shooting" else "flag" if not method.trusted else ""
         rows.append(
-            Row((METHOD[name], _finds(method), *_numbers(method), _trust(method), words.clean(method.why)), mark)
+            Row(
+                (METHOD[name], _finds(method, answer), *_numbers(method), _trust(method), words.clean(method.why)), mark
+            )
         )
     unit = small_unit(answer)
     columns = ("method", "cycle", f"amplitude, {unit}", "error", "period, s", "error", "trusted", "why")
@@ -112,10 +114,11 @@ def _largest(top: KpMax, unit: str) -> str:
     return "; ".join(part for part in (stable, robust, why) if part)
 
 
-def _finds(method: Method) -> str:
+def _finds(method: Method, answer: JointAnswer) -> str:
     if method.status == "not_applicable":
         return "not applicable"
-    return {True: "yes", False: "none", None: method.status.replace("_", " ")}[method.cycle]
+    yes = "yes" if answer.forced is None else "ripple"
+    return {True: yes, False: "none", None: method.status.replace("_", " ")}[method.cycle]
 
 
 def _numbers(method: Method) -> tuple[str, str, str, str]:

@@ -5,12 +5,14 @@ from __future__ import annotations
 from stribeck.arm import unit_at
 from stribeck.loop.answers import JointAnswer
 from stribeck.loop.exact.turns import TINY
+from stribeck.loop.ripple import GRAVITY
 from stribeck.report import words
 from stribeck.report.numbers import NBSP, NOTHING, milli, number, percent, unit_text, with_unit
 
 VERDICT = {
     "rest": "Comes to rest",
     "steady": "Slides steadily",  # what is called rest, along a ramp
+    "ripple": "Forced ripple",  # what is called a sliding cycle, where the arm's waves set its period
     "stick_slip": "Stick-slip",
     "hunting": "Hunting",
     "sliding_cycle": "Sliding cycle",
@@ -59,6 +61,8 @@ def on_a_ramp(answer: JointAnswer) -> bool:
 def reads_as(answer: JointAnswer, verdict: str | None = None) -> str:
     """Return the key of `VERDICT` under which a person reads a verdict, the joint's own where none is given."""
     verdict = answer.cycle.verdict if verdict is None else verdict
+    if verdict == "sliding_cycle" and answer.forced is not None:
+        return "ripple"
     return "steady" if verdict == "rest" and on_a_ramp(answer) else verdict
 
 
@@ -83,10 +87,22 @@ def _finding(answer: JointAnswer) -> str:
     verdict = VERDICT[reads_as(answer)].lower()
     if cycle.cycles and cycle.amplitude is not None and cycle.period is not None:
         stuck = f", stuck {percent(cycle.stick_fraction)} of the time" if cycle.stick_fraction else ""
-        return f"{verdict} of ±{rotation(answer, cycle.amplitude)} every {seconds(cycle.period)}{stuck}"
+        return (
+            f"{verdict} of ±{rotation(answer, cycle.amplitude)} every {seconds(cycle.period)}{stuck}{_forced(answer)}"
+        )
     if cycle.verdict == "rest" and (error := steady_error(answer)) is not None:
         return _steady(answer, error)
     return verdict + (f" ({cycle.status})" if cycle.status != "ok" else "")
+
+
+def _forced(answer: JointAnswer) -> str:
+    """Return what forces a ripple, as the end of a sentence; nothing of a cycle of the loop's own."""
+    wave = answer.forced
+    if wave is None:
+        return ""
+    whose = "its" if wave.joint == answer.joint else f"{words.short(wave.joint)}'s"
+    passed = "makes a turn under gravity" if wave.cause == GRAVITY else f"passes a wave of {words.effect(wave.cause)}"
+    return f", in which {whose} ramp {passed}"
 
 
 def _steady(answer: JointAnswer, error: float) -> str:

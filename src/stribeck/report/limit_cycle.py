@@ -45,7 +45,7 @@ PLOTS = (
         "trace",
         trace_figure,
         "Error (reference less position), velocity and commanded torque as simulated from the loop's own start; the "
-        "joint sticks where it is shaded.",
+        "joint sticks where it is shaded. Over the loop file's duration, or four periods where those are longer.",
     ),
     _Plot(
         "branch",
@@ -120,7 +120,7 @@ def _answer(analysis: Analysis) -> Answer:
     return Answer(words.clean(analysis.arm), VERDICT[worst], TONE.get(worst, "partial"), subtitle, rows)
 
 
-_RANK = ["rest", "steady", "sliding_cycle", "hunting", "stick_slip", "chatter", "undetermined", "unbounded"]
+_RANK = ["rest", "steady", "ripple", "sliding_cycle", "hunting", "stick_slip", "chatter", "undetermined", "unbounded"]
 
 
 def _files(pictures: list[list[Picture]]) -> Files:

@@ -27,7 +27,7 @@ def portrait_figure(analysis: Analysis, index: int) -> Figure:
     trace = _one_round(analysis, index)
     if trace is not None:
         draw_cycle(ax, trace)
-        entries += [("cycle", COLOUR["corrected"])]
+        entries += [("cycle" if answer.forced is None else "forced ripple", COLOUR["corrected"])]
         if trace.stuck.any():
             entries += [("stuck", COLOUR["as_given"])]
     elif answer.cycle.steady_error is not None:
