@@ -65,7 +65,10 @@ def _finding(analysis: Analysis, answer: JointAnswer) -> str:
     late = motion.error[half:end, index]
     shaded = "; stuck times shaded" if (motion.motion.modes[:end, index] == 0.0).any() else ""
     if answer.cycle.cycles:
-        return f"{name}: the error swings ±{rotation(answer, 0.5 * float(np.ptp(late)))} in the second half{shaded}"
+        shown = float(motion.motion.t[_rows(analysis, answer).stop - 1])
+        part = f" of {seconds(motion.ended)}, the first {seconds(shown)} shown" if shown < 0.99 * motion.ended else ""
+        swing = rotation(answer, 0.5 * float(np.ptp(late)))
+        return f"{name}: the error swings ±{swing} in the second half{part}{shaded}"
     if answer.cycle.verdict == "rest" and on_a_ramp(answer):
         place = along_ramp(answer, float(late[-1]))
         return f"{name}: slides along its ramp, {place} after {seconds(motion.ended)}{shaded}"
