@@ -73,7 +73,7 @@ def test_critical_damping_follows_kp_from_the_gain_of_the_start(monkeypatch: pyt
     grids: list[dict[str, np.ndarray]] = []
     ramp = replace(given.joints[0], reference=Reference("ramp", velocity=0.02), kp=20.0)
 
-    def label(arm: Arm, loop: Loop, joint: str, axes: dict[str, np.ndarray]) -> Map:
+    def label(arm: Arm, loop: Loop, joint: str, axes: dict[str, np.ndarray], **_: object) -> Map:
         grids.append(axes)
         return label_map(arm, loop, joint, {**axes, "kp": [20.0], "velocity": [0.02]})
 

@@ -14,9 +14,12 @@ import pytest
 from stribeck.arm import Arm, Friction, Joint, save_arm
 from stribeck.cli import main
 from stribeck.loop.analyse import analyse_loop
-from stribeck.loop.answers import Analysis
-from stribeck.loop.cycle import Cycle
+from stribeck.loop.answers import Analysis, Branch, Locus
+from stribeck.loop.cycle import VERDICTS, Cycle
 from stribeck.loop.exact.engine import RoundsEngine
+from stribeck.loop.linear import KpMax
+from stribeck.loop.maps import Axes, Map
+from stribeck.loop.ripple import Passage
 from stribeck.loop.surroundings import Grid, map_of
 from stribeck.report.cycle_tables import gain_facts, method_facts, method_table, verdict_table
 from stribeck.report.cycle_words import answer_sentences, headline
@@ -25,7 +28,8 @@ from stribeck.report.figures.cycle_map import map_figure
 from stribeck.report.figures.cycle_trace import trace_figure
 from stribeck.report.figures.nyquist import nyquist_figure
 from stribeck.report.figures.portrait import portrait_figure
-from stribeck.report.limit_cycle import PLOTS, write_report
+from stribeck.report.figures.root_locus import crossing_poles, locus_figure
+from stribeck.report.limit_cycle import PLOTS, _answer, write_report
 from stribeck.report.style import finding_of, png_and_svg
 from stribeck.simulate import Compensation, JointLoop, Loop, Reference
 
@@ -90,9 +94,9 @@ def test_every_figure_states_its_finding(cycling: Analysis) -> None:
     ]  # fmt: skip
     texts = "\n".join(findings).replace("\u00a0", " ")
     assert "sliding cycle of ±82.1 mrad every 1.30 s" in texts
-    assert "the error swings ±82" in texts
+    assert re.search(r"the error swings ±82.* in the second half of 15.5 s, the first 10.0 s shown", texts)
     assert "cycles begin at k = 1.00" in texts
-    assert "of the map cycles, mostly without sticking" in texts
+    assert re.search(r"A: \d+ % of the map cycles, mostly without sticking; \d+ % comes to rest", texts)
     assert "6.4 % off in amplitude and 11 % in period" in texts
 
 
@@ -111,6 +115,7 @@ def test_the_nyquist_curves_meet_where_the_root_is(cycling: Analysis) -> None:
     [
         (Cycle("rest", steady_error=-0.05), "comes to rest 50.0 mrad from its reference"),
         (Cycle("rest", steady_error=-1.9e-31), "comes to rest at its reference"),
+        (Cycle("rest", steady_error=-1.4e-11), "comes to rest at its reference"),
         (Cycle("unbounded", stable=False), "unbounded"),
         (Cycle("undetermined", status="not settled"), "undetermined (not settled)"),
         (Cycle("hunting", 0.01, 6.0, 0.1, 0.75, (), True), "hunting of ±10.0 mrad every 6.00 s, stuck 75 % of"),
@@ -140,6 +145,49 @@ def test_what_keeps_up_with_a_ramp_does_not_come_to_rest(
     assert f"slides steadily along its ramp, 18.0 mrad {side} it" in headline(answer).replace("\u00a0", " ")
     (axes,) = portrait_figure(replace(cycling, joints=(answer,)), 0).axes
     assert axes.lines[1].get_xydata().tolist() == [pytest.approx([-1e3 * error, velocity])]
+    analysis = replace(cycling, joints=(replace(answer, cycle=replace(answer.cycle, basin={"own": "rest"})),))
+    assert verdict_table(analysis).rows[0].cells[1] == "slides steadily"
+    assert dict(gain_facts(analysis.joints[0]).pairs)["basin"] == "the loop's own start: slides steadily"
+    assert _answer(analysis).badge == "Slides steadily"
+    assert "slides along its ramp" in finding_of(trace_figure(analysis, 0))
+    assert answer.map is not None
+    resting = replace(answer.map, codes=np.where(answer.map.codes == VERDICTS.index("rest"), 0, 6).astype(np.int8))
+    figure = map_figure(replace(answer, map=resting))
+    assert figure is not None
+    assert "slides steadily; " in finding_of(figure)
+    assert [text.get_text() for text in figure.axes[0].get_legend().get_texts()] == ["steady sliding", "undetermined"]
+
+
+def test_a_ripple_that_waves_force_is_no_cycle(cycling: Analysis) -> None:
+    """In words and figures; on a map over speeds, each cell passes the waves at its own."""
+    wave = Passage("position_dependent_friction", "A", 40.0)
+    ripple, slip = Cycle("sliding_cycle", 0.05, 40.0, basin={"own": "sliding_cycle"}), Cycle("stick_slip", 0.1, 40.0)
+    entry = replace(cycling.joints[0].entry, reference=Reference("ramp", velocity=0.05))
+    branch = Branch("kp", np.array([10.0, 20.0, 40.0]), (slip, ripple, ripple), np.full(3, np.nan))
+    codes = np.array([[VERDICTS.index("sliding_cycle"), VERDICTS.index("stick_slip")]] * 2, np.int8)
+    period = np.array([[40.0, 40.0], [39.0, 40.0]], np.float32)
+    axes = Axes(("kp", "velocity"), (np.array([20.0, 40.0]), np.array([0.05, 0.1])))
+    chart = Map(axes, codes, period / 400.0, period, 0.0 * period, "events")
+    answer = replace(cycling.joints[0], entry=entry, cycle=ripple, branch=branch, map=chart, passages=(wave,))
+    analysis = replace(cycling, joints=(answer,))
+    said = "A: forced ripple of ±50.0 mrad every 40.0 s, in which its ramp passes a wave of position-dependent friction"
+    assert headline(answer).replace("\u00a0", " ") == said
+    assert _answer(analysis).badge == "Forced ripple"
+    assert verdict_table(analysis).rows[0].cells[1] == "forced ripple"
+    assert method_table(answer).rows[2].cells[1] == "ripple"
+    assert dict(gain_facts(answer).pairs)["basin"] == "the loop's own start: forced ripple"
+    for figure, finding in (
+        (branch_figure(answer), "A: cycles at Kp 10.0 N m/rad, a forced ripple at Kp from 20.0 to 40.0"),
+        (
+            branch_figure(replace(answer, branch=replace(branch, cycles=(ripple,) * 3))),
+            "A: a forced ripple at Kp from ",
+        ),
+        (map_figure(answer), "A: 75 % of the map cycles, mostly in stick-slip; 25 % is a forced ripple"),
+    ):
+        assert figure is not None
+        assert finding_of(figure).replace("\u00a0", " ").startswith(finding)
+    other = replace(answer, joint="B", map=None)
+    assert "in which A's ramp passes a wave" in headline(other)
 
 
 def test_the_map_of_a_backward_ramp_is_over_backward_ramps(cycling: Analysis) -> None:
@@ -181,6 +229,23 @@ def test_a_loop_that_cycles_without_compensation_may_rest_with_it(cycling: Analy
     figure = branch_figure(replace(answer, branch=replace(branch, cycles=(answer.cycle,) * 3)))
     assert figure is not None
     assert finding_of(figure) == "A: cycles without compensation too"
+
+
+def test_the_poles_are_shown_up_to_where_they_cross(cycling: Analysis) -> None:
+    """Two slow poles, and a pair of fast ones that cross at 100 1/s between the second and the third gain."""
+    pair = np.array([[-20.0 + 90.0j], [-2.0 + 99.0j], [1.0 + 101.0j], [3.0 + 103.0j]])
+    poles = np.hstack([np.full((4, 2), -3.0 + 0.0j), pair, pair.conj()])
+    locus = Locus(np.array([10.0, 20.0, 30.0, 40.0]), poles, poles[0], 0.0)
+    assert crossing_poles(locus, 25.0) == pytest.approx([101.0j, -101.0j])
+    assert not len(crossing_poles(locus, None))
+    figure = locus_figure(replace(cycling.joints[0], locus=locus, kp_max=KpMax(25.0, None)))
+    assert figure is not None
+    near, far = figure.axes[:2]
+    assert near.get_ylim()[1] < 101.0 < far.get_ylim()[1]
+    slow = replace(locus, poles=0.1 * np.hstack([pair, pair.conj()]), own=0.1 * pair[0])
+    figure = locus_figure(replace(cycling.joints[0], locus=slow, kp_max=KpMax(25.0, None)))
+    assert figure is not None
+    assert len(figure.axes) == 2  # one panel, and the colours of the gains
 
 
 def test_a_prismatic_axis_is_in_metres(cycling: Analysis) -> None:
@@ -229,6 +294,7 @@ def test_the_command_writes_its_files(capsys: pytest.CaptureFixture[str], monkey
         ("kv = 5.0", 'kv = 5.0\ndelay_samples = 2.5', "", "delay_samples must be a whole number"),
         ('"regulate"', '"sine"\nfrequency = 1.0', "", "a limit cycle is what a loop does of itself"),
         ("", "", "--grid 0x0", "the map's grid is empty or too large: found 0 x 0"),
+        ("", "", "--grid 2000x2000", "found 2000 x 2000; give 2x2 at least, and at most 100000 cells in all"),
         ("", "", "--grid many", "--grid must be two numbers of cells: found 'many'"),
         ("", "", "--gird 3x3", "No such option: --gird"),
     ],

@@ -1,15 +1,20 @@
 """``stribeck simulate``: its files, and its failures."""
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
 
 from stribeck.arm import Arm, save_arm
 from stribeck.cli import main
+from stribeck.report.simulation import motion_figure
+from stribeck.report.style import finding_of
 from stribeck.run import load_run
+from stribeck.simulate import JointLoop, Loop, Reference, simulate_loop
 
 from .conftest import entry, two_links
 
@@ -81,6 +86,41 @@ def test_an_unstable_loop_says_when(capsys: pytest.CaptureFixture[str]) -> None:
     assert found["status"] == "unbounded"
     assert 0.0 < found["ended"] < 20.0
     assert capsys.readouterr().err == f"warning: unbounded after {found['ended']:.6g} s\n"
+
+
+@pytest.mark.usefixtures("bench")
+def test_a_command_at_its_limit_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    arm = two_links()
+    save_arm(replace(arm, joints=(replace(arm.joints[0], torque_limit=40.0), *arm.joints[1:])), "arm.toml")
+    Path("loop.toml").write_text(LOOP.replace("kp = 60.0", "kp = 90000.0").replace("20.0", "2.0"))
+    assert main(["simulate", "arm.toml", "loop.toml", "--out", "out"]) == 0
+    assert json.loads(Path("out/simulation.json").read_text())["status"] == "ok"
+    (line,) = capsys.readouterr().err.splitlines()
+    found = re.fullmatch(r"warning: A: the command is at its limit for ([\d.]+) % of the time", line)
+    tau = load_run("out/simulation.csv", 2).tau[:, 0]
+    assert found is not None
+    assert float(found[1]) == pytest.approx(100.0 * np.mean(np.abs(tau) == 40.0), abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("kind", "label", "unit"), [("revolute", "torque, N m", "mrad"), ("prismatic", "force, N", "mm")]
+)
+def test_the_figure_is_in_the_joints_own_words(kind: Literal["revolute", "prismatic"], label: str, unit: str) -> None:
+    """The error swings about nought: its mean says nothing of its size."""
+    joint = replace(two_links().joints[0], kind=kind, com=(0.0, 0.0), inertia=0.0)
+    arm = Arm("one", (0.0, 0.0), (joint,))
+    sine = JointLoop("A", 60.0, Reference("sine", amplitude=0.5, frequency=0.5))
+    closed = simulate_loop(arm, Loop(0.0125, 8.0, (sine,)))
+    figure = motion_figure(closed, arm, 0)
+    late = closed.error[closed.motion.filled // 2 :, 0]
+    assert f"rms error {1e3 * np.sqrt(np.mean(late**2)):.4g} {unit} in the second half" in finding_of(figure)
+    assert figure.axes[2].get_ylabel() == label
+
+
+def test_a_signal_that_stands_still_is_a_line_in_a_range_of_its_own() -> None:
+    still = simulate_loop(two_links(), Loop(0.0125, 1.0, (JointLoop("B", 60.0, Reference("regulate")),)))
+    figure = motion_figure(still, two_links(), 1)
+    assert [ax.get_ylim() for ax in figure.axes] == [(-1.0, 1.0)] * 3
 
 
 @pytest.mark.usefixtures("bench")

@@ -51,7 +51,7 @@ def simulate(
     from stribeck.simulate import load_loop
     from stribeck.simulate import simulate_loop as run_loop
     from stribeck.simulate.engine import left_out
-    from stribeck.simulate.metrics import told, write_simulation
+    from stribeck.simulate.metrics import limited, told, write_simulation
 
     if fmu is None:
         controlled = load_model(files[0])
@@ -66,6 +66,7 @@ def simulate(
     with whole_folder(out) as folder:
         write_simulation(result, controlled, settings, folder)
         write_figures(result, controlled, folder)
+    warn(limited(result, controlled))
     print(told(result, controlled))
     print(f"{out}: simulation.csv, simulation.json and motion_*.png")
     if not result.motion.ok:
@@ -86,7 +87,8 @@ def limit_cycle(
     loop: Annotated[Path, typer.Argument(metavar="LOOP", help="A loop file: controllers and references.")],
     out: OutDir,
     grid: Annotated[
-        str, typer.Option("--grid", metavar="AxB", help="Cells of the map over k and Kp, or none.")
+        str,
+        typer.Option("--grid", metavar="AxB", help="Cells of the map over k and Kp, 100000 at most in all; or none."),
     ] = "61x31",
 ) -> None:
     """Say what a control loop ends in: rest or a limit cycle, how large and how stable, and which gains avoid it.

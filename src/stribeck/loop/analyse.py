@@ -14,7 +14,7 @@ from stribeck.arm import Arm, unit_at
 from stribeck.errors import StribeckError
 from stribeck.loop.answers import Analysis, JointAnswer, Method
 from stribeck.loop.approximate import Approximation, approximate
-from stribeck.loop.cycle import STOPPED, WORDS, Cycle
+from stribeck.loop.cycle import RIPPLE, STEADY, STOPPED, WORDS, Cycle
 from stribeck.loop.exact.critical import fold_velocity, k_critical
 from stribeck.loop.exact.engine import RoundsEngine
 from stribeck.loop.exact.rounds import check_autonomous
@@ -22,6 +22,7 @@ from stribeck.loop.exact.settle import settle
 from stribeck.loop.exact.shooting import shoot
 from stribeck.loop.linear import Assembly, assemble, free, kp_max, margins
 from stribeck.loop.linear.controller import derivative_gain
+from stribeck.loop.ripple import GRAVITY, Passage, forced_by, passages
 from stribeck.loop.surroundings import Grid, alone, branch_of, locus_of, map_of
 from stribeck.loop.undriven import undriven
 from stribeck.loop.watched import watched
@@ -75,9 +76,9 @@ def analyse_loop(arm: Arm, loop: Loop, *, grid: Grid | None = None, progress: To
     motion = close_loop(engine, _shown(loop, list(best.values())))
     progress("linearising")
     assembly = assemble(arm, loop, free(arm, loop))
-    answers = []
+    answers, passed = [], passages(arm, loop)
     for entry in loop.joints:
-        found = _Found(exact[entry.joint], settled[entry.joint], motion)
+        found = _Found(exact[entry.joint], settled[entry.joint], motion, passed)
         answer = _joint(engine, loop, entry, found, assembly, grid, progress)
         answers.append(replace(answer, notes=(*driven, *answer.notes)))
     indices = tuple(arm.names.index(entry.joint) for entry in loop.joints)
@@ -86,11 +87,12 @@ def analyse_loop(arm: Arm, loop: Loop, *, grid: Grid | None = None, progress: To
 
 @dataclass(frozen=True)
 class _Found:
-    """The exact answers for one joint: by shooting, and by simulation; and a plain simulation."""
+    """The exact answers for one joint, by shooting and by simulation; a plain simulation; what its ramps pass."""
 
     shot: Cycle
     settled: Cycle
     motion: Closed
+    passed: tuple[Passage, ...]
 
     @property
     def best(self) -> Cycle:
@@ -110,6 +112,8 @@ def _joint(
     zones = sorted({place.effect.name for place in engine.path.placed if place.effect.zone})
     if zones:
         notes.append(f"margins and largest gains are those beyond what this loses: {', '.join(zones)}")
+    if (wave := forced_by(best.verdict, best.period, found.passed)) is not None:
+        notes.append(_rippling(wave))
     if engine.forward.bristles[arm.names.index(name)]:
         notes.append(BRISTLES)
     told(f"{name}: describing function and harmonic balance")
@@ -117,27 +121,27 @@ def _joint(
     methods = {
         "describing_function": approximation.describing_function,
         "harmonic_balance": approximation.harmonic_balance,
-        "shooting": _exact_method(found.shot, best),
-        "simulation": _simulation(found, arm.names.index(name), loop.sample_time > 0.0, best, unit_at("rad/s", kind)),
+        "shooting": _exact_method(found.shot, found, entry),
+        "simulation": _simulation(found, arm.names.index(name), loop.sample_time > 0.0, entry, unit_at("rad/s", kind)),
     }
     single = alone(arm, loop, name)
     told(f"{name}: critical ratio")
     known = len(notes)
     critical = _tried(lambda: k_critical(engine, single, name), "critical ratio", notes)
     why = _why_none(entry, critical, failed=len(notes) > known)
-    moves = entry.reference.kind == "ramp" and entry.reference.velocity != 0.0
-    fold = _tried(lambda: fold_velocity(engine, single, name), "stick-slip fold", notes) if moves else None
+    fold = _tried(lambda: fold_velocity(engine, single, name), "stick-slip fold", notes) if _moves(entry) else None
     told(f"{name}: branch of cycles")
     branch = _tried(lambda: branch_of(engine, loop, name, largest.stability), "branch of cycles", notes)
     chart = None
     if grid.wanted:
         told(f"{name}: map")
-        chart = _tried(lambda: map_of(engine, loop, name, grid, largest.stability), "map", notes)
+        done = lambda share: told(f"{name}: map, {100.0 * share:.0f} % of its cells")  # noqa: E731
+        chart = _tried(lambda: map_of(engine, loop, name, grid, largest.stability, done), "map", notes)
     return JointAnswer(
         name, kind, entry, derivative_gain(entry, entry.kp, tuned),
         0.0 if entry.compensation.kind == "none" else entry.compensation.ratio, inertia, best, methods, critical, fold,
         largest, linear, approximation.nyquist, branch, chart, tuple(notes),
-        locus_of(assembly, name, largest.stability), why,
+        locus_of(assembly, name, largest.stability), why, found.passed,
     )  # fmt: skip
 
 
@@ -174,15 +178,20 @@ def _damping(arm: Arm, loop: Loop, joint: str) -> float:
     return margins(assemble(arm, single, free(arm, single)), joint).damping
 
 
-def _exact_method(cycle: Cycle, reference: Cycle) -> Method:
+def _moves(entry: JointLoop) -> bool:
+    return entry.reference.kind == "ramp" and entry.reference.velocity != 0.0
+
+
+def _exact_method(cycle: Cycle, found: _Found, entry: JointLoop) -> Method:
     """Return an exact method's answer, with its distance from the one that the others are compared with."""
     if cycle.verdict == "undetermined":
         return Method("undetermined", None, False, cycle.status)
     if cycle.verdict == "unbounded":
         return Method("unbounded", None, True, "grows without bound")
-    why = WORDS.get(cycle.verdict, cycle.verdict)
+    why = STEADY if cycle.verdict == "rest" and _moves(entry) else WORDS.get(cycle.verdict, cycle.verdict)
+    why = why if forced_by(cycle.verdict, cycle.period, found.passed) is None else RIPPLE
     why = why if cycle.status == "ok" else f"{why}: {cycle.status}"
-    errors = _errors(cycle.amplitude, cycle.period, reference)
+    errors = _errors(cycle.amplitude, cycle.period, found.best)
     return Method("ok", cycle.cycles, True, why, cycle.amplitude, cycle.period, *errors, cycle.stable)
 
 
@@ -192,10 +201,10 @@ def _errors(amplitude: float | None, period: float | None, reference: Cycle) -> 
     return amplitude / reference.amplitude - 1.0, period / reference.period - 1.0
 
 
-def _simulation(found: _Found, joint: int, sampled: bool, reference: Cycle, unit: str) -> Method:
+def _simulation(found: _Found, joint: int, sampled: bool, entry: JointLoop, unit: str) -> Method:
     """Return what simulation alone says: settled from three starts; a sampled loop as read off a plain record."""
     if not sampled:
-        return _exact_method(found.settled, reference)
+        return _exact_method(found.settled, found, entry)
     if found.motion.motion.status != "ok":
         why = STOPPED.get(found.motion.motion.status, found.motion.motion.status)
         return Method(found.motion.motion.status, None, True, f"{why}: from the loop's own start")
@@ -205,7 +214,7 @@ def _simulation(found: _Found, joint: int, sampled: bool, reference: Cycle, unit
         return Method("ok", False, True, start)
     if isinstance(seen, str):
         return Method("undetermined", None, False, f"{seen}: {start}")
-    return Method("ok", True, True, start, *seen, *_errors(*seen, reference))
+    return Method("ok", True, True, start, *seen, *_errors(*seen, found.best))
 
 
 def _notes(loop: Loop, entry: JointLoop, inertia: float, stable: bool, why: str) -> list[str]:
@@ -221,6 +230,11 @@ def _notes(loop: Loop, entry: JointLoop, inertia: float, stable: bool, why: str)
     if len(loop.joints) > 1:
         notes.append("cycles are those of all joints together; the rest is for this joint with the others held")
     return notes
+
+
+def _rippling(wave: Passage) -> str:
+    what, until = (wave.cause, "a turn") if wave.cause == GRAVITY else ("the arm", f"one wave of {wave.cause}")
+    return f"a ripple that {what} forces, and no limit cycle: {until} takes the ramp as long, {wave.time:.4g} s"
 
 
 def _shown(loop: Loop, cycles: list[Cycle]) -> Loop:

@@ -12,6 +12,7 @@ from stribeck.loop.cycle import Cycle
 from stribeck.loop.describing import Root
 from stribeck.loop.linear import KpMax, Margins
 from stribeck.loop.maps import Map
+from stribeck.loop.ripple import Passage, forced_by
 from stribeck.simulate import Closed, JointLoop
 
 Floats = NDArray[np.float64]
@@ -152,6 +153,8 @@ class JointAnswer:
     branch : Branch or None
     map : Map or None
     locus : Locus or None
+    passages : tuple of Passage
+        What the ramps of the loop lead its joints past.
     notes : tuple of str
         What a reader must know before trusting the rest.
     """
@@ -174,6 +177,17 @@ class JointAnswer:
     notes: tuple[str, ...] = ()
     locus: Locus | None = None
     k_why: str = ""
+    passages: tuple[Passage, ...] = ()
+
+    @property
+    def forced(self) -> Passage | None:
+        """What forces the joint's motion; None where that is a cycle of the loop's own, or none."""
+        return forced_by(self.cycle.verdict, self.cycle.period, self.passages)
+
+    @property
+    def passes(self) -> tuple[Passage, ...]:
+        """What its own ramp leads the joint past."""
+        return tuple(each for each in self.passages if each.joint == self.joint)
 
     @property
     def kp(self) -> float:

@@ -14,6 +14,7 @@ Floats = NDArray[np.float64]
 Verdict = Literal["rest", "stick_slip", "hunting", "sliding_cycle", "chatter", "unbounded", "undetermined"]
 VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
 WORDS: dict[str, str] = {"stick_slip": "stick-slip", "sliding_cycle": "a sliding cycle"}  # others are their own
+STEADY, RIPPLE = "steady sliding", "a forced ripple"  # rest along a ramp; a sliding cycle that the arm's waves force
 STOPPED = {  # what ends a simulation, in words
     "unbounded": "it grows without bound",
     "too_many_events": "it sticks and slips too often to be followed further",

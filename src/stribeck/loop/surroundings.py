@@ -18,7 +18,7 @@ from stribeck.loop.linear import Assembly, root_locus
 from stribeck.loop.linear.controller import derivative_gain, tuned_inertia
 from stribeck.loop.linear.gains import MOST_STATES
 from stribeck.loop.linear.operating import pose
-from stribeck.loop.maps import Map, label_map
+from stribeck.loop.maps import Map, Told, label_map
 from stribeck.loop.maps.cells import fits
 from stribeck.loop.maps.grid import Axes
 from stribeck.simulate import JointLoop, Loop
@@ -27,6 +27,7 @@ Floats = NDArray[np.float64]
 
 BRANCH = 13  # values along a branch
 LOCUS, LARGE = 160, 40  # gains of a root locus; states from which on it has fewer
+MOST_CELLS = 100_000  # of a joint's map; a sampled loop takes a minute or two for so many
 SLOW, SLOW_WINDING = (9, 7), (5, 4)  # cells of a map that the quick kernel cannot take; and an integral winds up in it
 WINDING = (25, 13, 7)  # cells of a map, and values of a branch, where an integral winds up for minutes of motion
 
@@ -50,9 +51,9 @@ class Grid:
     wanted: bool = True
 
     def __post_init__(self) -> None:
-        if self.wanted and not (2 <= self.across <= 2000 and 2 <= self.up <= 2000):
-            found = f"{self.across} x {self.up}"
-            raise InputError("the map's grid is empty or too large", found, "give from 2x2 to 2000x2000 cells")
+        if self.wanted and not (min(self.across, self.up) >= 2 and self.across * self.up <= MOST_CELLS):
+            found, do = f"{self.across} x {self.up}", f"give 2x2 at least, and at most {MOST_CELLS} cells in all"
+            raise InputError("the map's grid is empty or too large", found, do)
 
 
 def grid_of(text: str) -> Grid:
@@ -106,7 +107,9 @@ def branch_of(engine: RoundsEngine, loop: Loop, joint: str, highest: float | Non
     return Branch(setting, values, tuple(cycles), predicted_amplitudes(engine.arm, changed, joint))
 
 
-def map_of(engine: RoundsEngine, loop: Loop, joint: str, grid: Grid, highest: float | None) -> Map:
+def map_of(
+    engine: RoundsEngine, loop: Loop, joint: str, grid: Grid, highest: float | None, told: Told = lambda share: None
+) -> Map:
     """Return the map of a joint over Kp and what matters most beside it: k, the ramp's velocity, Ki or damping.
 
     A loop that the quick kernel cannot take has a coarse map, by shooting; one with an integral, which may wind up for
@@ -122,6 +125,8 @@ def map_of(engine: RoundsEngine, loop: Loop, joint: str, grid: Grid, highest: fl
         Cells at most.
     highest : float or None
         Largest Kp of the linear loop, N m/rad.
+    told : callable
+        Is given the share of the cells that are done, now and then.
     """
     entry, single = _entry(loop, joint), alone(engine.arm, loop, joint)
     rounds, j = Rounds(engine, single), engine.arm.names.index(joint)
@@ -133,7 +138,7 @@ def map_of(engine: RoundsEngine, loop: Loop, joint: str, grid: Grid, highest: fl
     axes = {"kp": _gains(entry, up, highest), name: values}
     if entry.kv is None and name != "zeta":  # kv follows Kp, at the damping ratio in force
         axes["zeta"] = np.array([rounds.axes[j].kv / (2.0 * np.sqrt(entry.kp * rounds.inertia[j]))])
-    return _plane(label_map(engine.arm, single, joint, axes))
+    return _plane(label_map(engine.arm, single, joint, axes, told=told))
 
 
 def _plane(found: Map) -> Map:

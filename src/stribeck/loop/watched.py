@@ -14,6 +14,8 @@ Floats = NDArray[np.float64]
 TINY = 1e-6  # rad; a smaller swing is rest
 BAND = 0.25  # of the swing: what the error must cross on either side to count as a period
 STEADY = 0.05  # of a swing: by so much may that of the later periods differ from that of the earlier ones, and repeat
+ONWARD = 0.95  # of the error's range: so far from begin to end, it goes one way
+FADES = 0.5  # of the largest error: so much smaller in the later half, it dies down
 ONE_WAY = (
     0.2  # of the error's range: what it moves on from one third of the time to the next; a third on a straight way
 )
@@ -46,7 +48,7 @@ def watched(closed: Closed, joint: int, unit: str = "rad/s") -> tuple[float, flo
         return f"its error still {side}, by {abs(rate):.3g} {unit}"
     starts = _crossings(error)
     if len(starts) < 3:
-        return "less than two whole periods of its motion are seen"
+        return _too_short(error, unit.removesuffix("/s"))
     swings = [0.5 * float(np.ptp(error[a : b + 1])) for a, b in pairwise(starts)]
     before, after = (float(np.mean(part)) for part in (swings[: len(swings) // 2], swings[-(len(swings) // 2) :]))
     if abs(after - before) > STEADY * before:
@@ -60,6 +62,16 @@ def _trend(error: Floats, time: Floats) -> float:
     steps, whole = np.diff(thirds), float(np.ptp(error))
     goes_on = steps[0] * steps[1] > 0.0 and np.abs(steps).min() > ONE_WAY * whole
     return float(steps.sum() / (time[-1] - time[0]) * 1.5) if goes_on else 0.0
+
+
+def _too_short(error: Floats, unit: str) -> str:
+    """Return what is seen where less than two whole periods are: an error that dies down, or goes one way."""
+    before, after = (float(np.abs(half).max()) for half in np.array_split(error, 2))
+    if after < FADES * before:
+        return f"its error still dies down, from {before:.3g} to {after:.3g} {unit}"
+    if abs(way := float(error[-1] - error[0])) > ONWARD * np.ptp(error):
+        return f"its error still {'grows' if way * float(np.mean(error)) > 0.0 else 'shrinks'}"
+    return "less than two whole periods of its motion are seen"
 
 
 def _true_error(closed: Closed, joint: int) -> Floats:

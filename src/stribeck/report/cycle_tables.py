@@ -6,7 +6,7 @@ from stribeck.arm import unit_at
 from stribeck.loop.answers import Analysis, JointAnswer, Method
 from stribeck.loop.linear import KpMax
 from stribeck.report import words
-from stribeck.report.cycle_words import METHOD, VERDICT, gain_unit, small_unit, speed_unit
+from stribeck.report.cycle_words import METHOD, VERDICT, gain_unit, reads_as, small_unit, speed_unit, steady_error
 from stribeck.report.numbers import MINUS, NBSP, milli, number, percent, unit_text, with_unit
 from stribeck.report.page import Facts, Row, Table
 
@@ -21,17 +21,17 @@ def verdict_table(analysis: Analysis) -> Table:
         rows.append(
             Row(
                 (
-                    words.clean(answer.joint), VERDICT[cycle.verdict].lower(), _milli(cycle.amplitude),
+                    words.clean(answer.joint), VERDICT[reads_as(answer)].lower(), _milli(cycle.amplitude),
                     _value(cycle.period), _value(cycle.peak_velocity),
                     _DASH if cycle.stick_fraction is None else percent(cycle.stick_fraction),
-                    _milli(cycle.steady_error), _multiplier(answer), _stable(cycle.stable),
+                    _milli(steady_error(answer)), _multiplier(answer), _stable(cycle.stable),
                 )
             )
         )  # fmt: skip
     unit, speed = small_unit(analysis.joints[0]), speed_unit(analysis.joints[0])
     columns = (
         "joint", "ends in", f"amplitude, {unit}", "period, s", f"peak velocity, {speed}", "stuck",
-        f"error at rest, {unit}", "largest multiplier", "stable",
+        f"steady error, {unit}", "largest multiplier", "stable",
     )  # fmt: skip
     note = (
         "The amplitude is half the peak-to-peak position. Multipliers are the eigenvalues of the return map: a small "
@@ -47,7 +47,9 @@ def method_table(answer: JointAnswer) -> Table:
     for name, method in answer.methods.items():
         mark = "strong" if name == "shooting" else "flag" if not method.trusted else ""
         rows.append(
-            Row((METHOD[name], _finds(method), *_numbers(method), _trust(method), words.clean(method.why)), mark)
+            Row(
+                (METHOD[name], _finds(method, answer), *_numbers(method), _trust(method), words.clean(method.why)), mark
+            )
         )
     unit = small_unit(answer)
     columns = ("method", "cycle", f"amplitude, {unit}", "error", "period, s", "error", "trusted", "why")
@@ -74,12 +76,13 @@ def gain_facts(answer: JointAnswer) -> Facts:
             ("gain and phase margin", f"{number(m.gain_margin)} and {with_unit(m.phase_margin, 'rad')}"),
             ("delay margin", with_unit(1e3 * m.delay_margin, "ms")),
             ("bandwidth", with_unit(m.bandwidth, "rad/s")),
-            ("damping ratio", number(m.damping)),
+            ("smallest damping ratio, of the whole loop", number(m.damping)),
         ]
     pairs.append(("critical k", _critical(answer)))
     if answer.cycle.basin:
         starts = {"own": "the loop's own", "small": "a small", "large": "a large"}
-        told = (f"{starts.get(k, k)} start: {VERDICT[v].lower()}" for k, v in answer.cycle.basin.items())
+        ends = {start: VERDICT[reads_as(answer, verdict)].lower() for start, verdict in answer.cycle.basin.items()}
+        told = (f"{starts.get(start, start)} start: {end}" for start, end in ends.items())
         pairs.append(("basin", "; ".join(told)))
     return Facts(f"Joint {words.clean(answer.joint)}: gains and margins without friction", tuple(pairs))
 
@@ -111,10 +114,11 @@ def _largest(top: KpMax, unit: str) -> str:
     return "; ".join(part for part in (stable, robust, why) if part)
 
 
-def _finds(method: Method) -> str:
+def _finds(method: Method, answer: JointAnswer) -> str:
     if method.status == "not_applicable":
         return "not applicable"
-    return {True: "yes", False: "none", None: method.status.replace("_", " ")}[method.cycle]
+    yes = "yes" if answer.forced is None else "ripple"
+    return {True: yes, False: "none", None: method.status.replace("_", " ")}[method.cycle]
 
 
 def _numbers(method: Method) -> tuple[str, str, str, str]:

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from stribeck.arm import unit_at
 from stribeck.loop.answers import JointAnswer
+from stribeck.loop.exact.turns import TINY
+from stribeck.loop.ripple import GRAVITY
 from stribeck.report import words
 from stribeck.report.numbers import NBSP, NOTHING, milli, number, percent, unit_text, with_unit
 
 VERDICT = {
     "rest": "Comes to rest",
+    "steady": "Slides steadily",  # what is called rest, along a ramp
+    "ripple": "Forced ripple",  # what is called a sliding cycle, where the arm's waves set its period
     "stick_slip": "Stick-slip",
     "hunting": "Hunting",
     "sliding_cycle": "Sliding cycle",
@@ -54,6 +58,25 @@ def on_a_ramp(answer: JointAnswer) -> bool:
     return answer.entry.reference.kind == "ramp" and answer.entry.reference.velocity != 0.0
 
 
+def reads_as(answer: JointAnswer, verdict: str | None = None) -> str:
+    """Return the key of `VERDICT` under which a person reads a verdict, the joint's own where none is given."""
+    verdict = answer.cycle.verdict if verdict is None else verdict
+    if verdict == "sliding_cycle" and answer.forced is not None:
+        return "ripple"
+    return "steady" if verdict == "rest" and on_a_ramp(answer) else verdict
+
+
+def at_rest(answer: JointAnswer) -> str:
+    """Return what a joint does that does not cycle, as a legend names it."""
+    return "steady sliding" if on_a_ramp(answer) else "rest"
+
+
+def steady_error(answer: JointAnswer) -> float | None:
+    """Return the error at rest, rad; 0 where it is less than any motion that the methods count."""
+    error = answer.cycle.steady_error
+    return 0.0 if error is not None and abs(error) < TINY else error
+
+
 def headline(answer: JointAnswer) -> str:
     """Return the verdict on one joint in one line, for the terminal and for figures."""
     return f"{words.short(answer.joint)}: {_finding(answer)}"
@@ -61,21 +84,40 @@ def headline(answer: JointAnswer) -> str:
 
 def _finding(answer: JointAnswer) -> str:
     cycle = answer.cycle
-    verdict = VERDICT[cycle.verdict].lower()
+    verdict = VERDICT[reads_as(answer)].lower()
     if cycle.cycles and cycle.amplitude is not None and cycle.period is not None:
         stuck = f", stuck {percent(cycle.stick_fraction)} of the time" if cycle.stick_fraction else ""
-        return f"{verdict} of ±{rotation(answer, cycle.amplitude)} every {seconds(cycle.period)}{stuck}"
-    if cycle.verdict == "rest" and cycle.steady_error is not None:
-        return _steady(answer, cycle.steady_error)
+        return (
+            f"{verdict} of ±{rotation(answer, cycle.amplitude)} every {seconds(cycle.period)}{stuck}{_forced(answer)}"
+        )
+    if cycle.verdict == "rest" and (error := steady_error(answer)) is not None:
+        return _steady(answer, error)
     return verdict + (f" ({cycle.status})" if cycle.status != "ok" else "")
 
 
+def _forced(answer: JointAnswer) -> str:
+    """Return what forces a ripple, as the end of a sentence; nothing of a cycle of the loop's own."""
+    wave = answer.forced
+    if wave is None:
+        return ""
+    whose = "its" if wave.joint == answer.joint else f"{words.short(wave.joint)}'s"
+    passed = "makes a turn under gravity" if wave.cause == GRAVITY else f"passes a wave of {words.effect(wave.cause)}"
+    return f", in which {whose} ramp {passed}"
+
+
 def _steady(answer: JointAnswer, error: float) -> str:
-    away, on = rotation(answer, abs(error)), abs(error) <= NOTHING
     if on_a_ramp(answer):
-        side = "behind" if error * answer.entry.reference.velocity > 0.0 else "ahead of"
-        return "slides steadily along its ramp, on it" if on else f"slides steadily along its ramp, {away} {side} it"
-    return "comes to rest at its reference" if on else f"comes to rest {away} from its reference"
+        return f"slides steadily along its ramp, {along_ramp(answer, error)}"
+    away = f"{rotation(answer, abs(error))} from" if abs(error) > NOTHING else "at"
+    return f"comes to rest {away} its reference"
+
+
+def along_ramp(answer: JointAnswer, error: float) -> str:
+    """Return how far behind its ramp a joint is, or ahead of it."""
+    if abs(error) <= NOTHING:
+        return "on it"
+    side = "behind" if error * answer.entry.reference.velocity > 0.0 else "ahead of"
+    return f"{rotation(answer, abs(error))} {side} it"
 
 
 def answer_sentences(answer: JointAnswer, several: bool) -> tuple[tuple[str, str], ...]:

@@ -14,7 +14,7 @@ from rich.text import Text
 from stribeck.loop.answers import Analysis, JointAnswer
 from stribeck.report import words
 from stribeck.report.cycle_tables import gain_facts, method_facts, method_table, verdict_table
-from stribeck.report.cycle_words import VERDICT, answer_sentences, headline
+from stribeck.report.cycle_words import VERDICT, answer_sentences, headline, reads_as
 from stribeck.report.figures.cycle_branch import branch_figure
 from stribeck.report.figures.cycle_map import map_figure
 from stribeck.report.figures.cycle_trace import trace_figure
@@ -25,7 +25,7 @@ from stribeck.report.page import Answer, Bullets, Files, Picture, Section, foote
 from stribeck.report.style import data_uri, finding_of, png_and_svg
 from stribeck.version import package_version
 
-TONE = {"rest": "good", "unbounded": "open", "undetermined": "open"}
+TONE = {"rest": "good", "steady": "good", "unbounded": "open", "undetermined": "open"}
 
 
 class _Plot(NamedTuple):
@@ -45,7 +45,7 @@ PLOTS = (
         "trace",
         trace_figure,
         "Error (reference less position), velocity and commanded torque as simulated from the loop's own start; the "
-        "joint sticks where it is shaded.",
+        "joint sticks where it is shaded. Over the loop file's duration, or four periods where those are longer.",
     ),
     _Plot(
         "branch",
@@ -69,7 +69,7 @@ PLOTS = (
         "poles",
         lambda analysis, i: locus_figure(analysis.joints[i]),
         "Poles of the linear loop, friction left out, as Kp grows; Kv follows Kp where the loop file asks for critical "
-        "damping. A sampled loop's are shown as ln(z)/Ts; much faster ones lie outside.",
+        "damping. A sampled loop's are shown as ln(z)/Ts; much faster ones lie outside, up to those that cross first.",
     ),
 )
 
@@ -111,7 +111,7 @@ def _sections(analysis: Analysis, pictures: list[list[Picture]]) -> list[Section
 
 
 def _answer(analysis: Analysis) -> Answer:
-    verdicts = [answer.cycle.verdict for answer in analysis.joints]
+    verdicts = [reads_as(answer) for answer in analysis.joints]
     worst = max(verdicts, key=_RANK.index)
     count = len(analysis.joints)
     kind = f"sampled every {1e3 * analysis.sample_time:g} ms" if analysis.sample_time > 0.0 else "continuous"
@@ -120,7 +120,7 @@ def _answer(analysis: Analysis) -> Answer:
     return Answer(words.clean(analysis.arm), VERDICT[worst], TONE.get(worst, "partial"), subtitle, rows)
 
 
-_RANK = ["rest", "sliding_cycle", "hunting", "stick_slip", "chatter", "undetermined", "unbounded"]
+_RANK = ["rest", "steady", "ripple", "sliding_cycle", "hunting", "stick_slip", "chatter", "undetermined", "unbounded"]
 
 
 def _files(pictures: list[list[Picture]]) -> Files:

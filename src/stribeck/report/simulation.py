@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 
 from stribeck.arm import Arm, unit_at
 from stribeck.report.numbers import NOTHING, percent
-from stribeck.report.style import COLOUR, MUTED, RULE, drawn, grid, heading, key, new_figure, png, title
+from stribeck.report.style import COLOUR, MUTED, RULE, drawn, grid, heading, key, new_figure, png, range_of, title
 from stribeck.simulate.closed import Closed
-from stribeck.simulate.metrics import measures
+from stribeck.simulate.metrics import MUCH_LIMITED, measures, share_at_limit
 
 MOST_POINTS = 20_000  # of one line; more than pixels, so that nothing is lost
 
@@ -32,7 +32,8 @@ def motion_figure(closed: Closed, arm: Arm, joint: int) -> Figure:
     draw_position(axes[0], closed, joint)
     draw_error(axes[1], closed, joint)
     draw_torque(axes[2], closed, joint)
-    for ax, label in zip(axes, (f"position, {unit}", f"error, m{unit}", f"torque, {torque}"), strict=True):
+    drive = "torque" if arm.joints[joint].kind == "revolute" else "force"
+    for ax, label in zip(axes, (f"position, {unit}", f"error, m{unit}", f"{drive}, {torque}"), strict=True):
         ax.set_ylabel(label)
         _shade_stuck(ax, closed, joint)
     axes[2].set_xlabel("time, s")
@@ -46,6 +47,7 @@ def draw_position(ax: Axes, closed: Closed, joint: int) -> Axes:
     time = closed.motion.t[rows]
     ax.plot(time, closed.reference[rows, joint], color=MUTED, linewidth=0.9, linestyle="--")
     ax.plot(time, closed.measured[rows, joint], color=COLOUR["corrected"], linewidth=1.1)
+    range_of(ax, np.append(closed.reference[rows, joint], closed.measured[rows, joint]))
     key(ax, (("reference", MUTED), ("measured", COLOUR["corrected"])))
     grid(ax)
     return ax
@@ -55,6 +57,7 @@ def draw_error(ax: Axes, closed: Closed, joint: int) -> Axes:
     """Draw the error of one joint (index) in thousandths; return ``ax``."""
     rows = _rows(closed)
     ax.plot(closed.motion.t[rows], 1e3 * closed.error[rows, joint], color=COLOUR["as_given"], linewidth=1.0)
+    range_of(ax, 1e3 * closed.error[rows, joint])
     ax.axhline(0.0, color=MUTED, linewidth=0.5)
     title(ax, "reference less measured")
     grid(ax)
@@ -67,6 +70,7 @@ def draw_torque(ax: Axes, closed: Closed, joint: int) -> Axes:
     time = closed.motion.t[rows]
     ax.plot(time, closed.command[rows, joint], color=COLOUR["measured"], linewidth=0.9)
     ax.plot(time, closed.motion.friction[rows, joint], color=COLOUR["retuned"], linewidth=0.9)
+    range_of(ax, np.append(closed.command[rows, joint], closed.motion.friction[rows, joint]))
     key(ax, (("command", COLOUR["measured"]), ("friction", COLOUR["retuned"])))
     grid(ax)
     return ax
@@ -90,8 +94,10 @@ def _finding(closed: Closed, arm: Arm, joint: int, unit: str) -> str:
     if closed.motion.status != "ok":
         return f"{name}: {closed.motion.status.replace('_', ' ')} after {closed.ended:.4g} s"
     found = measures(closed, joint, closed.motion.filled // 2)
-    mean, stuck = found["mean_error"], found["stick_fraction"]
-    if mean is None or stuck is None or not np.isfinite(mean):
+    rms, stuck = found["rms_error"], found["stick_fraction"]
+    if rms is None or stuck is None or not np.isfinite(rms):
         return name
-    size = f"{1e3 * mean:.4g}" if abs(mean) > NOTHING else "0"
-    return f"{name}: mean error {size} m{unit} in the second half, stuck {percent(stuck)} of that time (shaded)"
+    size = f"{1e3 * rms:.4g}" if rms > NOTHING else "0"
+    said = f"{name}: rms error {size} m{unit} in the second half, stuck {percent(stuck)} of that time (shaded)"
+    share = share_at_limit(closed, arm, joint)
+    return f"{said}; command at its limit {percent(share)} of the whole time" if share >= MUCH_LIMITED else said

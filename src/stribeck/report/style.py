@@ -31,6 +31,7 @@ COLOUR = {
     "noise_floor": "#8c959f",
     "partner": "#009e73",
 }
+STILL = 1e-9  # of a signal, or of its unit where that is less: a smaller change is rounding
 WIDTH = 9.0  # inches; with DPI, 1440 pixels
 DPI = 160
 
@@ -162,6 +163,14 @@ def grid(ax: Axes, axis: str = "y") -> None:
     """Draw faint lines to read values by, behind the data."""
     ax.set_axisbelow(True)
     ax.grid(True, axis=axis, color=RULE, linewidth=0.6)  # type: ignore[arg-type]
+
+
+def range_of(ax: Axes, values: np.ndarray) -> None:
+    """Give a panel whose signal stands still a range in which it is a line, not rounding: 1 about it at least."""
+    known = values[np.isfinite(values)]
+    if len(known) and np.ptp(known) <= STILL * max(1.0, float(np.abs(known).max())):
+        middle = float(np.mean(known))
+        ax.set_ylim(middle - max(1.0, 0.1 * abs(middle)), middle + max(1.0, 0.1 * abs(middle)))
 
 
 def end_labels(ax: Axes, labels: Sequence[tuple[float, str, str]], gap: float = 0.09) -> None:

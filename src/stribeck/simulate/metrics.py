@@ -26,6 +26,8 @@ UNITS = {
     "ended": "s",
 }
 
+MUCH_LIMITED = 0.01  # of the time with the command at its limit, from which on it is said
+
 
 def measures(closed: Closed, joint: int, start: int) -> dict[str, float | None]:
     """Return the measures of one joint over the rows from ``start`` that were reached; None where there are none.
@@ -46,6 +48,24 @@ def measures(closed: Closed, joint: int, start: int) -> dict[str, float | None]:
         "peak_velocity": float(np.max(motion.top_speed[rows, joint][1:])),
         "peak_torque": float(np.max(np.abs(closed.command[rows, joint]))),
     }
+
+
+def share_at_limit(closed: Closed, arm: Arm, joint: int) -> float:
+    """Return the share of the time for which the command of one joint is at the limit of its drive."""
+    limit, rows = arm.joints[joint].torque_limit, slice(0, closed.motion.filled)
+    if limit is None or not closed.motion.filled:
+        return 0.0
+    return float(np.mean(np.abs(closed.command[rows, joint]) >= limit * (1.0 - 1e-9)))
+
+
+def limited(closed: Closed, arm: Arm) -> list[str]:
+    """Return a line for each joint whose command is at its limit for much of the time."""
+    shares = {arm.names[j]: share_at_limit(closed, arm, j) for j in closed.controlled}
+    return [
+        f"{name}: the command is at its limit for {100.0 * share:.3g} % of the time"
+        for name, share in shares.items()
+        if share >= MUCH_LIMITED
+    ]
 
 
 def simulation_json(closed: Closed, arm: Arm, loop: Loop) -> dict[str, Any]:

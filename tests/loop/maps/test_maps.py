@@ -135,6 +135,16 @@ def test_an_atlas_costs_by_the_cell_and_holds_little_beside_itself(arm, loop_of)
     assert held[1] < max(2.0 * held[0], 4.0)  # MB
 
 
+@pytest.mark.parametrize(("ki", "verdict"), [(8.0, "rest"), (60.0, "rest"), (600.0, "hunting")])
+def test_a_sampled_integral_that_creeps_to_rest_is_known_to(arm, loop_of, ki, verdict):
+    """Slip by slip, each a part of the one before, as the events say."""
+    bent = Friction(0.8, 0.5, 0.3, 0.05)
+    joint = replace(arm.joints[0], rotor_inertia=0.1, inertia=0.17, friction=bent, backward=bent)
+    given = loop_of(sample_time=0.002, kind="none", kv=6.0, ki=ki)
+    found = label_map(replace(arm, joints=(joint,)), given, "A", {"kp": (60.0,)})
+    assert found.verdicts.tolist() == [verdict]
+
+
 def test_what_once_had_no_label(arm, loop_of):
     """A creep that ends where the joint just holds, and a joint that turns many times where it stops."""
     light = replace(arm.joints[0], rotor_inertia=0.0, inertia=0.1416, friction=LIGHT, backward=LIGHT)
@@ -157,6 +167,14 @@ def test_chunks_and_backends_do_not_matter(arm, loop_of, monkeypatch):
         parts = label_map(arm, loop_of(), "A", axes, backend=backend)
         assert (parts.codes == whole.codes).all()
         np.testing.assert_array_equal(parts.amplitude, whole.amplitude)
+
+
+def test_how_far_a_map_is_gets_told(arm, loop_of, monkeypatch):
+    monkeypatch.setattr(label_module, "_CHUNK", 10)
+    monkeypatch.setattr(label_module, "EVERY", 0.0)
+    shares = []
+    label_map(arm, loop_of(), "A", {"k": np.linspace(0.8, 1.6, 40)}, told=shares.append)
+    assert shares == [0.25, 0.5, 0.75]
 
 
 def test_what_the_kernel_cannot_take_is_labelled_by_events(arm, loop_of):

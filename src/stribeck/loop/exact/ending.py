@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.loop.cycle import Cycle, CycleTrace, Verdict
+from stribeck.loop.cycle import STEADY, WORDS, Cycle, CycleTrace, Verdict
 from stribeck.loop.exact.place import Place
 from stribeck.loop.exact.rest import seen_deviations, winding
 from stribeck.loop.exact.rounds import NONE, Rounds
@@ -209,11 +209,11 @@ def _traces(rounds: Rounds, ending: Ending) -> dict[int, CycleTrace]:
     }
 
 
-def gather(found: Mapping[str, Mapping[str, Cycle]], joint: str) -> Cycle:
+def gather(found: Mapping[str, Mapping[str, Cycle]], joint: str, moves: bool) -> Cycle:
     """Return the answer for a joint from those of all starts.
 
     The loop's own start decides, unless no joint cycles from there and a cycle draws this one in from another; not so
-    where it is left behind for good.
+    where it is left behind for good. ``moves`` is whether its reference does: what is called rest then slides.
     """
     basin = {start: cycles[joint].verdict for start, cycles in found.items()}
     chosen = found["own"][joint]
@@ -221,7 +221,8 @@ def gather(found: Mapping[str, Mapping[str, Cycle]], joint: str) -> Cycle:
         for start in ("large", "small"):
             if start in found and found[start][joint].cycles:
                 other = found[start][joint]
-                told = f"from a {start} start; {chosen.verdict} from the loop's own"
+                ends = STEADY if moves and chosen.verdict == "rest" else WORDS.get(chosen.verdict, chosen.verdict)
+                told = f"from a {start} start; {ends} from the loop's own"
                 chosen = replace(other, status=told if other.status == "ok" else f"{other.status}; {told}")
                 break
             if start in found and found[start][joint].verdict == "unbounded" and chosen.status == "ok":

@@ -46,7 +46,8 @@ def settle(arm: Arm | RoundsEngine, loop: Loop) -> dict[str, Cycle]:
     """
     rounds = Rounds(arm, loop)
     found = {name: answers(rounds, settle_from(rounds, place)) for name, place in starts(rounds).items()}
-    return {entry.joint: gather(found, entry.joint) for entry in loop.joints}
+    moves = {entry.joint: rounds.rate(rounds.index(entry.joint)) != 0.0 for entry in loop.joints}
+    return {name: gather(found, name, moves[name]) for name in moves}
 
 
 def settle_from(rounds: Rounds, place: Place) -> Ending:

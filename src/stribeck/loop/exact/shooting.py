@@ -58,7 +58,8 @@ def shoot(arm: Arm | RoundsEngine, loop: Loop) -> dict[str, Cycle]:
     chosen = next((name for name in ("own", "large", "small") if name in endings and endings[name].lasts), "own")
     endings[chosen] = repeated(rounds, endings[chosen])
     found = {name: answers(rounds, ending) for name, ending in endings.items()}
-    return {entry.joint: gather(found, entry.joint) for entry in loop.joints}
+    moves = {entry.joint: rounds.rate(rounds.index(entry.joint)) != 0.0 for entry in loop.joints}
+    return {name: gather(found, name, moves[name]) for name in moves}
 
 
 def ending_of(rounds: Rounds, place: Place) -> Ending:

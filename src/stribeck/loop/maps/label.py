@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
+from time import monotonic
 from typing import Literal
 
 import numpy as np
@@ -24,9 +25,11 @@ from stribeck.loop.maps.grid import Axes, check_axes, loop_of_cell
 from stribeck.simulate import Loop
 
 Floats = NDArray[np.float64]
+Told = Callable[[float], None]
 Labels = tuple[NDArray[np.int8], Floats]
 _CHUNK = 512  # cells; what a chunk holds beside the map itself is a few hundred bytes a cell
 _MOST_CELLS = 50_000_000
+EVERY = 5.0  # s between two words of how far a map is
 _AT_ONCE = 64  # chunks that a cluster holds
 
 
@@ -66,6 +69,7 @@ class Map:
 def label_map(
     arm: Arm, loop: Loop, joint: str, axes: Mapping[str, Sequence[float] | Floats], *, jobs: int = -1,
     backend: Literal["joblib", "dask"] = "joblib", method: Literal["auto", "events"] = "auto",
+    told: Told = lambda share: None,
 ) -> Map:  # fmt: skip
     """Return verdict, amplitude and period of a joint over a grid of loop settings.
 
@@ -84,6 +88,8 @@ def label_map(
         ``dask`` spreads the chunks over the dask client in force, or over local threads where there is none.
     method : str
         ``events`` forces the event-driven reference, cell by cell.
+    told : callable
+        Is given the share of the cells that are done, every few seconds.
 
     Raises
     ------
@@ -106,7 +112,7 @@ def label_map(
     step = _CHUNK if not why else 1
     edges = [(first, min(first + step, grid.size)) for first in range(0, grid.size, step)]
     done = _with_dask(work, edges) if backend == "dask" else _with_joblib(work, edges, jobs)
-    return _collect(grid, edges, done, why)
+    return _collect(grid, edges, _counted(done, len(edges), told), why)
 
 
 def _collect(grid: Axes, edges: list[tuple[int, int]], done: Iterator[Labels], why: str) -> Map:
@@ -115,6 +121,16 @@ def _collect(grid: Axes, edges: list[tuple[int, int]], done: Iterator[Labels], w
         codes[first:last], sizes[:, first:last] = code, size.T
     amplitude, period, stuck = (row.reshape(grid.shape) for row in sizes)
     return Map(grid, codes.reshape(grid.shape), amplitude, period, stuck, "events" if why else "cells", why)
+
+
+def _counted(done: Iterator[Labels], count: int, told: Told) -> Iterator[Labels]:
+    """Pass chunks on, and tell every few seconds how many of them there have been."""
+    last = monotonic()
+    for k, labels in enumerate(done, 1):
+        yield labels
+        if k < count and monotonic() - last >= EVERY:
+            told(k / count)
+            last = monotonic()
 
 
 def _with_joblib(work: Callable[[int, int], Labels], edges: list[tuple[int, int]], jobs: int) -> Iterator[Labels]:

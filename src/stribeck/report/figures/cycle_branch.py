@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from stribeck.loop.answers import Branch, JointAnswer
+from stribeck.loop.ripple import forced_by
 from stribeck.report import words
-from stribeck.report.cycle_words import gain_unit, small_unit
+from stribeck.report.cycle_words import at_rest, gain_unit, on_a_ramp, small_unit
 from stribeck.report.figures.log_ticks import plain_log
 from stribeck.report.numbers import number
 from stribeck.report.style import COLOUR, INK, MUTED, drawn, grid, heading, key, new_figure
@@ -23,7 +25,7 @@ def branch_figure(answer: JointAnswer) -> Figure | None:
         return None
     figure = new_figure(4.4, 8.0)
     ax = figure.add_subplot()
-    draw_branch(ax, answer.branch)
+    draw_branch(ax, answer.branch, at_rest(answer), forced=_forced(answer))
     own = answer.ratio if answer.branch.setting == "k" else answer.kp
     ax.axvline(own, color=INK, linewidth=0.8, linestyle="--")
     _tag(ax, own, "this loop")
@@ -38,8 +40,11 @@ def branch_figure(answer: JointAnswer) -> Figure | None:
     return figure
 
 
-def draw_branch(ax: Axes, branch: Branch) -> Axes:
-    """Draw exact amplitudes, filled where stable, zero at rest, and the predicted ones; return ``ax``."""
+def draw_branch(ax: Axes, branch: Branch, rest: str, forced: NDArray[np.bool_]) -> Axes:
+    """Draw exact amplitudes, filled where stable, zero at ``rest``, and the predicted ones; return ``ax``.
+
+    Those that are ``forced`` (K,) are no cycles of the loop's own, and of another colour.
+    """
     amplitude = np.array([c.amplitude if c.cycles and c.amplitude else 0.0 for c in branch.cycles])
     lost = np.array([c.verdict in ("unbounded", "undetermined") for c in branch.cycles])
     shown = np.where(lost, np.nan, 1e3 * amplitude)
@@ -47,6 +52,8 @@ def draw_branch(ax: Axes, branch: Branch) -> Axes:
     unstable = np.array([c.cycles and c.stable is False for c in branch.cycles])
     ax.plot(branch.values, cycling, "-o", color=COLOUR["corrected"], linewidth=1.4, markersize=5)
     ax.plot(branch.values[unstable], cycling[unstable], "o", color=COLOUR["corrected"], markerfacecolor="white")
+    ripples = np.where(forced, cycling, np.nan)
+    ax.plot(branch.values, ripples, "o", color=COLOUR["partner"], markersize=5, zorder=4)
     resting = ~lost & (amplitude == 0.0)
     ax.plot(branch.values[resting], shown[resting], "s", color=MUTED, markersize=4)
     ax.plot(branch.values, 1e3 * branch.predicted, "--", color=COLOUR["as_given"], linewidth=1.4, marker=".")
@@ -70,9 +77,10 @@ def draw_branch(ax: Axes, branch: Branch) -> Axes:
         ax.set_yticks([0.0, *decades], labels=["0", *(f"{value:g}" for value in decades)])
     grows = np.array([cycle.verdict == "unbounded" for cycle in branch.cycles]) & ~np.isfinite(cycling).any()
     lines = (
-        ("rest", MUTED, resting),
+        (rest, MUTED, resting),
         ("∞ grows without bound", COLOUR["corrected"], grows),
-        ("exact cycle", COLOUR["corrected"], np.isfinite(cycling)),
+        ("exact cycle", COLOUR["corrected"], np.isfinite(cycling) & ~forced),
+        ("forced ripple", COLOUR["partner"], forced),
         ("describing function", COLOUR["as_given"], np.isfinite(branch.predicted)),
     )
     key(ax, [(name, colour) for name, colour, shown in lines if shown.any()])
@@ -80,10 +88,16 @@ def draw_branch(ax: Axes, branch: Branch) -> Axes:
     return ax
 
 
-def _and(branch: Branch) -> str:
+def _forced(answer: JointAnswer) -> NDArray[np.bool_]:
+    """Return which motions of a branch (K,) the arm's waves force."""
+    cycles = () if answer.branch is None else answer.branch.cycles
+    return np.array([forced_by(cycle.verdict, cycle.period, answer.passes) is not None for cycle in cycles])
+
+
+def _and(branch: Branch, rests: str) -> str:
     """Return what a loop that cycles without compensation does with it."""
     resting = [value for value, cycle in zip(branch.values, branch.cycles, strict=True) if cycle.verdict == "rest"]
-    return f", rests at k from {number(min(resting))} to {number(max(resting))}" if resting else " too"
+    return f", {rests} at k from {number(min(resting))} to {number(max(resting))}" if resting else " too"
 
 
 def _tag(ax: Axes, value: float, text: str) -> None:
@@ -96,17 +110,25 @@ def _tag(ax: Axes, value: float, text: str) -> None:
 def _finding(answer: JointAnswer) -> str:
     name, branch = words.short(answer.joint), answer.branch
     assert branch is not None
-    cycling = [value for value, cycle in zip(branch.values, branch.cycles, strict=True) if cycle.cycles]
+    forced, lasts = _forced(answer), np.array([cycle.cycles for cycle in branch.cycles])
+    cycling, rippling = list(branch.values[lasts & ~forced]), list(branch.values[forced])
     if all(cycle.verdict == "unbounded" for cycle in branch.cycles):
         return f"{name}: grows without bound at every {'k' if branch.setting == 'k' else 'Kp'} shown"
     if branch.setting == "k":
         if answer.k_critical is not None and answer.k_critical > 0.0:
             return f"{name}: cycles begin at k = {number(answer.k_critical, 4)}"
         if answer.k_critical == 0.0:
-            return f"{name}: cycles without compensation{_and(branch)}"
+            rests = "slides steadily" if on_a_ramp(answer) else "rests"
+            return f"{name}: cycles without compensation{_and(branch, rests)}"
         return f"{name}: no k makes it cycle"
+    unit = gain_unit(answer)
+    ripple = f"a forced ripple at Kp {_from_to(rippling)} {unit}" if rippling else ""
     if not cycling:
-        return (
-            f"{name}: no cycle at Kp from {number(branch.values[0])} to {number(branch.values[-1])} {gain_unit(answer)}"
-        )
-    return f"{name}: cycles at Kp from {number(min(cycling))} to {number(max(cycling))} {gain_unit(answer)}"
+        none = ripple or f"no cycle at Kp {_from_to(list(branch.values))} {unit}"
+        return f"{name}: {none}{', and no cycle' if ripple else ''}"
+    return f"{name}: cycles at Kp {_from_to(cycling)} {unit}{', ' if ripple else ''}{ripple}"
+
+
+def _from_to(values: list[float]) -> str:
+    low, high = number(min(values)), number(max(values))
+    return low if low == high else f"from {low} to {high}"

@@ -8,12 +8,14 @@ from matplotlib.collections import QuadMesh
 from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from numpy.typing import NDArray
 
 from stribeck.loop.answers import JointAnswer
 from stribeck.loop.cycle import CYCLES, VERDICTS
 from stribeck.loop.maps import Map
+from stribeck.loop.ripple import ALIKE
 from stribeck.report import words
-from stribeck.report.cycle_words import gain_unit, small_unit
+from stribeck.report.cycle_words import at_rest, gain_unit, on_a_ramp, small_unit
 from stribeck.report.figures.log_ticks import plain_log
 from stribeck.report.numbers import percent
 from stribeck.report.style import COLOUR, INK, RULE, drawn, heading, new_figure
@@ -29,6 +31,7 @@ MOSTLY = {"stick_slip": "in stick-slip", "hunting": "hunting", "sliding_cycle": 
           "chatter": "in chatter"}  # fmt: skip
 PLAIN = {"rest": ("#eef2f5", "rest"), "unbounded": (COLOUR["measured"], "unbounded"),
          "undetermined": (COLOUR["retuned"], "undetermined")}  # fmt: skip
+RIPPLE = ("#b3dfd0", "forced ripple")
 
 
 @drawn
@@ -40,7 +43,7 @@ def map_figure(answer: JointAnswer) -> Figure | None:
     ax = figure.add_subplot()
     shades = draw_map(ax, answer.map, answer)
     if shades is not None:
-        over = "max" if np.nanmax(1e3 * answer.map.amplitude) > shades.norm.vmax else "neither"
+        over = "max" if np.nanmax(np.ma.asarray(shades.get_array())) > shades.norm.vmax else "neither"
         label = f"amplitude of the cycle, {small_unit(answer)}"
         bar = figure.colorbar(shades, ax=ax, label=label, pad=0.02, extend=over)
         plain_log(bar.ax.yaxis)
@@ -59,26 +62,41 @@ def draw_map(ax: Axes, found: Map, answer: JointAnswer) -> QuadMesh | None:
         across = np.abs(across)  # a ramp may go backward
         ax.set_xscale("log")
         plain_log(ax.xaxis)
-    patches = []
-    for verdict, (colour, text) in PLAIN.items():
-        here = found.codes == VERDICTS.index(verdict)
+    patches, forced = [], _forced(answer)
+    named = {**PLAIN, "rest": (PLAIN["rest"][0], at_rest(answer)), "ripple": RIPPLE}
+    for verdict, (colour, text) in named.items():
+        here = forced if verdict == "ripple" else found.codes == VERDICTS.index(verdict)
         if here.any():
             layer = np.where(here, 1.0, np.nan)
             ax.pcolormesh(across, gains, layer, cmap=ListedColormap([colour]), shading="nearest", rasterized=True)
             patches.append(Patch(facecolor=colour, edgecolor=RULE, label=text))
-    ax.legend(handles=patches, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=3, frameon=False, fontsize=9)
+    ax.legend(handles=patches, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=4, frameon=False, fontsize=9)
     ax.plot([_own(answer, name)], [answer.kp], "o", color=INK, markerfacecolor="white", markersize=8, zorder=5)
     ax.annotate(
         "this loop", (_own(answer, name), answer.kp), xytext=(8, 5), textcoords="offset points", fontsize=9, color=INK,
         bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.8},
     )  # fmt: skip
-    amplitude = np.where(np.isfinite(found.amplitude) & (found.amplitude > 0.0), 1e3 * found.amplitude, np.nan)
+    own = np.isfinite(found.amplitude) & (found.amplitude > 0.0) & ~_forced(answer)
+    amplitude = np.where(own, 1e3 * found.amplitude, np.nan)
     if not np.isfinite(amplitude).any():
         return None
     low, high = float(np.nanmin(amplitude)), float(np.nanmax(amplitude))
     high = min(high, SPREAD * float(np.nanmedian(amplitude)))  # a few cells near instability must not take all colours
     norm = LogNorm(min(max(low, 1e-4 * high), high), 1.0001 * high)
     return ax.pcolormesh(across, gains, amplitude, cmap="viridis_r", norm=norm, shading="nearest", rasterized=True)
+
+
+def _forced(answer: JointAnswer) -> NDArray[np.bool_]:
+    """Return the cells whose motion the arm's waves force, at the ramp of each."""
+    found = answer.map
+    assert found is not None
+    speed = abs(answer.entry.reference.velocity)
+    faster = np.abs(found.axes.values[1]) / speed if found.axes.names[1] == "velocity" else 1.0
+    slides, period = found.codes == VERDICTS.index("sliding_cycle"), found.period * faster  # at the loop's own ramp
+    forced = np.zeros(found.codes.shape, dtype=bool)
+    for each in answer.passes:
+        forced |= slides & (np.abs(period / each.time - 1.0) <= ALIKE)
+    return forced
 
 
 def _own(answer: JointAnswer, name: str) -> float:
@@ -95,11 +113,22 @@ def _own(answer: JointAnswer, name: str) -> float:
 def _finding(answer: JointAnswer) -> str:
     assert answer.map is not None
     name, codes = words.short(answer.joint), answer.map.codes
-    shares = {label: float(np.mean(codes == k)) for k, label in enumerate(VERDICTS) if label in CYCLES}
+    forced = _forced(answer)
+    shares = {label: float(np.mean((codes == k) & ~forced)) for k, label in enumerate(VERDICTS) if label in CYCLES}
     cycling = sum(shares.values())
-    if cycling == 0.0:
-        grows = float(np.mean(codes == VERDICTS.index("unbounded")))
-        more = f"; {percent(grows)} of it grows without bound" if grows > 0.0 else ""
-        return f"{name}: no cycle anywhere on the map{more}"
-    most = MOSTLY[max(shares, key=lambda verdict: shares[verdict])]
-    return f"{name}: {percent(cycling)} of the map cycles, mostly {most}"
+    others = _others(answer, codes, forced)
+    if cycling > 0.0:
+        most = MOSTLY[max(shares, key=lambda verdict: shares[verdict])]
+        return "; ".join((f"{name}: {percent(cycling)} of the map cycles, mostly {most}", *others))
+    known = not (codes == VERDICTS.index("undetermined")).any()
+    none = f"{name}: no cycle {'anywhere' if known else 'found'} on the map"
+    return none if (codes == VERDICTS.index("rest")).all() else f"{none}: {'; '.join(others)}"
+
+
+def _others(answer: JointAnswer, codes: NDArray[np.int8], forced: NDArray[np.bool_]) -> list[str]:
+    """Return the shares of the map that do not cycle, in words."""
+    rests = "slides steadily" if on_a_ramp(answer) else "comes to rest"
+    told = {"rest": rests, "unbounded": "grows without bound", "undetermined": "is undetermined"}
+    shares = {"is a forced ripple": float(np.mean(forced))}
+    shares |= {text: float(np.mean(codes == VERDICTS.index(verdict))) for verdict, text in told.items()}
+    return [f"{percent(share)} {text}" for text, share in shares.items() if share > 0.0]

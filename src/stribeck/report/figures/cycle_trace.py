@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 from stribeck.arm import unit_at
 from stribeck.loop.answers import Analysis, JointAnswer
 from stribeck.report import words
-from stribeck.report.cycle_words import rotation, seconds, small_unit, speed_unit
-from stribeck.report.style import COLOUR, MUTED, RULE, drawn, grid, heading, new_figure
+from stribeck.report.cycle_words import along_ramp, on_a_ramp, rotation, seconds, small_unit, speed_unit
+from stribeck.report.style import COLOUR, MUTED, RULE, drawn, grid, heading, new_figure, range_of
 
 MOST = 20_000  # points of a line
 PERIODS = 4.0
@@ -31,6 +31,7 @@ def trace_figure(analysis: Analysis, index: int) -> Figure:
     for ax, values, colour, label in zip(axes, columns, colours, labels, strict=True):
         ax.plot(time, values, color=colour, linewidth=1.0)
         ax.set_ylabel(label)
+        range_of(ax, values)
         ax.axhline(0.0, color=MUTED, linewidth=0.5, zorder=0)
         _shade(ax, time, motion.motion.modes[rows, j] == 0.0)
         grid(ax)
@@ -64,5 +65,11 @@ def _finding(analysis: Analysis, answer: JointAnswer) -> str:
     late = motion.error[half:end, index]
     shaded = "; stuck times shaded" if (motion.motion.modes[:end, index] == 0.0).any() else ""
     if answer.cycle.cycles:
-        return f"{name}: the error swings ±{rotation(answer, 0.5 * float(np.ptp(late)))} in the second half{shaded}"
+        shown = float(motion.motion.t[_rows(analysis, answer).stop - 1])
+        part = f" of {seconds(motion.ended)}, the first {seconds(shown)} shown" if shown < 0.99 * motion.ended else ""
+        swing = rotation(answer, 0.5 * float(np.ptp(late)))
+        return f"{name}: the error swings ±{swing} in the second half{part}{shaded}"
+    if answer.cycle.verdict == "rest" and on_a_ramp(answer):
+        place = along_ramp(answer, float(late[-1]))
+        return f"{name}: slides along its ramp, {place} after {seconds(motion.ended)}{shaded}"
     return f"{name}: the error ends at {rotation(answer, float(late[-1]))}{shaded}"

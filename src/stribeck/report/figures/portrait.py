@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from stribeck.loop.answers import Analysis
 from stribeck.loop.cycle import CycleTrace
-from stribeck.report.cycle_words import headline, on_a_ramp, small_unit, speed_unit
+from stribeck.report.cycle_words import at_rest, headline, on_a_ramp, small_unit, speed_unit
 from stribeck.report.style import COLOUR, MUTED, drawn, grid, heading, key, new_figure
 
 MOST = 20_000  # points of a line
@@ -27,14 +27,14 @@ def portrait_figure(analysis: Analysis, index: int) -> Figure:
     trace = _one_round(analysis, index)
     if trace is not None:
         draw_cycle(ax, trace)
-        entries += [("cycle", COLOUR["corrected"])]
+        entries += [("cycle" if answer.forced is None else "forced ripple", COLOUR["corrected"])]
         if trace.stuck.any():
             entries += [("stuck", COLOUR["as_given"])]
     elif answer.cycle.steady_error is not None:
         ramp = on_a_ramp(answer)
         end = (-1e3 * answer.cycle.steady_error, answer.entry.reference.velocity if ramp else 0.0)
         ax.plot(*end, "o", color=COLOUR["corrected"], markersize=8)
-        entries += [("steady sliding" if ramp else "rest", COLOUR["corrected"])]
+        entries += [(at_rest(answer), COLOUR["corrected"])]
     ax.axhline(0.0, color=MUTED, linewidth=0.5, zorder=0)
     ax.axvline(0.0, color=MUTED, linewidth=0.5, zorder=0)
     ax.set(xlabel=f"position less reference, {small_unit(answer)}", ylabel=f"velocity, {speed_unit(answer)}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import PathCollection
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -16,7 +17,14 @@ from stribeck.report.numbers import number
 from stribeck.report.style import COLOUR, INK, MUTED, drawn, grid, heading, key, new_figure
 
 DOMINANT = 2  # slowest poles, which set what is shown
+MARGIN = 1.2  # times as far as the crossing is shown
 NEAR = 3.0  # times as fast may others be that are shown whole
+
+LEGEND = (
+    ("circled: this loop", INK),
+    ("unstable on the right", COLOUR["as_given"]),
+    ("crosses: largest stable Kp", COLOUR["as_given"]),
+)
 
 
 @drawn
@@ -25,14 +33,26 @@ def locus_figure(answer: JointAnswer) -> Figure | None:
     if answer.locus is None:
         return None
     figure = new_figure(5.4, 8.0)
-    ax = figure.add_subplot()
-    draw_locus(ax, answer.locus, answer)
+    crossing = crossing_poles(answer.locus, answer.kp_max.stability)
+    reach = reach_of(answer.locus)
+    far = float(np.max(np.abs(crossing), initial=0.0))
+    panels: list[Axes] = list(figure.subplots(1, 2) if far > reach else [figure.add_subplot()])
+    for ax, size in zip(panels, (reach, MARGIN * far), strict=False):
+        shades = draw_locus(ax, answer.locus, size, crossing)
+    if far > reach:
+        panels[1].set_ylabel("")
+        key(panels[0], [LEGEND[0]])
+        key(panels[1], [LEGEND[2]])
+    else:
+        key(panels[0], LEGEND[:3] if len(crossing) else LEGEND[:2])
+    bar = figure.colorbar(shades, ax=panels, label=f"Kp, {gain_unit(answer)}", pad=0.02)
+    plain_log(bar.ax.yaxis)
     heading(figure, _finding(answer), 8.0)
     return figure
 
 
-def draw_locus(ax: Axes, locus: Locus, answer: JointAnswer) -> Axes:
-    """Draw poles coloured by Kp, those of the loop's own Kp, and the border of stability; return ``ax``.
+def draw_locus(ax: Axes, locus: Locus, reach: float, crossing: NDArray[np.complex128]) -> PathCollection:
+    """Draw poles coloured by Kp, those of the loop's own Kp, and the border of stability; return the colours.
 
     A sampled loop's are shown as ln(z) / Ts, so that it reads like a continuous one.
     """
@@ -42,15 +62,26 @@ def draw_locus(ax: Axes, locus: Locus, answer: JointAnswer) -> Axes:
         poles.real.ravel(), poles.imag.ravel(), c=gains, s=9, cmap="viridis_r", norm=LogNorm(), linewidths=0
     )
     ax.plot(own.real, own.imag, "o", color=INK, markerfacecolor="none", markersize=9, zorder=5)
+    ax.plot(crossing.real, crossing.imag, "x", color=COLOUR["as_given"], markersize=9, markeredgewidth=2.0, zorder=6)
     ax.axvline(0.0, color=COLOUR["as_given"], linewidth=1.4)
     ax.axhline(0.0, color=MUTED, linewidth=0.5, zorder=0)
-    reach = _reach(np.abs(poles))
     ax.set(xlim=(-reach, 0.35 * reach), ylim=(-reach, reach), xlabel="real part, 1/s", ylabel="imaginary part, 1/s")
-    bar = ax.figure.colorbar(shades, ax=ax, label=f"Kp, {gain_unit(answer)}", pad=0.02)
-    plain_log(bar.ax.yaxis)
-    key(ax, [("circled: this loop", INK), ("unstable on the right", COLOUR["as_given"])])
     grid(ax, "both")
-    return ax
+    return shades
+
+
+def crossing_poles(locus: Locus, limit: float | None) -> NDArray[np.complex128]:
+    """Return where poles (C,) pass the border of stability, at the largest stable Kp, 1/s; empty where none do."""
+    beyond = np.flatnonzero(locus.gains >= limit) if limit is not None else np.zeros(0, dtype=int)
+    if not len(beyond) or beyond[0] == 0:
+        return np.zeros(0, dtype=complex)
+    poles = _continuous(locus.poles[beyond[0]], locus.sample_time)
+    return np.asarray(1j * poles.imag[np.isfinite(poles) & (poles.real > 0.0)])
+
+
+def reach_of(locus: Locus) -> float:
+    """Return how far to show the poles, 1/s: the slowest, and the branches that stay near them."""
+    return _reach(np.abs(_continuous(locus.poles, locus.sample_time)))
 
 
 def _reach(size: NDArray[np.float64]) -> float:

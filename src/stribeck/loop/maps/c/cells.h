@@ -562,8 +562,9 @@ static int run_sampled(const cell *c, double error, double velocity, double *out
             const double wait = c->rate == 0.0 && k.mode != 0 ? dies_in(past, n, LEAST_MOVE / c->sample, &swings) : 0.0;
             if (!swings && wait >= 0.0 && (k.mode == 0 || holds(c, &k, integral, held))) return REST;
             calm = 0;
-            if (wait >= 0.0) { /* on to where it comes back, or to where no step of it counts any more */
-                if (c->ki > 0.0 || wait >= MOST_WAIT) return UNDETERMINED;
+            /* on to where it comes back, or to where no step of it counts any more; an integral goes on by itself */
+            if (wait >= 0.0 && !(c->ki > 0.0)) {
+                if (wait >= MOST_WAIT) return UNDETERMINED;
                 scatters = 1, n += (long)wait, k.t = (n + 1) * c->sample, last = k.y[X];
                 filtered = 0.0, k.y[V] = 0.0, k.mode = 0;
                 continue;
