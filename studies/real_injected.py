@@ -70,7 +70,10 @@ def main(data: Path = DATA, jobs: int = 2) -> None:
         "named_right": [sum(r["right"] for r in inside), len(inside)],
         "named_right_where_the_gap_grew_as_much": [sum(r["right"] for r in seen), len(seen)],
         "with_a_wrong_name": [sum(bool(r["wrong"]) for r in inside), len(inside)],
-        "silent_outside_the_library": [sum(not r["named"] for r in rows if r not in inside), len(rows) - len(inside)],
+        "nothing_new_named_outside_the_library": [
+            sum(not r["wrong"] for r in rows if r not in inside),
+            len(rows) - len(inside),
+        ],
     }
     show(result)
     print(f"written to {write('real_injected', result | {'as_recorded': plain, 'rows': rows}, named=figure(inside))}")
