@@ -65,15 +65,12 @@ def main(data: Path = DATA, jobs: int = 2) -> None:
     found = Parallel(n_jobs=jobs)(delayed(look)(arm, new) for new in changed)
     rows = [row(law, arm.names[j], size, one, plain) for (law, j, size), one in zip(asked, found, strict=True)]
     inside = [r for r in rows if r["effect"] not in OUTSIDE]
-    seen = [r for r in inside if r["gap_grown"] >= 1.0]
+    seen, outside = [r for r in inside if r["gap_grown"] >= 1.0], [r for r in rows if r not in inside]
     result = {
         "named_right": [sum(r["right"] for r in inside), len(inside)],
         "named_right_where_the_gap_grew_as_much": [sum(r["right"] for r in seen), len(seen)],
         "with_a_wrong_name": [sum(bool(r["wrong"]) for r in inside), len(inside)],
-        "nothing_new_named_outside_the_library": [
-            sum(not r["wrong"] for r in rows if r not in inside),
-            len(rows) - len(inside),
-        ],
+        "nothing_new_named_outside_the_library": [sum(not r["wrong"] for r in outside), len(outside)],
     }
     show(result)
     print(f"written to {write('real_injected', result | {'as_recorded': plain, 'rows': rows}, named=figure(inside))}")

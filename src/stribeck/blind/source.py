@@ -8,8 +8,8 @@ from pathlib import Path
 
 # of the package: all that a diagnosis imports
 PARTS = (
-    "arm", "compiler", "effects", "errors", "gap", "grid", "identify", "model", "outputs", "quantum", "run",
-    "simulate", "stopping", "textfile",
+    "arm", "compiler", "effects", "errors", "gap", "grid", "identify", "mirrored", "model", "outputs", "quantum",
+    "run", "simulate", "stopping", "textfile",
 )  # fmt: skip
 SUFFIXES = (".c", ".h", ".py")  # what is compiled has its say, too
 
