@@ -55,7 +55,7 @@ def test_the_whole_way(here, capsys):
     assert call("diagnose cases --out answers --jobs 1") == 0
     assert call("score answers --key key.json --out score --jobs 1") == 0
     out = capsys.readouterr().out
-    assert "wrong name, of all single effects: 1 of 2 (50 %; at most 3.0 % asked)" in out.replace("\u00a0", " ")
+    assert "wrong name, of all single effects: 1 of 2 (50 %; at most 3 % asked)" in out.replace("\u00a0", " ")
     score = json.loads((here / "score" / "score.json").read_text())
     assert (score["digest"], score["cases"]) == (digest, 3)
     assert score["none"]["false_alarms"]["value"] == 1.0
