@@ -210,6 +210,14 @@ def test_what_records_alone_show_is_told_to_be_left_out(tmp_path: Path, capsys: 
         assert "velocity_filter" not in archive.read("documentation/index.html").decode()
 
 
+@pytest.mark.parametrize("between", ["joint_flexibility", "backlash"])
+def test_a_rotor_that_drives_a_spring_keeps_some_inertia(between: str) -> None:
+    values = {"stiffness": 800.0, "damping": 0.5} | ({"gap": 0.01} if between == "backlash" else {})
+    table = describe(two_links(EffectEntry(between, ("B",), {"B": values})), 2)[1]
+    lower = {v.name: v.lower for v in table.variables if v.name.endswith("rotor_inertia")}
+    assert lower == {"joint[1].rotor_inertia": 0.0, "joint[2].rotor_inertia": 1e-6}
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_seven_platforms_in_a_small_file(fmi: int, made: Callable[[Arm, int], Path], tmp_path: Path) -> None:

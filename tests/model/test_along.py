@@ -101,6 +101,27 @@ def test_what_a_sensor_recorded_is_undone(steepness: float) -> None:
         assert second == pytest.approx(-64.0 * (wave["sine"] * np.sin(phase) + wave["cosine"] * np.cos(phase)))
 
 
+@pytest.mark.parametrize("law", ["one_wave", "two_waves"])
+def test_whatever_sensor_an_arm_file_may_have_is_undone(law: str) -> None:
+    """Waves of any shape up to where two places are recorded alike, at any rate, behind them a zero of the counter."""
+    effect, rng = effect_named("encoder_eccentricity", law), np.random.default_rng(4)
+    path = SignalPath(nominal_arm(), [Placed(effect, 0), Placed(effect_named("encoder_offset"), 0)])
+    at = ca.SX.sym("at")
+    there = ca.Function("there", [at, path.p], [path.true_position(0, path.measured(0, at))])
+    names = [parameter.name for parameter in effect.parameters]
+    own, tried = len(path.entries) - len(names) - 1, 0
+    while tried < 100:
+        rate = 10.0 ** rng.uniform(0.0, 6.0)
+        waves = np.clip(rng.uniform(-0.95, 0.95, len(names) - 1) / rate, -0.3, 0.3)
+        if effect.folds(dict(zip(names, [*waves, rate], strict=True))):
+            continue
+        tried += 1
+        p = [*values_of(path.entries)[:own], *waves, rate, rng.uniform(-3.0, 3.0)]
+        place = rng.uniform(-1.0, 1.0) + np.linspace(0.0, 2.0 * np.pi / rate, 51)
+        found = there(place[None, :], np.tile(np.array(p)[:, None], (1, 51))).full().ravel()
+        np.testing.assert_allclose(found, place, rtol=0.0, atol=1e-6 / rate + 1e-14)
+
+
 def test_a_zero_of_the_counter_is_behind_its_disc() -> None:
     placed = [
         Placed(effect_named("encoder_offset"), 0, {"offset": 0.3}),

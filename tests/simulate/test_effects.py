@@ -13,7 +13,7 @@ from stribeck.model.layout import Placed
 from stribeck.model.path import SignalPath
 from stribeck.model.scale import Scale
 from stribeck.simulate import Engine, path_of
-from stribeck.simulate.engine import left_out
+from stribeck.simulate.engine import left_at_null, left_out
 
 from .conftest import entry, two_links
 from .reference import Reference
@@ -78,6 +78,8 @@ def test_effects_at_null_are_left_out() -> None:
     unset = entry("presliding", ("A",), stiffness=np.inf, damping=3.0)
     arm = two_links(unset, entry("actuator_lag", ("A",)), entry("delay", ("B",)))
     assert path_of(arm).placed == ()
+    told = left_at_null(arm)
+    assert [line.split(" is at its null value")[0] for line in told] == ["A: presliding", "A: actuator_lag", "B: delay"]
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3, 1e6])

@@ -43,9 +43,9 @@ def export(
     arm = load_model(model)
 
     from stribeck.export import export_fmu
-    from stribeck.simulate.engine import left_out
+    from stribeck.simulate.engine import left_at_null, left_out
 
-    warn(left_out(arm, "it belongs to what reads q and dq from the FMU"))
+    warn([*left_out(arm, "it belongs to what reads q and dq from the FMU"), *left_at_null(arm)])
     with progress("exporting") as told:
         only_steps = export_fmu(arm, out, fmi=fmi, platforms=platforms or None, progress=told)
     if only_steps:

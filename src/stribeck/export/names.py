@@ -7,6 +7,8 @@ import casadi as ca
 from stribeck.model.forward import Forward
 from stribeck.model.layout import Entry
 
+_LIGHTEST = 1e-6  # kg m^2, of a rotor that drives a spring: without inertia none can turn there
+
 _DESCRIBED = {
     "mass": "mass of the link",
     "com_x": "centre of mass along the link",
@@ -55,6 +57,8 @@ def bounds(forward: Forward, entry: Entry) -> tuple[float, float]:
     """Return the bounds of a parameter; its own value always lies within them, and no delay looks ahead."""
     delays = {forward.path.entries[i].key for _, i in forward.delays}
     lower = max(entry.lower, 0.0) if entry.key in delays else entry.lower
+    if entry.name == "rotor_inertia" and entry.owner == "inertial" and entry.joint in forward.path.flexible:
+        lower = _LIGHTEST
     return min(lower, entry.value), max(entry.upper, entry.value)
 
 

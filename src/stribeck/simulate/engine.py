@@ -32,12 +32,17 @@ def path_of(arm: Arm) -> SignalPath:
     InputError
         When a motor without inertia is to turn between a drive and a spring.
     """
-    placed = [place for place in placed_effects(arm) if not (place.effect.direct or vanishes(place))]
+    placed = simulated(arm)
     for place in placed:
         if isinstance(place.effect, TransmissionEffect) and arm.joints[place.joint].rotor_inertia == 0.0:
             what = f"arm {arm.name!r}: {place.effect.name} needs a rotor between motor and link"
             raise InputError(what, f"{arm.names[place.joint]}.rotor_inertia = 0", "give one")
     return SignalPath(arm, placed)
+
+
+def simulated(arm: Arm) -> list[Placed]:
+    """Return the effects of an arm's file that a simulation of it has."""
+    return [place for place in placed_effects(arm) if not (place.effect.direct or vanishes(place))]
 
 
 def left_out(arm: Arm, instead: str = "the loop file says what its controllers are given") -> list[str]:
@@ -49,6 +54,16 @@ def left_out(arm: Arm, instead: str = "the loop file says what its controllers a
     return [
         f"{arm.names[place.joint]}: {place.effect.name} is of records alone and left out here; {instead}"
         for place in direct
+    ]
+
+
+def left_at_null(arm: Arm) -> list[str]:
+    """Return a warning for each effect of an arm's file that its values make vanish: an FMU has no parameters of it."""
+    gone = (place for place in placed_effects(arm) if vanishes(place))
+    return [
+        f"{arm.names[place.joint]}: {place.effect.name} is at its null value and left out here, parameters and all; "
+        "to tune them, give another value"
+        for place in gone
     ]
 
 

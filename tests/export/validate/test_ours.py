@@ -114,6 +114,24 @@ def test_change_is_noticed(exported: Path, tmp_path: Path, monkeypatch: pytest.M
     assert any(says in problem for problem in problems), problems
 
 
+def test_what_an_export_leaves_out_is_not_missed(
+    exported: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Effects of records alone, and those at their null values."""
+    left = one_joint(
+        EffectEntry("velocity_filter", ("A",), {"A": {"time": 0.02}}),
+        EffectEntry("torque_gain", ("A",), {"A": {"gain": 1.0}}),
+        EffectEntry("delay", ("A",), {"A": {"time": 0.0}}),
+    )
+    monkeypatch.setattr("stribeck.export.validate.check.reproduction", lambda fmu, arm: ([], []))
+    change = {"resources/arm.toml": lambda _: arm_to_toml(left).encode()}
+    assert check_fmu(changed(exported, tmp_path / "left.fmu", change)).problems == ()
+    there = one_joint(EffectEntry("torque_gain", ("A",), {"A": {"gain": 0.9}}))
+    change = {"resources/arm.toml": lambda _: arm_to_toml(there).encode()}
+    problems = check_fmu(changed(exported, tmp_path / "there.fmu", change), run=False).problems
+    assert problems == ("variable effect.torque_gain[1].gain is missing",)
+
+
 def test_without_a_binary_for_this_machine_its_sources_are_run(
     exported: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 from stribeck.arm import Arm
 from stribeck.arm.values import Joint
 from stribeck.export.validate.opened import Opened
+from stribeck.simulate.engine import simulated
 
 Dimension = dict[str, int]  # exponents of the SI base units; that of rad is not looked at
 
@@ -73,11 +74,9 @@ def _expected(arm: Arm) -> Iterator[tuple[str, str, Dimension | None, float | No
             yield f"{name}[{k}]", causality, _DIMENSIONS[dimension][straight], None
         for name, value, dimension in _values(joint):
             yield f"joint[{k}].{name}", "parameter", _DIMENSIONS[dimension][straight], value
-    for entry in arm.effects:
-        for joint_name, values in entry.parameters.items():
-            k = arm.names.index(joint_name) + 1
-            for key, value in values.items():
-                yield f"effect.{entry.effect}[{k}].{key}", "parameter", None, value
+    for place in simulated(arm):
+        for key, value in place.values.items():
+            yield f"effect.{place.effect.name}[{place.joint + 1}].{key}", "parameter", None, value
 
 
 def _values(joint: Joint) -> Iterator[tuple[str, float, str]]:
