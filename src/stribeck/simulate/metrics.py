@@ -70,7 +70,7 @@ def limited(closed: Closed, arm: Arm) -> list[str]:
 
 def simulation_json(closed: Closed, arm: Arm, loop: Loop) -> dict[str, Any]:
     """Return the content of ``simulation.json``: plain values, null where one is not finite."""
-    half = closed.motion.filled // 2
+    half = len(closed.motion.t) // 2
     joints = {arm.names[j]: {**measures(closed, j, half), "whole": measures(closed, j, 0)} for j in closed.controlled}
     return {
         "schema": SCHEMA,
@@ -95,13 +95,14 @@ def write_simulation(closed: Closed, arm: Arm, loop: Loop, folder: Path) -> None
 
 
 def told(closed: Closed, arm: Arm) -> str:
-    """Return one line on a simulation: how long, how many events, and the error over the second half of it."""
-    half, unit = closed.motion.filled // 2, unit_at("rad", arm.joints[0].kind)
+    """Return one line on a simulation: how long, how many events, the error over the second half of its duration."""
+    half, unit = len(closed.motion.t) // 2, unit_at("rad", arm.joints[0].kind)
     errors = [(arm.names[j], measures(closed, j, half)["rms_error"]) for j in closed.controlled]
     shown = ", ".join(f"{error:.3g} {unit} at {name}" for name, error in errors if error is not None)
     count = closed.motion.event_count
     said = f"{closed.ended:g} s simulated, {count} event{'s' * (count != 1)}"
-    return f"{said}; rms error over the second half: {shown}" if shown else said
+    part = "the second half" if closed.motion.ok else "what was reached of the second half"
+    return f"{said}; rms error over {part}: {shown}" if shown else said
 
 
 def _finite(value: Any) -> Any:
