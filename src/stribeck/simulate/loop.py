@@ -115,7 +115,7 @@ class JointLoop:
         Feedforward of the reference's acceleration, kg m^2.
     velocity : str
         ``true`` or ``finite_difference`` (whose limit for a continuous controller is ``true``; sampled, steps below
-        1e-12 rad count as none).
+        1e-12 rad count as none, also those that a filtered velocity is worth).
     velocity_filter, actuator_lag : float
         First order, s.
     delay_samples : int

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from stribeck.loop.cycle import STEADY, WORDS, Cycle, CycleTrace, Verdict
 from stribeck.loop.exact.place import Place
-from stribeck.loop.exact.rest import seen_deviations, winding
+from stribeck.loop.exact.rest import holds, seen_deviations, winding
 from stribeck.loop.exact.rounds import NONE, Rounds
 from stribeck.loop.exact.stall import stalled
 from stribeck.loop.exact.turns import CREEP, TINY, dies_out, fold_of, weighted, whole_rounds
@@ -79,9 +79,10 @@ def all_die(
     left: Collection[int],
     dies: Callable[[np.ndarray], bool] = dies_out,
 ) -> bool:
-    """Tell whether a loop comes to rest, by the last turns of every joint: one that winds up does not.
+    """Tell whether a loop comes to rest, by the last turns of every joint.
 
-    Those that are ``left`` behind do not count.
+    One that winds up does not, nor one that a filter holds by a sign from before. Those that are ``left``
+    behind do not count.
 
     Parameters
     ----------
@@ -97,7 +98,11 @@ def all_die(
     """
     still = not winding(rounds, place, CREEP) - set(left)
     turns = turns[~np.isin(turns["joint"], list(left))] if len(turns) else turns
-    return still and bool(len(turns)) and all(dies(turns[turns["joint"] == j]) for j in np.unique(turns["joint"]))
+    joints = [int(j) for j in np.unique(turns["joint"])] if len(turns) else []
+    if not (still and joints and all(dies(turns[turns["joint"] == j]) for j in joints)):
+        return False
+    filtered = [j for j in joints if rounds.sampled and rounds.axes[j].filter > 0.0 and rounds.rate(j) == 0.0]
+    return not filtered or holds(rounds, place, filtered)
 
 
 def answers(rounds: Rounds, ending: Ending) -> dict[str, Cycle]:

@@ -166,6 +166,12 @@ typedef struct {
     SB_MEMORY(SB_FIELD)
 } sb_memory;
 
+/* The filtered velocity as a law takes it, rad/s: what it moves in a sample has the same floor, or it would keep the sign
+ * of a joint that stands still until it is too small for a number, which is a time that no law knows of. */
+static double sb_filtered(const sb_memory *m, double sample) {
+    return fabs(m->filtered) * sample < SB_LEAST_MOVE ? 0.0 : m->filtered;
+}
+
 static void sb_sampled_start(const sb_axis *a, sb_memory *m) {
     memset(m, 0, sizeof *m);
     for (int i = 0; i < 3; i++) m->theta[i] = a->ratio * a->friction[0][i];
@@ -178,7 +184,10 @@ static double sb_sampled(const sb_axis *a, sb_memory *m, double t, double sample
     sb_reference(a, t, &r, &s.reference_rate, &s.reference_acceleration);
     if (!a->true_velocity) velocity = first || fabs(q - m->last) < SB_LEAST_MOVE ? 0.0 : (q - m->last) / sample;
     m->last = q;
-    if (a->filter > 0.0) velocity = m->filtered += -expm1(-sample / a->filter) * (velocity - m->filtered);
+    if (a->filter > 0.0) {
+        m->filtered += -expm1(-sample / a->filter) * (velocity - m->filtered);
+        velocity = sb_filtered(m, sample);
+    }
     s.error = r - q, s.velocity = velocity, s.rate_error = s.reference_rate - velocity;
     s.direction = fabs(velocity) > a->dead_band ? sb_sign(velocity) : 0.0;
     s.integral = m->integral, s.held = m->held, s.theta = m->theta;
