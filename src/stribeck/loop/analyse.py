@@ -208,7 +208,8 @@ def _simulation(found: _Found, joint: int, sampled: bool, entry: JointLoop, unit
     if found.motion.motion.status != "ok":
         why = STOPPED.get(found.motion.motion.status, found.motion.motion.status)
         return Method(found.motion.motion.status, None, True, f"{why}: from the loop's own start")
-    seen = watched(found.motion, joint, unit)
+    noisy = entry.encoder_noise > 0.0
+    seen = watched(found.motion, joint, unit, noisy=noisy)
     start = f"from the loop's own start, second half of {found.motion.ended:.4g} s"
     if seen == "rest":
         return Method("ok", False, True, start)
