@@ -14,8 +14,8 @@ from stribeck.cli import main
 from stribeck.report.simulation import motion_figure
 from stribeck.report.style import finding_of
 from stribeck.run import load_run
-from stribeck.simulate import JointLoop, Loop, Reference, simulate_loop
-from stribeck.simulate.metrics import measures, simulation_json, told
+from stribeck.simulate import Compensation, JointLoop, Loop, Reference, simulate_loop
+from stribeck.simulate.metrics import measures, simulation_json, stopped, told
 
 from .conftest import entry, two_links
 
@@ -101,6 +101,17 @@ def test_measures_are_of_what_was_reached_of_the_second_half() -> None:
     assert measures(short, 0, 40)["rms_error"] == expected
     assert simulation_json(short, two_links(), Loop(0.0125, 1.0, ()))["joints"]["A"]["rms_error"] == expected
     assert told(short, two_links()).endswith(f"what was reached of the second half: {expected:.3g} rad at A")
+
+
+@pytest.mark.parametrize("kind", ["robust", "none"])
+def test_a_law_that_switches_without_end_is_told(kind: Literal["robust", "none"]) -> None:
+    ramp = JointLoop("A", 60.0, Reference("ramp", velocity=0.05), compensation=Compensation(kind, 1.1))
+    loop = Loop(0.0, 0.1, (ramp,))
+    whole = simulate_loop(two_links(), loop)
+    assert stopped(whole, loop) == []
+    (line,) = stopped(replace(whole, motion=replace(whole.motion, status="too_many_steps"), ended=0.05), loop)
+    assert line.startswith("too_many_steps after 0.05 s")
+    assert ("jumps, at A, and may switch without end; give a sample_time" in line) == (kind == "robust")
 
 
 @pytest.mark.usefixtures("bench")

@@ -37,7 +37,8 @@ class Compensation:
     slope, leakage : float
         ``adaptive``: weight of the error in the adaptation (1/s), and its sigma-modification.
     inner : float
-        ``robust``: error within which it is off; ``adaptive``: within which adaptation stops, rad.
+        ``robust``: error within which it is off, of a continuous controller 1e-9 at least; ``adaptive``: within which
+        adaptation stops, rad.
     amplitude, frequency : float
         ``dither``: N m and Hz.
     """

@@ -26,6 +26,7 @@ UNITS = {
     "ended": "s",
 }
 
+_SWITCHES = ("too_many_events", "too_many_steps", "step_too_small")  # how a simulation ends that jumps without end
 MUCH_LIMITED = 0.01  # of the time with the command at its limit, from which on it is said
 
 
@@ -92,6 +93,20 @@ def write_simulation(closed: Closed, arm: Arm, loop: Loop, folder: Path) -> None
     save_run(closed.run("simulation.csv"), folder / "simulation.csv")
     text = json.dumps(simulation_json(closed, arm, loop), indent=2, ensure_ascii=False, allow_nan=False)
     (folder / "simulation.json").write_text(text + "\n", encoding="utf-8")
+
+
+def stopped(closed: Closed, loop: Loop) -> list[str]:
+    """Return a line on a simulation that ended early: when, and why where the loop's settings tell."""
+    status = closed.motion.status
+    if closed.motion.ok:
+        return []
+    said = f"{status} after {closed.ended:.6g} s"
+    jumps = [entry.joint for entry in loop.joints if entry.compensation.kind == "robust"]
+    if status in _SWITCHES and loop.sample_time == 0.0 and jumps:
+        said += (
+            f": a continuous robust law jumps, at {', '.join(jumps)}, and may switch without end; give a sample_time"
+        )
+    return [said]
 
 
 def told(closed: Closed, arm: Arm) -> str:
