@@ -14,6 +14,7 @@ from stribeck.arm import Arm, unit_at
 from stribeck.errors import StribeckError
 from stribeck.loop.answers import Analysis, JointAnswer, Method
 from stribeck.loop.approximate import Approximation, approximate
+from stribeck.loop.beyond import beyond
 from stribeck.loop.cycle import RIPPLE, STEADY, STOPPED, WORDS, Cycle
 from stribeck.loop.exact.critical import fold_velocity, k_critical
 from stribeck.loop.exact.engine import RoundsEngine
@@ -118,6 +119,8 @@ def _joint(
         notes.append(BRISTLES)
     told(f"{name}: describing function and harmonic balance")
     approximation = _approximation(arm, loop, name, best, notes)
+    roots = approximation.nyquist.roots if approximation.nyquist else ()
+    notes.extend(filter(None, [beyond(engine, loop, name, roots, best)]))
     methods = {
         "describing_function": approximation.describing_function,
         "harmonic_balance": approximation.harmonic_balance,
