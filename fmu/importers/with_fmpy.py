@@ -16,7 +16,7 @@ held["time"] = table["t"][rows[1:]]
 for k in range(n):
     held[f"tau[{k + 1}]"] = table[f"tau{k + 1}"][rows[:-1]]
 step = table["t"][1] - table["t"][0]
-tolerance = 1e-9 if kind == "ModelExchange" else 1e-8  # the errors of CVode add up to a hundred times its own
+tolerance = 1e-9 if kind == "ModelExchange" else 1e-8  # CVode's errors add up to 100 times that and more
 result = simulate_fmu(
     fmu, fmi_type=kind, stop_time=table["t"][-1], output_interval=step, relative_tolerance=tolerance, input=held,
     output=[f"q[{k + 1}]" for k in range(n)], record_events=False, timeout=300,

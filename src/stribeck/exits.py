@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from io import TextIOWrapper
 from typing import Any
 
@@ -16,7 +16,7 @@ from stribeck.stopping import stoppable
 DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 
 
-def guarded(command: Any, arguments: Sequence[str]) -> int:
+def guarded(command: Any, arguments: Sequence[str], several: Mapping[str, str] | None = None) -> int:
     """Run a command; return the exit status.
 
     Parameters
@@ -25,6 +25,8 @@ def guarded(command: Any, arguments: Sequence[str]) -> int:
         With ``make_context`` and ``invoke``.
     arguments : sequence of str
         ``--debug`` may stand anywhere and shows a traceback.
+    several : mapping
+        Options that take several values, up to the next option, and what these are.
 
     Returns
     -------
@@ -36,6 +38,8 @@ def guarded(command: Any, arguments: Sequence[str]) -> int:
     if isinstance(sys.stdout, TextIOWrapper):  # a sign that the terminal lacks is no failure; all files are written
         sys.stdout.reconfigure(errors="replace")
     try:
+        for option, values in (several or {}).items():
+            arguments = spread(arguments, option, values)
         # not command.main(): it would turn Ctrl-C into an exception of its own and print an empty line
         with stoppable(), command.make_context("stribeck", arguments) as context:
             command.invoke(context)
@@ -51,16 +55,19 @@ def guarded(command: Any, arguments: Sequence[str]) -> int:
     return DONE
 
 
-def spread(arguments: Sequence[str], option: str) -> list[str]:
+def spread(arguments: Sequence[str], option: str, values: str = "values") -> list[str]:
     """Repeat an option before each of the values that follow it, up to the next option.
 
-    ``--held-out a b`` becomes ``--held-out a --held-out b``: the parser takes one value an option.
+    ``--held-out a b`` becomes ``--held-out a --held-out b``: the parser takes one value an option. Raises `InputError`
+    where none follows: the parser would take the next option for it. ``values`` says what they are.
     """
     result: list[str] = []
     after = False  # whether the option's first value has been passed
     spreading = False
     for argument in arguments:
         if argument.startswith("-"):
+            if spreading and not after:
+                raise InputError(f"{option} needs {values}", argument, f"give some between {option} and {argument}")
             name, equals, _ = argument.partition("=")
             spreading, after = name == option, bool(equals)
         elif spreading and after:

@@ -19,7 +19,9 @@ from stribeck.loop import surroundings
 from stribeck.loop.analyse import analyse_loop
 from stribeck.loop.answers import Analysis, JointAnswer
 from stribeck.loop.approximate import approximate
+from stribeck.loop.beyond import beyond
 from stribeck.loop.cycle import Cycle
+from stribeck.loop.describing import Compensator, find_roots, linear_part
 from stribeck.loop.exact.critical import k_critical
 from stribeck.loop.exact.engine import RoundsEngine
 from stribeck.loop.files import limit_cycle_json, write_limit_cycle
@@ -293,6 +295,19 @@ def test_a_record_too_short_for_two_rounds_says_so() -> None:
 )
 def test_what_is_seen_of_less_than_two_rounds_is_said(error: np.ndarray, says: str) -> None:
     assert _too_short(error, "m") == says
+
+
+@pytest.mark.parametrize(("kp", "told"), [(700.0, True), (60.0, False)])
+def test_what_happens_beyond_an_unstable_sinusoid_is_told(kp: float, told: bool) -> None:
+    joint, friction = "A", Friction(5.0, 1.25, 1.5, 0.05)
+    given = loop(0.0125, kp=kp, delay_samples=1)
+    engine = RoundsEngine(arm(friction))
+    part = linear_part(engine.arm, given, joint)
+    roots = find_roots(part, friction, Compensator(friction, 0.0))
+    known = Cycle("rest", basin={"own": "rest", "small": "rest", "large": "rest"})
+    found = beyond(engine, given, joint, roots, known)
+    lost = "from an error of 893 mrad it grows without bound"
+    assert found == (f"{lost}: the describing function has an unstable sinusoid of ±179 mrad" if told else "")
 
 
 def test_a_swing_that_dies_down_or_grows_is_no_cycle() -> None:

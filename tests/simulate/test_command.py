@@ -14,7 +14,8 @@ from stribeck.cli import main
 from stribeck.report.simulation import motion_figure
 from stribeck.report.style import finding_of
 from stribeck.run import load_run
-from stribeck.simulate import JointLoop, Loop, Reference, simulate_loop
+from stribeck.simulate import Compensation, JointLoop, Loop, Reference, simulate_loop
+from stribeck.simulate.metrics import measures, simulation_json, stopped, told
 
 from .conftest import entry, two_links
 
@@ -43,25 +44,25 @@ def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.mark.usefixtures("bench")
 def test_writes_a_run_and_its_measures(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["simulate", "arm.toml", "loop.toml", "--out", "out"]) == 0
-    told = capsys.readouterr()
-    assert told.err == ""
+    said = capsys.readouterr()
+    assert said.err == ""
     found = json.loads(Path("out/simulation.json").read_text())
     run = load_run("out/simulation.csv", 2)
     assert found["schema"] == "stribeck.simulation/1"
     assert list(found["joints"]) == ["A"]
     error = run.q_ref[:, 0] - run.q[:, 0]
     late = error[len(error) // 2 :]
-    measures = found["joints"]["A"]
-    assert measures["mean_error"] == pytest.approx(late.mean(), rel=1e-9)
-    assert measures["rms_error"] == pytest.approx(np.sqrt(np.mean(late**2)), rel=1e-9)
-    assert measures["peak_error"] == pytest.approx(np.abs(late).max(), rel=1e-9)
-    assert measures["whole"]["peak_torque"] == pytest.approx(np.abs(run.tau[:, 0]).max(), rel=1e-9)
-    assert measures["whole"]["peak_velocity"] > measures["peak_velocity"] > 0.049
-    assert measures["mean_error"] == pytest.approx((5 + 1.25 * np.exp(-1) + 1.5 * 0.05) / 60.0, rel=1e-6)
-    assert 0.0 < measures["whole"]["stick_fraction"] < 0.5
+    half = found["joints"]["A"]
+    assert half["mean_error"] == pytest.approx(late.mean(), rel=1e-9)
+    assert half["rms_error"] == pytest.approx(np.sqrt(np.mean(late**2)), rel=1e-9)
+    assert half["peak_error"] == pytest.approx(np.abs(late).max(), rel=1e-9)
+    assert half["whole"]["peak_torque"] == pytest.approx(np.abs(run.tau[:, 0]).max(), rel=1e-9)
+    assert half["whole"]["peak_velocity"] > half["peak_velocity"] > 0.049
+    assert half["mean_error"] == pytest.approx((5 + 1.25 * np.exp(-1) + 1.5 * 0.05) / 60.0, rel=1e-6)
+    assert 0.0 < half["whole"]["stick_fraction"] < 0.5
     assert found["units"]["mean_error"] == "rad"
-    error = f"rms error over the second half: {measures['rms_error']:.3g} rad at A"
-    assert told.out.splitlines() == [
+    error = f"rms error over the second half: {half['rms_error']:.3g} rad at A"
+    assert said.out.splitlines() == [
         f"20 s simulated, 1 event; {error}",
         "out: simulation.csv, simulation.json and motion_*.png",
     ]
@@ -85,7 +86,32 @@ def test_an_unstable_loop_says_when(capsys: pytest.CaptureFixture[str]) -> None:
     found = json.loads(Path("out/simulation.json").read_text())
     assert found["status"] == "unbounded"
     assert 0.0 < found["ended"] < 20.0
-    assert capsys.readouterr().err == f"warning: unbounded after {found['ended']:.6g} s\n"
+    said = capsys.readouterr()
+    assert said.err == f"warning: unbounded after {found['ended']:.6g} s\n"
+    assert "second half" not in said.out
+    late = found["joints"]["A"]
+    assert {late[name] for name in late if name != "whole"} == {None}
+    assert late["whole"]["peak_error"] > 0.0
+
+
+def test_measures_are_of_what_was_reached_of_the_second_half() -> None:
+    whole = simulate_loop(two_links(), Loop(0.0125, 1.0, (JointLoop("A", 60.0, Reference("ramp", velocity=0.05)),)))
+    short = replace(whole, motion=replace(whole.motion, status="unbounded", filled=60), ended=0.75)
+    expected = np.sqrt(np.mean(whole.error[40:60, 0] ** 2))
+    assert measures(short, 0, 40)["rms_error"] == expected
+    assert simulation_json(short, two_links(), Loop(0.0125, 1.0, ()))["joints"]["A"]["rms_error"] == expected
+    assert told(short, two_links()).endswith(f"what was reached of the second half: {expected:.3g} rad at A")
+
+
+@pytest.mark.parametrize("kind", ["robust", "none"])
+def test_a_law_that_switches_without_end_is_told(kind: Literal["robust", "none"]) -> None:
+    ramp = JointLoop("A", 60.0, Reference("ramp", velocity=0.05), compensation=Compensation(kind, 1.1))
+    loop = Loop(0.0, 0.1, (ramp,))
+    whole = simulate_loop(two_links(), loop)
+    assert stopped(whole, loop) == []
+    (line,) = stopped(replace(whole, motion=replace(whole.motion, status="too_many_steps"), ended=0.05), loop)
+    assert line.startswith("too_many_steps after 0.05 s")
+    assert ("jumps, at A, and may switch without end; give a sample_time" in line) == (kind == "robust")
 
 
 @pytest.mark.usefixtures("bench")

@@ -177,6 +177,15 @@ def test_stability_limits(joint_a: Engine) -> None:
     assert growing.motion.status == "unbounded"
 
 
+@pytest.mark.parametrize("ratio", [1.1, 3.0])
+def test_a_continuous_robust_law_brings_a_joint_to_rest(joint_a: Engine, ratio: float) -> None:
+    """It overshoots ever less in ever less time, until its jump at zero error holds the joint."""
+    found = run(joint_a, Reference("regulate", initial_error=0.3), Compensation("robust", ratio), duration=5.0)
+    assert found.motion.ok
+    assert abs(found.error[-1, 0]) < 1e-9
+    assert found.motion.modes[-1, 0] == 0.0
+
+
 def test_remedies(joint_a: Engine) -> None:
     regulate = Reference("regulate", initial_error=0.1)
     robust = {"sample_time": 2e-4, "duration": 10.0}

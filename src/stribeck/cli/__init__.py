@@ -15,7 +15,7 @@ from typing import Annotated
 import typer
 
 from stribeck.cli import fmu, loops, recordings, withheld
-from stribeck.exits import guarded, spread
+from stribeck.exits import guarded
 from stribeck.version import package_version
 
 app = typer.Typer(add_completion=False, rich_markup_mode="rich", pretty_exceptions_enable=False)
@@ -27,9 +27,7 @@ app.add_typer(withheld.app, name="withheld")
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the program; return its exit status: 0 done, 2 wrong input or arguments, 130 interrupted, 1 anything else."""
     arguments = list(sys.argv[1:] if arguments is None else arguments)
-    for option in ("--held-out", "--platforms", *withheld.SPREAD):
-        arguments = spread(arguments, option)
-    return guarded(typer.main.get_command(app), arguments)
+    return guarded(typer.main.get_command(app), arguments, {**recordings.SPREAD, **fmu.SPREAD, **withheld.SPREAD})
 
 
 def _show_version(wanted: bool) -> None:

@@ -12,6 +12,7 @@ from stribeck.cli.shared import load_model, progress, warn
 from stribeck.outputs import check_keeps
 
 app = typer.Typer()
+SPREAD = {"--platforms": "names"}  # takes several values
 
 
 @app.command(

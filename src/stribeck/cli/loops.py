@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -51,7 +50,7 @@ def simulate(
     from stribeck.simulate import load_loop
     from stribeck.simulate import simulate_loop as run_loop
     from stribeck.simulate.engine import left_out
-    from stribeck.simulate.metrics import limited, told, write_simulation
+    from stribeck.simulate.metrics import limited, stopped, told, write_simulation
 
     if fmu is None:
         controlled = load_model(files[0])
@@ -69,8 +68,7 @@ def simulate(
     warn(limited(result, controlled))
     print(told(result, controlled))
     print(f"{out}: simulation.csv, simulation.json and motion_*.png")
-    if not result.motion.ok:
-        print(f"warning: {result.motion.status} after {result.ended:.6g} s", file=sys.stderr)
+    warn(stopped(result, settings))
 
 
 @app.command(

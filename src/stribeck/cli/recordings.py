@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from stribeck.simulate.predict import Prediction
 
 app = typer.Typer()
+SPREAD = {"--held-out": "files"}  # takes several values
 
 ArmFile = Annotated[
     Path | None, typer.Argument(metavar="ARM", help="The nominal arm, a TOML file.", show_default=False)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from stribeck.blind.farm import Farm
     from stribeck.run import Run
 
-app = typer.Typer(no_args_is_help=True)
+app = typer.Typer()
 
 Out = Annotated[Path, typer.Option("--out", metavar="DIR", help="New folder; written whole or not at all.")]
 Answers = Annotated[Path, typer.Option("--out", metavar="RESULTS", help="New folder, or one to go on with.")]
@@ -33,7 +33,7 @@ Address = Annotated[
     typer.Option("--cluster", metavar="ADDRESS", help="Of a dask scheduler, whose workers then do the work."),
 ]
 Names = list[str] | None
-SPREAD = ("--effects", "--levels", "--leave-out", "--runs")  # options that take several values
+SPREAD = {"--effects": "names", "--levels": "names", "--leave-out": "names", "--runs": "files"}  # several values
 
 
 @app.callback()

@@ -14,6 +14,7 @@ from stribeck.arm import Arm, unit_at
 from stribeck.errors import StribeckError
 from stribeck.loop.answers import Analysis, JointAnswer, Method
 from stribeck.loop.approximate import Approximation, approximate
+from stribeck.loop.beyond import beyond
 from stribeck.loop.cycle import RIPPLE, STEADY, STOPPED, WORDS, Cycle
 from stribeck.loop.exact.critical import fold_velocity, k_critical
 from stribeck.loop.exact.engine import RoundsEngine
@@ -118,6 +119,8 @@ def _joint(
         notes.append(BRISTLES)
     told(f"{name}: describing function and harmonic balance")
     approximation = _approximation(arm, loop, name, best, notes)
+    roots = approximation.nyquist.roots if approximation.nyquist else ()
+    notes.extend(filter(None, [beyond(engine, loop, name, roots, best)]))
     methods = {
         "describing_function": approximation.describing_function,
         "harmonic_balance": approximation.harmonic_balance,
@@ -208,7 +211,8 @@ def _simulation(found: _Found, joint: int, sampled: bool, entry: JointLoop, unit
     if found.motion.motion.status != "ok":
         why = STOPPED.get(found.motion.motion.status, found.motion.motion.status)
         return Method(found.motion.motion.status, None, True, f"{why}: from the loop's own start")
-    seen = watched(found.motion, joint, unit)
+    noisy = entry.encoder_noise > 0.0
+    seen = watched(found.motion, joint, unit, noisy=noisy)
     start = f"from the loop's own start, second half of {found.motion.ended:.4g} s"
     if seen == "rest":
         return Method("ok", False, True, start)

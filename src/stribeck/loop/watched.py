@@ -14,6 +14,7 @@ Floats = NDArray[np.float64]
 TINY = 1e-6  # rad; a smaller swing is rest
 BAND = 0.25  # of the swing: what the error must cross on either side to count as a period
 STEADY = 0.05  # of a swing: by so much may that of the later periods differ from that of the earlier ones, and repeat
+UNLIKE = 1.2  # the swing over all periods over the mean of one, from which on they are no periods of one cycle
 ONWARD = 0.95  # of the error's range: so far from begin to end, it goes one way
 FADES = 0.5  # of the largest error: so much smaller in the later half, it dies down
 ONE_WAY = (
@@ -21,7 +22,7 @@ ONE_WAY = (
 )
 
 
-def watched(closed: Closed, joint: int, unit: str = "rad/s") -> tuple[float, float] | str:
+def watched(closed: Closed, joint: int, unit: str = "rad/s", *, noisy: bool = False) -> tuple[float, float] | str:
     """Return amplitude (rad) and period (s) of one joint over the second half of a record; words where it has none.
 
     The words are ``rest``, or why the record does not tell.
@@ -36,6 +37,8 @@ def watched(closed: Closed, joint: int, unit: str = "rad/s") -> tuple[float, flo
         Its place in the arm.
     unit : str
         Of a velocity of this joint, for the words.
+    noisy : bool
+        Whether an encoder has noise, under which no two periods are alike.
     """
     half, end = closed.motion.filled // 2, closed.motion.filled
     error, time = _true_error(closed, joint)[half:end], closed.motion.t[half:end]
@@ -53,6 +56,8 @@ def watched(closed: Closed, joint: int, unit: str = "rad/s") -> tuple[float, flo
     before, after = (float(np.mean(part)) for part in (swings[: len(swings) // 2], swings[-(len(swings) // 2) :]))
     if abs(after - before) > STEADY * before:
         return f"its swing still {'dies down' if after < before else 'grows'}"
+    if not noisy and 0.5 * np.ptp(error[starts[0] : starts[-1] + 1]) > UNLIKE * np.mean(swings):
+        return "its swings are not alike"
     return float(np.mean(swings)), float(time[starts[-1]] - time[starts[0]]) / (len(starts) - 1)
 
 

@@ -93,7 +93,7 @@ def _finding(closed: Closed, arm: Arm, joint: int, unit: str) -> str:
     name = arm.names[joint]
     if closed.motion.status != "ok":
         return f"{name}: {closed.motion.status.replace('_', ' ')} after {closed.ended:.4g} s"
-    found = measures(closed, joint, closed.motion.filled // 2)
+    found = measures(closed, joint, len(closed.motion.t) // 2)
     rms, stuck = found["rms_error"], found["stick_fraction"]
     if rms is None or stuck is None or not np.isfinite(rms):
         return name

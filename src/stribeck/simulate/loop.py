@@ -37,7 +37,8 @@ class Compensation:
     slope, leakage : float
         ``adaptive``: weight of the error in the adaptation (1/s), and its sigma-modification.
     inner : float
-        ``robust``: error within which it is off; ``adaptive``: within which adaptation stops, rad.
+        ``robust``: error within which it is off, of a continuous controller 1e-9 at least; ``adaptive``: within which
+        adaptation stops, rad.
     amplitude, frequency : float
         ``dither``: N m and Hz.
     """
@@ -115,7 +116,7 @@ class JointLoop:
         Feedforward of the reference's acceleration, kg m^2.
     velocity : str
         ``true`` or ``finite_difference`` (whose limit for a continuous controller is ``true``; sampled, steps below
-        1e-12 rad count as none).
+        1e-12 rad count as none, also those that a filtered velocity is worth).
     velocity_filter, actuator_lag : float
         First order, s.
     delay_samples : int

@@ -26,6 +26,7 @@ UNITS = {
     "ended": "s",
 }
 
+_SWITCHES = ("too_many_events", "too_many_steps", "step_too_small")  # how a simulation ends that jumps without end
 MUCH_LIMITED = 0.01  # of the time with the command at its limit, from which on it is said
 
 
@@ -70,7 +71,7 @@ def limited(closed: Closed, arm: Arm) -> list[str]:
 
 def simulation_json(closed: Closed, arm: Arm, loop: Loop) -> dict[str, Any]:
     """Return the content of ``simulation.json``: plain values, null where one is not finite."""
-    half = closed.motion.filled // 2
+    half = len(closed.motion.t) // 2
     joints = {arm.names[j]: {**measures(closed, j, half), "whole": measures(closed, j, 0)} for j in closed.controlled}
     return {
         "schema": SCHEMA,
@@ -94,14 +95,29 @@ def write_simulation(closed: Closed, arm: Arm, loop: Loop, folder: Path) -> None
     (folder / "simulation.json").write_text(text + "\n", encoding="utf-8")
 
 
+def stopped(closed: Closed, loop: Loop) -> list[str]:
+    """Return a line on a simulation that ended early: when, and why where the loop's settings tell."""
+    status = closed.motion.status
+    if closed.motion.ok:
+        return []
+    said = f"{status} after {closed.ended:.6g} s"
+    jumps = [entry.joint for entry in loop.joints if entry.compensation.kind == "robust"]
+    if status in _SWITCHES and loop.sample_time == 0.0 and jumps:
+        said += (
+            f": a continuous robust law jumps, at {', '.join(jumps)}, and may switch without end; give a sample_time"
+        )
+    return [said]
+
+
 def told(closed: Closed, arm: Arm) -> str:
-    """Return one line on a simulation: how long, how many events, and the error over the second half of it."""
-    half, unit = closed.motion.filled // 2, unit_at("rad", arm.joints[0].kind)
+    """Return one line on a simulation: how long, how many events, the error over the second half of its duration."""
+    half, unit = len(closed.motion.t) // 2, unit_at("rad", arm.joints[0].kind)
     errors = [(arm.names[j], measures(closed, j, half)["rms_error"]) for j in closed.controlled]
     shown = ", ".join(f"{error:.3g} {unit} at {name}" for name, error in errors if error is not None)
     count = closed.motion.event_count
     said = f"{closed.ended:g} s simulated, {count} event{'s' * (count != 1)}"
-    return f"{said}; rms error over the second half: {shown}" if shown else said
+    part = "the second half" if closed.motion.ok else "what was reached of the second half"
+    return f"{said}; rms error over {part}: {shown}" if shown else said
 
 
 def _finite(value: Any) -> Any:

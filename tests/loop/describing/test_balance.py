@@ -33,7 +33,7 @@ def arm(friction: Friction, *effects: EffectEntry) -> Arm:
 
 
 def part(friction: Friction, step: float = 0.0, *effects: EffectEntry, **values: object) -> LinearPart:
-    given = JointLoop("A", KP, Reference("regulate"), **values)  # type: ignore[arg-type]
+    given = JointLoop("A", **{"kp": KP, **values}, reference=Reference("regulate"))  # type: ignore[arg-type]
     return linear_part(arm(friction, *effects), Loop(step, 20.0, (given,)), "A")
 
 
@@ -47,6 +47,14 @@ def exact_coulomb(k: float, zeta: float) -> tuple[float, float]:
     root = math.sqrt(1.0 - zeta**2)
     amplitude = (k - 1.0) * COULOMB.C0 / KP / math.tanh(math.pi * zeta / (2.0 * root))
     return amplitude, 2.0 * math.pi / (math.sqrt(KP) * root)
+
+
+def test_a_root_at_a_resonance_that_is_hardly_damped_is_found() -> None:
+    """W turns by half a turn between two frequencies of the grid; where it is real, -1/W is N at 10 rad/s."""
+    loop = part(Friction(5.0, 1.25, 1.5, 0.05), STEP, kp=700.0, kv=2.0 * math.sqrt(700.0), delay_samples=1)
+    (root,) = find_roots(loop, Friction(5.0, 1.25, 1.5, 0.05), NONE)
+    assert (root.velocity, root.omega) == pytest.approx((10.02, 56.12), rel=1e-3)
+    assert not root.stable
 
 
 @pytest.mark.parametrize(("kv", "lag", "filtered"), [(4.0, 0.01, 0.0), (1.0, 0.0, 0.005), (9.0, 0.03, 0.0)])

@@ -134,6 +134,16 @@ def test_a_few_random_loops(engine_of, loop_of):
     assert seen["rest"] >= 1
 
 
+@pytest.mark.parametrize("smoothing", [0.01, 0.3])
+def test_a_filter_keeps_the_sign_of_a_joint_that_stands_for_a_while_only(joint_a, loop_of, smoothing):
+    """At rest a law of 1.2 times the friction moves the joint on, once the sign from before has died out."""
+    settings = {"sample_time": 0.0125, "delay_samples": 1, "actuator_lag": 0.02, "velocity_filter": smoothing}
+    loop = loop_of(1.2, "set_valued", kp=60.0, zeta=1.0, error=0.3, **settings)
+    found, motion = shoot(joint_a, loop)["A"], close_loop(joint_a, loop).motion
+    assert found.verdict == "hunting"
+    assert 0.5 * np.ptp(motion.q[motion.filled // 2 :, 0]) == pytest.approx(found.amplitude, rel=1e-3)
+
+
 @pytest.mark.parametrize(("amplitude", "frequency", "lag"), [(3.0, 2.0, 0.0), (2.0, 50.0, 0.01)])
 def test_an_instant_without_motion_under_a_dither_is_no_rest(joint_a, amplitude, frequency, lag):
     law = Compensation("dither", amplitude=amplitude, frequency=frequency)

@@ -8,7 +8,7 @@ import pytest
 
 from stribeck.arm import EffectEntry
 from stribeck.loop.exact.ending import answers
-from stribeck.loop.exact.repeat import DIES, repeated
+from stribeck.loop.exact.repeat import DIES, _Motion, repeated
 from stribeck.loop.exact.rounds import NONE, Rounds
 from stribeck.loop.exact.settle import settle, settle_from
 from stribeck.loop.exact.shooting import shoot
@@ -160,3 +160,10 @@ def test_a_record_that_is_late_is_a_late_command(loop_of):
     for name in ("verdict", "amplitude", "period", "multipliers"):
         assert getattr(found[0], name) == getattr(found[1], name), name
     assert found[0].multipliers
+
+
+def test_a_stretch_in_which_all_stands_has_a_place(joint_a, loop_of):
+    """As of a joint that sticks for longer than the rounds before took."""
+    standing = Rounds(joint_a, loop_of(sample_time=0.0125))
+    place = standing.start({"A": 0.0})
+    assert _Motion(standing, place, 0.1, 1.0).place == place

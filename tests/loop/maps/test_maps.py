@@ -34,6 +34,14 @@ FAMILIES = {
         {"at_zero": "zero", "sample_time": 0.0125, "velocity_filter": 0.01},
         {"k": (1.2, 2.0), "zeta": (0.2, 0.6), "delay": (0, 2)},
     ),
+    "sampled, filter, set-valued": (
+        {"at_zero": "set_valued", "sample_time": 0.0125, "velocity_filter": 0.3},
+        {"k": (0.8, 1.2)},
+    ),
+    "sampled, filter, error sign": (
+        {"at_zero": "error_sign", "sample_time": 0.0125, "velocity_filter": 0.05},
+        {"k": (0.8, 1.2)},
+    ),
 }
 
 

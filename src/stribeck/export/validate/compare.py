@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 
 _ALLOWED = {"CoSimulation": 1e-8, "ModelExchange": 1e-6}  # rad, over what the simulator's own tolerance is worth
 _USUAL, _REFERENCE = 1e-8, 1e-10
-# CVode's errors add up to a hundred times its own, and of longer chains to more: then it is asked for less
+# CVode's errors add up to a hundred times its own, and of some arms to far more: then it is asked for less
 _TOLERANCES = {"CoSimulation": (_USUAL,), "ModelExchange": (1e-9, 1e-11)}
 _STEP, _DURATION = 0.01, 2.0  # s
 

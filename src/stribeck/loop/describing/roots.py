@@ -18,7 +18,8 @@ Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 SLOWEST, FASTEST = 1e-3, 1e2  # of the frequencies that are searched, relative to sqrt(Kp/J)
-SPEEDS, FREQUENCIES = 160, 320  # of the grid
+SPEEDS, FREQUENCIES = 160, 320  # of the grid, before it is refined
+TURN, SPLITS, MOST_FREQUENCIES = 0.25, 6, 1280  # W may change by so much of itself from one frequency to the next
 TABLE = 3000
 CLOSE = 1e-9  # of |1 + W N| at a root
 ITERATIONS, HALVINGS = 40, 6  # of Newton's method, and of one step of it that does not help
@@ -108,7 +109,7 @@ def find_roots(part: LinearPart, friction: Friction, compensator: Compensator) -
     compensator : Compensator
     """
     top = min(FASTEST * part.own_frequency, (1.0 - 1e-6) * part.highest)
-    omega = np.geomspace(SLOWEST * part.own_frequency, top, FREQUENCIES)
+    omega = _split(part, np.geomspace(SLOWEST * part.own_frequency, top, FREQUENCIES))
     speed = _speeds(part, friction, compensator)
     rows, columns = _cells(_survey(part, friction, compensator, speed, omega))
     found: list[Root] = []
@@ -117,6 +118,17 @@ def find_roots(part: LinearPart, friction: Friction, compensator: Compensator) -
         if solved.omega < part.highest and not any(_same(solved, other) for other in found):
             found.append(solved)
     return tuple(sorted(found, key=lambda r: r.omega))
+
+
+def _split(part: LinearPart, omega: Floats) -> Floats:
+    """Return frequencies with more between them where W turns fast, as at a resonance that is hardly damped."""
+    for _ in range(SPLITS):
+        w = part.response(omega)
+        fast = np.abs(np.diff(w)) > TURN * np.minimum(np.abs(w[1:]), np.abs(w[:-1]))
+        if not fast.any() or len(omega) + fast.sum() > MOST_FREQUENCIES:
+            break
+        omega = np.sort(np.append(omega, np.sqrt(omega[1:] * omega[:-1])[fast]))
+    return omega
 
 
 def _survey(part: LinearPart, friction: Friction, compensator: Compensator, speed: Floats, omega: Floats) -> Complex:

@@ -80,7 +80,7 @@ def fold_velocity(arm: Arm | RoundsEngine, loop: Loop, joint: str, fastest: floa
     def slides(speed: float) -> bool:
         reference = Reference("ramp", velocity=-speed if backward else speed)
         rounds = Rounds(engine, _with(loop, replace(entry, reference=reference)), onward=False)
-        return answers(rounds, ending_of(rounds, rounds.start({})))[joint].verdict != "stick_slip"
+        return answers(rounds, ending_of(rounds, rounds.start({})), alike=False)[joint].verdict != "stick_slip"
 
     alpha = _bend(engine, joint, backward)
     low, high = _SLOWEST * alpha, 0.25 * alpha
@@ -105,7 +105,7 @@ def _rests(engine: RoundsEngine, loop: Loop, joint: str) -> bool:
     places: dict[str, Place] = starts(rounds)
     for name in ("large", "small") if "large" in places else ("own", "small"):
         ending = settle_from(rounds, places[name]) if rounds.noisy else ending_of(rounds, places[name])
-        if answers(rounds, ending)[joint].verdict not in ("rest", "undetermined"):
+        if answers(rounds, ending, alike=False)[joint].verdict not in ("rest", "undetermined"):
             return False
     return True
 

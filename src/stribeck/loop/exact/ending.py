@@ -8,9 +8,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.arm import unit_at
 from stribeck.loop.cycle import STEADY, WORDS, Cycle, CycleTrace, Verdict
 from stribeck.loop.exact.place import Place
-from stribeck.loop.exact.rest import seen_deviations, winding
+from stribeck.loop.exact.rest import holds, seen_deviations, winding
 from stribeck.loop.exact.rounds import NONE, Rounds
 from stribeck.loop.exact.stall import stalled
 from stribeck.loop.exact.turns import CREEP, TINY, dies_out, fold_of, weighted, whole_rounds
@@ -21,6 +22,7 @@ WINDS_UP = "it sticks for longer than the other joints took to settle, and winds
 OPEN = "its motion had not settled when that of the other joints had"
 _FEW_SAMPLES = 4  # rounds of so many samples, and as many more for each one of delay, are chatter
 _ROWS = 801
+_UNLIKE = 1.2  # the swing of all rounds together over the mean of one, from which on they are no rounds of one cycle
 _SAME_ROUND = 0.03  # of the range: between turns of a sampled loop, as they fall within an interval
 
 
@@ -79,9 +81,10 @@ def all_die(
     left: Collection[int],
     dies: Callable[[np.ndarray], bool] = dies_out,
 ) -> bool:
-    """Tell whether a loop comes to rest, by the last turns of every joint: one that winds up does not.
+    """Tell whether a loop comes to rest, by the last turns of every joint.
 
-    Those that are ``left`` behind do not count.
+    One that winds up does not, nor one that a filter holds by a sign from before. Those that are ``left``
+    behind do not count.
 
     Parameters
     ----------
@@ -97,22 +100,34 @@ def all_die(
     """
     still = not winding(rounds, place, CREEP) - set(left)
     turns = turns[~np.isin(turns["joint"], list(left))] if len(turns) else turns
-    return still and bool(len(turns)) and all(dies(turns[turns["joint"] == j]) for j in np.unique(turns["joint"]))
+    joints = [int(j) for j in np.unique(turns["joint"])] if len(turns) else []
+    if not (still and joints and all(dies(turns[turns["joint"] == j]) for j in joints)):
+        return False
+    filtered = [j for j in joints if rounds.sampled and rounds.axes[j].filter > 0.0 and rounds.rate(j) == 0.0]
+    return not filtered or holds(rounds, place, filtered)
 
 
-def answers(rounds: Rounds, ending: Ending) -> dict[str, Cycle]:
-    """Return each controlled joint's answer."""
+def answers(rounds: Rounds, ending: Ending, *, alike: bool = True) -> dict[str, Cycle]:
+    """Return each controlled joint's answer.
+
+    Parameters
+    ----------
+    rounds : Rounds
+    ending : Ending
+    alike : bool
+        Whether a lasting motion whose swings are not alike is no cycle; else it is called by its mean.
+    """
     traces = _traces(rounds, ending) if ending.lasts else {}
     left = _left(rounds, ending)
     out = {}
     for entry in rounds.loop.joints:
         j = rounds.index(entry.joint)
-        cycle = Cycle("undetermined", status=left[j], left=True) if j in left else _answer(rounds, ending, j)
+        cycle = Cycle("undetermined", status=left[j], left=True) if j in left else _answer(rounds, ending, j, alike)
         out[entry.joint] = replace(cycle, trace=traces.get(j)) if cycle.cycles else cycle
     return out
 
 
-def _answer(rounds: Rounds, ending: Ending, j: int) -> Cycle:
+def _answer(rounds: Rounds, ending: Ending, j: int, alike: bool) -> Cycle:
     steady = -float(seen_deviations(rounds, ending.place)[j])
     mine: np.ndarray = ending.turns[ending.turns["joint"] == j] if ending.lasts else np.zeros(0)
     if ending.kind == "rest":
@@ -133,6 +148,9 @@ def _answer(rounds: Rounds, ending: Ending, j: int) -> Cycle:
     if j in ending.open:
         return Cycle("undetermined", status=OPEN)
     amplitude, period, stuck = size_of(ending, mine)
+    averaged = ending.kind == "roughly" and not rounds.noisy
+    if alike and averaged and (whole := _whole(mine)) > _UNLIKE * amplitude:
+        return Cycle("undetermined", status=_unlike(rounds, j, amplitude, whole))
     roots = tuple(_plain(root) for root in ending.multipliers)
     return Cycle(
         verdict=_verdict(rounds, j, period, stuck), amplitude=amplitude, period=period,
@@ -154,6 +172,17 @@ def _left(rounds: Rounds, ending: Ending) -> Mapping[int, str]:
 def _stands(mine: np.ndarray) -> bool:
     """Tell whether one joint's turns are so small that it stands still."""
     return len(mine) == 0 or bool(np.ptp([mine["low"].min(), mine["high"].max()]) < 2.0 * TINY)
+
+
+def _whole(mine: np.ndarray) -> float:
+    """Return half the peak-to-peak position over all rounds of one joint, rad."""
+    return 0.5 * float(mine["high"][1:].max(initial=-np.inf) - mine["low"][1:].min(initial=np.inf))
+
+
+def _unlike(rounds: Rounds, j: int, amplitude: float, whole: float) -> str:
+    unit = unit_at("rad", rounds.arm.joints[j].kind)
+    sizes = f"±{1e3 * amplitude:.3g} m{unit} on average, ±{1e3 * whole:.3g} m{unit} all together"
+    return f"its swings are not alike, {sizes}: no cycle of one period"
 
 
 def size_of(ending: Ending, mine: np.ndarray) -> tuple[float, float, float]:

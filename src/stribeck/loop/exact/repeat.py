@@ -83,7 +83,7 @@ class _Motion:
         speed = np.abs(first[:, 1] - [rounds.rate(j) for j in range(rounds.n)])
         self.dies = _dies(speed * ts, first[:, 2] != 0.0)
         speed = speed[:, speed.max(axis=0) > 1e-3 * speed.max()]
-        base = int(np.argmax((speed / speed.max(axis=0)).min(axis=1)))
+        base = int(np.argmax((speed / speed.max(axis=0)).min(axis=1))) if speed.size else 0  # it stood all the time
         self.place = rounds.run(place, NONE, duration=(base + 0.5) * ts, quiet=False).place if base else place
 
     def candidates(self) -> list[int]:

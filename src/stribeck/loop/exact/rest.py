@@ -101,7 +101,7 @@ def judge(rounds: Rounds, place: Place) -> Rest:
     if not sliding:
         return Rest(True, here)
     if rounds.sampled:
-        return Rest(not _swings(rounds, place, sliding) and _holds(rounds, place, sliding), here)
+        return Rest(not _swings(rounds, place, sliding) and holds(rounds, place, sliding), here)
     stuck = {rounds.index(e.joint) for e in rounds.loop.joints} - set(sliding)
     kept = [i for i in active_states(rounds) if i not in stuck and i - n not in stuck]
     rate, slopes = rounds.slopes(place)
@@ -141,23 +141,25 @@ def _swings(rounds: Rounds, place: Place, sliding: list[int]) -> bool:
     return False
 
 
-def _holds(rounds: Rounds, place: Place, sliding: list[int]) -> bool:
-    """Tell whether a sampled loop stays where it creeps to, once the difference of two positions is zero.
+def holds(rounds: Rounds, place: Place, joints: Collection[int]) -> bool:
+    """Tell whether a sampled loop stays where it creeps to, once the velocity of some joints counts as none.
 
-    A filtered velocity keeps its sign beyond any digit; without a filter the law is at its rule for rest then.
+    The true velocity keeps its sign beyond any digit; else the law is at its rule for rest then.
     """
-    if any(rounds.axes[j].filter > 0.0 or rounds.axes[j].true_velocity for j in sliding):
+    moving = list(joints)
+    if any(rounds.axes[j].true_velocity and rounds.axes[j].filter == 0.0 for j in moving):
         return True
     values, layout = place.values.copy(), rounds.layout
     state, memory = values[layout.state], values[layout.memory].reshape(rounds.n, -1)
     seen = rounds.engine.measured(state[: layout.size])
-    for j in sliding:
+    for j in moving:
         state[rounds.n + j] = rounds.rate(j)
         memory[j, 0] = seen[j] - rounds.rate(j) * rounds.loop.sample_time
+        memory[j, 1] = rounds.rate(j)
         if rounds.rate(j) == 0.0:
             values[layout.modes][j] = 0.0
     record = rounds.run(replace(place, values=values), NONE, rows=rounds.history + _FEW, quiet=False).record
-    drift = np.abs(record[:, 1, sliding] - [rounds.rate(j) for j in sliding])
+    drift = np.abs(record[:, 1, moving] - [rounds.rate(j) for j in moving])
     return bool(np.isfinite(drift).all() and drift.max() < _CALM)
 
 

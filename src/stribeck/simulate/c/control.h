@@ -35,6 +35,7 @@ typedef struct {
     double error, rate_error, velocity, reference_rate, reference_acceleration, integral;
     double direction; /* -1, 0, 1: sign of the velocity as the law takes it */
     double held;      /* the last one that was not 0 */
+    double least; /* an error within which the robust law is off in any case, rad */
     const double *theta;
 } sb_seen;
 
@@ -132,7 +133,7 @@ static double sb_law(const sb_axis *a, double t, const sb_seen *s) {
     case SB_ROBUST: { /* Southward, Radcliffe & MacCluer (1991) */
         const double *c = a->friction[s->error < 0.0];
         const double level = a->ratio * (c[0] + c[1]), size = fabs(s->error);
-        return pd + (size > a->inner && a->kp * size < level ? sb_sign(s->error) * (level - a->kp * size) : 0.0);
+        return pd + (size > fmax(a->inner, s->least) && a->kp * size < level ? sb_sign(s->error) * (level - a->kp * size) : 0.0);
     }
     case SB_DITHER: return pd + a->amplitude * sin(a->omega * t);
     default: return pd;
@@ -166,6 +167,12 @@ typedef struct {
     SB_MEMORY(SB_FIELD)
 } sb_memory;
 
+/* The filtered velocity as a law takes it, rad/s: what it moves in a sample has the same floor, or it would keep the sign
+ * of a joint that stands still until it is too small for a number, which is a time that no law knows of. */
+static double sb_filtered(const sb_memory *m, double sample) {
+    return fabs(m->filtered) * sample < SB_LEAST_MOVE ? 0.0 : m->filtered;
+}
+
 static void sb_sampled_start(const sb_axis *a, sb_memory *m) {
     memset(m, 0, sizeof *m);
     for (int i = 0; i < 3; i++) m->theta[i] = a->ratio * a->friction[0][i];
@@ -178,10 +185,13 @@ static double sb_sampled(const sb_axis *a, sb_memory *m, double t, double sample
     sb_reference(a, t, &r, &s.reference_rate, &s.reference_acceleration);
     if (!a->true_velocity) velocity = first || fabs(q - m->last) < SB_LEAST_MOVE ? 0.0 : (q - m->last) / sample;
     m->last = q;
-    if (a->filter > 0.0) velocity = m->filtered += -expm1(-sample / a->filter) * (velocity - m->filtered);
+    if (a->filter > 0.0) {
+        m->filtered += -expm1(-sample / a->filter) * (velocity - m->filtered);
+        velocity = sb_filtered(m, sample);
+    }
     s.error = r - q, s.velocity = velocity, s.rate_error = s.reference_rate - velocity;
     s.direction = fabs(velocity) > a->dead_band ? sb_sign(velocity) : 0.0;
-    s.integral = m->integral, s.held = m->held, s.theta = m->theta;
+    s.integral = m->integral, s.held = m->held, s.theta = m->theta, s.least = 0.0;
     const double torque = sb_law(a, t, &s);
     if (!sb_winds_up(a, torque, s.error)) m->integral += s.error * sample;
     if (s.direction != 0.0) m->held = s.direction;

@@ -111,6 +111,10 @@ static void sb_hold_signs(sb_sim *s) {
     }
 }
 
+/* rad. The robust law turns over at zero error, where it would bring a joint to rest by ever more reversals in ever less
+ * time: within this error the joint stands, as the law's set of torques there would hold it. */
+#define SB_LEAST_ERROR 1e-9
+
 static void sb_continuous(sb_sim *s, double t, const double *y, double *u, double *dz) {
     const sb_loop *loop = s->loop;
     double q[SB_N], dq[SB_N], r;
@@ -127,7 +131,7 @@ static void sb_continuous(sb_sim *s, double t, const double *y, double *u, doubl
         seen.velocity = a->filter > 0.0 ? z[SB_FILTER] : dq[j];
         seen.error = r - q[j], seen.rate_error = seen.reference_rate - seen.velocity;
         seen.direction = sb_direction(s, a, j, seen.velocity);
-        seen.held = s->held[j], seen.integral = z[SB_INTEGRAL], seen.theta = z + SB_THETA;
+        seen.least = SB_LEAST_ERROR, seen.held = s->held[j], seen.integral = z[SB_INTEGRAL], seen.theta = z + SB_THETA;
         const double torque = sb_law(a, t, &seen), limited = sb_limited(a, torque);
         u[j] = a->lag > 0.0 ? z[SB_LAG] : limited;
         if (!sb_winds_up(a, torque, seen.error)) out[SB_INTEGRAL] = seen.error;

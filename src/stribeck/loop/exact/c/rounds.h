@@ -214,6 +214,12 @@ static double sb_lets_go(const sb_sim *now) {
     return ahead.waiting ? ahead.t : now->t;
 }
 
+/* Whether a filter still has a sign of a joint that stands: its law will be another once it has not. */
+static int sb_outlasts(const sb_sim *s, const sb_axis *a, const sb_memory *m, double sample, double rate, int j) {
+    const int stands = rate == 0.0 && (s->mode[j] == 0.0 || sb_bristle[j]);
+    return stands && a->filter > 0.0 && fabs(sb_filtered(m, sample)) > a->dead_band;
+}
+
 /* Samples first .. count - 1; rows before `first` of computed and command are the past. */
 static int sb_rounds_sampled(sb_rounds *w, sb_loop *loop, sb_memory *memory, double *computed, long first,
                              double *record, long calm, long long *reached) {
@@ -237,6 +243,7 @@ static int sb_rounds_sampled(sb_rounds *w, sb_loop *loop, sb_memory *memory, dou
             if (s->mode[j] != 0.0 && !sb_bristle[j]) quiet = w->quiet_slide;
             change = fmax(change, fabs(s->y[SB_N + j] - w->rate[j]));
             change = fmax(change, fabs(computed[k * SB_N + j] - computed[(k - 1) * SB_N + j]));
+            if (sb_outlasts(s, loop->axis + j, memory + j, loop->sample, w->rate[j], j)) change = HUGE_VAL;
         }
         still = k > first && change < quiet ? still + 1 : 0;
         *reached = k;

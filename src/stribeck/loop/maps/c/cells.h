@@ -26,7 +26,7 @@ enum { KINDS(CONSTANT) };
 enum { AT_ZERO(CONSTANT) };
 enum { X, V, Z, W, L, STATES };
 enum { MOST_DELAY = 1001, MOST_WAIT = 100000, MOST_SAMPLES = 400000 };
-#define LEAST_MOVE 1e-12 /* rad; a smaller difference of two positions counts as none: SB_LEAST_MOVE in control.h */
+#define LEAST_MOVE 1e-12 /* rad; a smaller move in a sample counts as none: SB_LEAST_MOVE in control.h */
 
 /* One cell; mirrored in cells.py. friction: C0, C1, C2, alpha forward, then backward; starts: error and velocity of up to
  * three starts; the first decides; NaN for none. */
@@ -123,11 +123,11 @@ static void turn(track *k) {
         k->shallow_low = k->shallow_high = dev;
         return;
     }
-    if (dev > k->peak && k->peak - k->low < least) k->at = k->t, k->peak = dev, k->low = dev, k->since = 0.0;
+    if (dev > k->peak && k->peak - k->low < least) k->peak = dev, k->low = dev; /* the round began at its first top */
     if (++k->shallow >= 8) {
         const double swing = k->shallow_high - k->shallow_low;
         if (swing < least) /* the swings have become small ones; else a joint turns often where it stops */
-            k->range = swing, k->at = k->t, k->peak = k->low = k->high = dev, k->since = 0.0;
+            k->range = swing, k->peak = k->low = k->high = dev;
         k->shallow = 0, k->shallow_low = k->shallow_high = dev;
     }
 }
@@ -530,9 +530,9 @@ static double dies_in(const double *past, long n, double least, int *swings) {
     return MOST_WAIT;
 }
 
-/* Whether a joint that creeps to rest stays there once the difference of two positions is zero, by the rule for rest. */
+/* Whether a joint that creeps to rest stays there once its velocity counts as none, by the rule for rest. */
 static int holds(const cell *c, const track *k, double integral, int held) {
-    if (c->filter > 0.0 || c->true_velocity != 0.0 || c->rate != 0.0) return 1;
+    if ((c->true_velocity != 0.0 && c->filter == 0.0) || c->rate != 0.0) return 1;
     return beyond(c, limited(c, law(c, -k->y[X], 0.0, integral, 0.0, held))) <= 0.0;
 }
 
@@ -548,25 +548,29 @@ static int run_sampled(const cell *c, double error, double velocity, double *out
         double measured = k.y[V];
         if (!(c->true_velocity != 0.0)) measured = n > 0 && fabs(q - last) >= LEAST_MOVE ? (q - last) / c->sample : 0.0;
         last = q;
-        if (c->filter > 0.0) measured = filtered += smooth * (measured - filtered);
+        if (c->filter > 0.0) {
+            filtered += smooth * (measured - filtered);
+            measured = fabs(filtered) * c->sample < LEAST_MOVE ? 0.0 : filtered;
+        }
         const double direction = fabs(measured) > c->dead_band ? sign_of(measured) : 0.0;
         const double wanted = law(c, e, measured, integral, direction, held);
         if (!(fabs(wanted) > c->limit && wanted * e > 0.0)) integral += e * c->sample;
         if (direction != 0.0) held = (int)direction;
         const double command = limited(c, wanted);
         const double change = fmax(fabs(k.y[V] - c->rate), fabs(command - previous));
-        calm = n > 0 && change < (k.mode ? 1e-6 : 1e-10) ? calm + 1 : 0, previous = command;
+        const int outlasts = c->filter > 0.0 && k.mode == 0 && direction != 0.0; /* its sign is that of a motion before */
+        calm = n > 0 && !outlasts && change < (k.mode ? 1e-6 : 1e-10) ? calm + 1 : 0, previous = command;
         past[n & 31] = k.y[V];
         if (calm > calm_enough) {
             int swings = 0;
             const double wait = c->rate == 0.0 && k.mode != 0 ? dies_in(past, n, LEAST_MOVE / c->sample, &swings) : 0.0;
             if (!swings && wait >= 0.0 && (k.mode == 0 || holds(c, &k, integral, held))) return REST;
-            calm = 0;
+            calm = 0, scatters |= c->filter > 0.0;
             /* on to where it comes back, or to where no step of it counts any more; an integral goes on by itself */
-            if (wait >= 0.0 && !(c->ki > 0.0)) {
+            if (wait >= 0.0 && !(c->ki > 0.0) && !(c->filter > 0.0 && wait < 20000.0)) {
                 if (wait >= MOST_WAIT) return UNDETERMINED;
                 scatters = 1, n += (long)wait, k.t = (n + 1) * c->sample, last = k.y[X];
-                filtered = 0.0, k.y[V] = 0.0, k.mode = 0;
+                filtered = c->filter > 0.0 ? filtered * exp(-wait * c->sample / c->filter) : 0.0, k.y[V] = 0.0, k.mode = 0;
                 continue;
             }
         }
