@@ -130,4 +130,4 @@ def test_speed():
     assert result["retune_s"] < 2.0
     assert result["diagnosis_s"] < 60.0
     assert result["peak_mb"] < 1000.0
-    assert result["retune_over_by_hand"] < 1.0  # 0.22 to 0.33
+    assert result["retune_over_by_hand"] < 1.0  # 0.1 to 0.33
