@@ -1,6 +1,7 @@
 """Compiled once: the cache, several processes at a time, and compilers that fail."""
 
 import os
+import platform
 import subprocess
 import sys
 import tempfile
@@ -77,6 +78,18 @@ def test_a_cache_open_to_others_is_refused(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setenv("STRIBECK_CACHE", str(shared))
     with pytest.raises(StribeckError, match="closed to others"):
         compiler.cache_folder()
+
+
+@pytest.mark.usefixtures("_fresh")
+def test_another_kind_of_machine_builds_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They may share a home."""
+    compiler._identity.cache_clear()
+    first = compiler.build(SOURCE, tmp_path)
+    monkeypatch.setattr(platform, "machine", lambda: "abacus")
+    compiler._identity.cache_clear()
+    assert compiler.build(SOURCE, tmp_path) != first
+    monkeypatch.undo()
+    compiler._identity.cache_clear()
 
 
 @pytest.mark.skipif(not hasattr(os, "getuid"), reason="no owners and groups there")

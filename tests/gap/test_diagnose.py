@@ -155,6 +155,16 @@ def test_what_is_said_of_a_named_effect_is_what_is_written(monkeypatch: pytest.M
     assert named.closes == d.closed
 
 
+@pytest.mark.long
+def test_a_model_that_has_not_followed_the_torque_explains_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(assembly, "missed", lambda *_: [("A", 4.0, 5.0)])
+    few = [name for name in FEW if name not in ALIKE]
+    d = diagnose(NOMINAL, recorded(LATE), jobs=1, leave_out=few)
+    assert d.named == ("delay",)
+    assert d.verdict == "partly_explained"
+    assert any(said.startswith("A: even corrected, the model leaves 4 of 5 N m rms") for said in d.warnings)
+
+
 def test_stages_shrink_to_the_floor() -> None:
     stages = {stage.stage: stage for stage in late().stages}
     assert list(stages) == ["as_given", "retuned", "delay", "noise_floor"]

@@ -5,13 +5,14 @@ from __future__ import annotations
 import pytest
 
 from stribeck.effects.registry import registry
-from stribeck.gap.fitted.differentiable import SHIFT_STEP, differentiable
+from stribeck.gap.fitted.differentiable import SHIFT_STEP, _step, differentiable
 from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.identify.residual import Residual
 from stribeck.identify.secants import Secants
 from stribeck.identify.shifted import Shifted
 from stribeck.model.layout import Placed
 from stribeck.model.path import SignalPath
+from stribeck.model.values import Parameter
 
 from ..conftest import NOMINAL, recorded
 
@@ -45,3 +46,16 @@ def test_beside_a_play_a_late_record_keeps_its_own_width(prepared: Prepared, far
     assert residual.steps[path.shifts[0]] == SHIFT_STEP[far] / prepared.cutoff
     gap = next(i for i, entry in enumerate(path.entries) if entry.name == "gap")
     assert residual.steps[gap] == path.rough
+
+
+class Bleeding(type(PLAY.effect)):  # type: ignore[misc]
+    """A play with a rate among its parameters."""
+
+    parameters = (*PLAY.effect.parameters, Parameter("rate", "1/s", "a rate", 0.0, 0.0))
+
+
+def test_a_rate_has_a_secant_of_its_own_size(prepared: Prepared) -> None:
+    """Not that of a wave over position, whose unit begins alike."""
+    path = SignalPath(prepared.arm, [Placed(Bleeding(), 0, {**PLAY.values, "rate": 5.0})])
+    (rate,) = (entry for entry in path.entries if entry.name.endswith("rate"))
+    assert _step(path, rate, {rate.key: 5.0}, prepared) == path.rough * 5.0

@@ -117,7 +117,8 @@ class Assembly:
             self.heard = heard_through(prepared, chain, self.steps[-1].floor, self.seed)
         causes = [self._with_details(cause, chain if cause.effect in in_torque else self.models) for cause in causes]
         final = chain[-1]
-        verdict, causes = self._verdict(final, in_torque, causes, left_over)
+        astray = missed(prepared, self._held(final), self.heard.floor)
+        verdict, causes = self._verdict(final, in_torque, causes, left_over, followed=not astray)
         silent = verdict == "no_gap"
         alike = {(cause.effect, joint): names for cause in causes for joint, names in cause.alike.items()}
         closed = self._closes(final) if in_torque and self._any_gap() else None
@@ -168,7 +169,7 @@ class Assembly:
                 *told_commands(prepared, self.given),
                 *missing,
                 *(told_worse(stages, arm) if verdict == "unexplained" else ()),
-                *(told_missed(missed(prepared, self._held(final), told.floor), arm) if named else ()),
+                *(told_missed(astray, arm) if named else ()),
                 *loud(told.random, arm.names, self.steps[-1].floor),
                 *told_of(tuned),
                 *told_alone(recordings),
@@ -223,13 +224,15 @@ class Assembly:
         return chain
 
     def _verdict(
-        self, final: Model, named: tuple[str, ...], causes: list[Cause], left_over: float
+        self, final: Model, named: tuple[str, ...], causes: list[Cause], left_over: float, *, followed: bool
     ) -> tuple[str, list[Cause]]:
-        """Return the verdict, and the causes with what is left for ``none`` and ``unknown``."""
+        """Return the verdict, and the causes with what is left for ``none`` and ``unknown``.
+
+        A model that has not ``followed`` the recorded torque explains no gap, however much it closes.
+        """
         ratio = float(np.max(np.sqrt(np.mean(self._held(final) ** 2, axis=0)) / self.heard.floor))
         if named:
             closed = ratio < AT_FLOOR or self._closes(final).value > EXPLAINED
-            followed = not missed(self.prepared, self._held(final), self.heard.floor)
             verdict = "explained" if closed and followed else "partly_explained"
             return verdict, [*causes, Cause("unknown", left_over)]
         silent = no_gap_probability(self.steps[0], self.prepared.noise, self.floor, self.prepared.scales)
