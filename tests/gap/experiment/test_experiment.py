@@ -113,7 +113,7 @@ def test_a_quick_motion_is_told_to_be_noisier_than_a_slow_one() -> None:
     p = plan(late())
     t = np.arange(0.0, 4.0, p.step)
     smooth = [p.planned("a sine", 0.3 * (1.0 - np.cos(rate * t))[:, None]) for rate in (5.0, 25.0)]
-    noise = [*p._noise(p.candidates[0], smooth), *map(p.noise_along, p.prepared.fit)]
+    noise = [*p._noise(p.candidates[0].driven(smooth)), *map(p.noise_along, p.prepared.fit)]
     slow, quick, *recorded_ones = (float(np.sqrt(np.mean(sd**2))) for sd in noise)
     so_far = float(np.sqrt(np.mean(p.weights.sd**2)))
     assert recorded_ones == pytest.approx([so_far] * len(recorded_ones), rel=0.3)

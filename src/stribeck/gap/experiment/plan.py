@@ -91,15 +91,11 @@ class Plan:
         """Return what each of some motions promises."""
         candidates = self.candidates if change is AS_IT_IS else self._candidates(change)
         runs = [self.planned(motion.kind, motion.course(times(self.step), reach)) for motion in motions]
-        return prospects(candidates[:-1], runs, self._noise(candidates[0], runs), candidates[-1:]) if runs else []
+        return prospects(candidates[:-1], runs, self._noise, candidates[-1:]) if runs else []
 
-    def _noise(self, true: Candidate, runs: Sequence[Conditioned]) -> list[np.ndarray]:
-        """Return :meth:`noise_along` planned runs under the commands of a model: at rest they say what friction is."""
-        made = true.driven(runs)
-        return [
-            self.noise_along(self.planned(run.name, run.run.q, _at(run.run.t, driven)))
-            for run, driven in zip(runs, made, strict=True)
-        ]
+    def _noise(self, driven: Sequence[Conditioned]) -> list[np.ndarray]:
+        """Return :meth:`noise_along` planned runs under a model's commands: at rest they say what friction is."""
+        return [self.noise_along(self.planned(run.name, run.run.q, _at(run.run.t, run))) for run in driven]
 
     def noise_along(self, run: Conditioned) -> np.ndarray:
         """Return how widely the likeliest model's residual scatters (M, n) along a further run, N m.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -189,7 +189,7 @@ def _in_band(values: Floats, taps: Floats) -> Floats:
 def prospects(
     candidates: Sequence[Candidate],
     runs: Sequence[Conditioned],
-    noise: Sequence[Floats],
+    noise_of: Callable[[Sequence[Conditioned]], Sequence[Floats]],
     rivals: Sequence[Candidate] = (),
 ) -> list[Prospect]:
     """Return what each of some planned runs promises.
@@ -200,13 +200,15 @@ def prospects(
         Of which one is taken to be true; the first is the one whose torque is looked at.
     runs : sequence of Conditioned
         Planned motions, conditioned as recorded ones are; their commands are not looked at.
-    noise : sequence of array (M, n)
-        Of the rows of each, N m: a quick motion has more than a slow one, around reversals most.
+    noise_of : callable
+        Returns that of the rows (M, n) of each run under the first one's commands, N m: a quick motion has more than a
+        slow one, around reversals most.
     rivals : sequence of Candidate
         Further columns: models that are fitted as well, but that nobody takes to be true.
     """
     columns = (*candidates, *rivals)
     made = [true.driven(runs) for true in candidates]
+    noise = noise_of(made[0])
     own = [true.misfit(driven, noise)[0] for true, driven in zip(candidates, made, strict=True)]
     seen = [[other.misfit(driven, noise) for other in columns] for driven in made]
     known = tuple(other.known for other in columns)
