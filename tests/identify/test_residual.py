@@ -222,7 +222,7 @@ def test_the_second_joint_alone_is_late(name: str) -> None:
     samples = 5
     bristle = Placed(registry()["presliding"], 1, BRISTLE)
     late = SignalPath(arm, [Placed(registry()[name], 1, {"time": samples * run.sample_time}), bristle])
-    sides = ("command",) if name == "delay" else ("position", "velocity", "acceleration", "sliding")
+    sides = ("command",) if name == "delay" else ("position", "velocity", "acceleration", "flutter", "sliding")
     moved = {side: getattr(run, side).copy() for side in sides}
     for values in moved.values():
         values[:, 1] = np.roll(values[:, 1], samples if name == "delay" else -samples)

@@ -25,6 +25,7 @@ RATE_OVER_CUTOFF = 10.0  # samples per second that a thinned run keeps, over the
 STUCK_TIME = 0.04  # s
 WITHIN = 4.0  # standard deviations of noise, from end to end, that a record may stray at rest: one step of an encoder
 SURE = 2.0  # standard deviations of the record's own differences, that the smoothed velocity may be off them
+CALM = 2.0  # of the analysis cutoff, above which acceleration is flutter
 STILL = 1e-3  # of the rms speed: slower is at rest
 INSTANT = (0.5, 0.1)  # of a sample, and of the period of the motion's filter: a reversal is as near as that to its own
 
@@ -50,7 +51,8 @@ class Past:
 class Conditioned:
     """One run on its uniform grid of N samples, with its M analysis samples.
 
-    ``position``, ``velocity``, ``acceleration``, ``command``, ``stuck`` are (N, n); so are ``resting``, 1 where a joint
+    ``position``, ``velocity``, ``acceleration``, ``command``, ``stuck`` are (N, n); so are ``flutter``, the part of the
+    acceleration that is too fast for the analysis, ``resting``, 1 where a joint
     surely rests, and ``sliding``, the part of the motion that is no noise, and ``velocity_sd``, what encoder noise
     leaves in the velocity, or its filter after a hard stop and at a hard turn; ``noise`` (n,) is the encoder's own;
     ``undriven`` (n,) tells which joints have no torque all along, and ``braked`` (n,) which are held; ``instant`` is
@@ -64,6 +66,7 @@ class Conditioned:
     position: np.ndarray
     velocity: np.ndarray
     acceleration: np.ndarray
+    flutter: np.ndarray
     command: np.ndarray
     resting: np.ndarray
     sliding: np.ndarray
@@ -145,6 +148,8 @@ def condition(
     position = smooth(run.q)
     curve = make_interp_spline(run.t, position, k=5)
     velocity, acceleration = curve(run.t, 1), curve(run.t, 2)
+    calm = min(CALM * cutoff, sharp)
+    flutter = acceleration - smoother(calm, h)[0](acceleration) if calm < sharp else np.zeros_like(acceleration)
     command = held_command(run.tau)
     if keep > 1:
         command = smooth(command)
@@ -160,6 +165,7 @@ def condition(
         position=position[::keep],
         velocity=velocity[::keep],
         acceleration=acceleration[::keep],
+        flutter=flutter[::keep],
         command=command[::keep],
         resting=resting[::keep].astype(float),
         sliding=sliding(position[::keep], louder * passed * noise),

@@ -12,9 +12,11 @@ from stribeck.identify.conditioning import Conditioned
 from stribeck.model.drive import DRIVE, PAST, RATES
 from stribeck.model.path import SignalPath
 
+MOVED = ("position", "velocity", "acceleration", "flutter")  # with a record that is late
+
 
 class Drives:
-    """The drives (1 + 17 n, N) of runs under a signal path's effects.
+    """The drives (1 + 19 n, N) of runs under a signal path's effects.
 
     Parameters
     ----------
@@ -42,7 +44,7 @@ class Drives:
         return self._last[1]
 
     def along(self, run: Conditioned, delays: np.ndarray, still: np.ndarray | None = None) -> np.ndarray:
-        """Return the drive (1 + 17 n, N), the command delayed and a late record moved back.
+        """Return the drive (1 + 19 n, N), the command delayed and a late record moved back.
 
         Without delays it is the run's own (``still``, where that is known): not to be written to.
         """
@@ -58,7 +60,7 @@ class Drives:
             return still
         drive = still.copy()
         for (what, joint), later in ahead.items():
-            for name in ("command",) if what == "command" else ("position", "velocity", "acceleration"):
+            for name in ("command",) if what == "command" else MOVED:
                 moved, rate = _moved(self._curve(run, name, joint, still), later, run.sample_time)
                 drive[_rows(name, self.path.n)][joint] = moved
                 drive[_rows(f"{name}_rate", self.path.n)][joint] = rate
@@ -113,7 +115,7 @@ def _moved(curve: CubicSpline, later: float, step: float) -> tuple[np.ndarray, n
 
 
 def _as_recorded(run: Conditioned) -> np.ndarray:
-    """Return the drive (1 + 17 n, N) of a run that nothing shifts in time."""
+    """Return the drive (1 + 19 n, N) of a run that nothing shifts in time."""
     samples, n = run.position.shape
     out = np.zeros((1 + (len(DRIVE) - 1) * n, samples))
     out[0] = run.told_time

@@ -163,7 +163,9 @@ class Balance:
 
         At rest friction is an interval, not a value; so it is wherever noise hides the sign of the velocity, and where
         that changes within the sample. Where the joint surely rests, the speed is noise and what the filter brings of
-        the motion beside: it must not lower the level, or a fit raises Stribeck's constant to make up for it.
+        the motion beside: it must not lower the level, or a fit raises Stribeck's constant to make up for it. Nor must
+        the flutter of the accelerations take what is needed beyond the level: it would do so on one side only, where
+        the joint is held near its level, and no filter takes that out again.
         """
         path = self.path
         bristle = path.bristle(joint)
@@ -176,7 +178,11 @@ class Balance:
         speed = (1.0 - d.resting[joint]) * ca.fabs(s.velocity)
         forward, backward = (path.level(joint, speed, way, s, x) for way in (1.0, -1.0))
         lower, upper = (ahead * forward - (1.0 - ahead) * backward for ahead in (low, high))
-        return ca.fmin(ca.fmax(needed, lower), upper)
+        told, flutter = (
+            ca.vertcat(*[getattr(d, name + rate) for rate in ("", "_rate")]) for name in ("acceleration", "flutter")
+        )
+        quick = ca.jtimes(needed, told, flutter)
+        return ca.fmin(ca.fmax(needed - quick, lower), upper) + (high - low) * quick
 
     def residual(self, d: Drive, x: Any, *, settled: bool = True) -> tuple[Any, dict[str, Any]]:
         """Return the unbalanced torque (n, 1) in units of the command, and the torques of each stage (n, 1).

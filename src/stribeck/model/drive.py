@@ -8,12 +8,13 @@ from typing import Any
 import casadi as ca
 
 PAST = ("recordings", "recorded", "travelled", "lead", "led")
-RATES = ("position_rate", "velocity_rate", "acceleration_rate", "command_rate")
+RATES = ("position_rate", "velocity_rate", "acceleration_rate", "flutter_rate", "command_rate")
 DRIVE = (
     "time",
     "position",
     "velocity",
     "acceleration",
+    "flutter",
     "command",
     *RATES,
     "resting",
@@ -28,6 +29,7 @@ DRIVE = (
 class Drive:
     """The recorded signals of all joints at one sample, each (n, 1) symbolic but ``time`` (1, 1).
 
+    ``flutter`` is the part of the acceleration that is too fast for the analysis: real or noise, no residual shows it.
     ``command`` is the command averaged over the sample before and after, as zero-order hold implies. The rates are time
     derivatives of signals that an effect delays, zero for others: those of the curves that are read off, from sample to
     sample, so that they differ a little from ``velocity`` and ``acceleration``. ``resting`` is 1 where the joint surely
@@ -41,10 +43,12 @@ class Drive:
     position: Any
     velocity: Any
     acceleration: Any
+    flutter: Any
     command: Any
     position_rate: Any
     velocity_rate: Any
     acceleration_rate: Any
+    flutter_rate: Any
     command_rate: Any
     resting: Any
     sliding: Any
@@ -63,7 +67,7 @@ class Drive:
 
     @property
     def stacked(self) -> Any:
-        """All signals, one column (1 + 17 n, 1)."""
+        """All signals, one column (1 + 19 n, 1)."""
         return ca.vertcat(*[getattr(self, name) for name in DRIVE])
 
     def at(self, **changes: Any) -> Drive:
