@@ -92,6 +92,21 @@ def test_what_breaks_away_is_no_less_for_a_speed_that_is_noise(way: float) -> No
         assert residual(pendulum(0.0), drive)[0] * way == pytest.approx(left, abs=0.1)
 
 
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_no_flutter_takes_a_joint_at_rest_beyond_its_level(way: float) -> None:
+    """Near it, noise would do so on one side only; what sliding leaves does not depend on what is flutter."""
+    inertia = INERTIA + M * R**2 + ROTOR
+    for dq, near, left in ((0.0, -0.3, 0.0), (0.0, 0.2, 0.2), (0.5, 0.2, None)):
+        for flutter in (-4.0, 0.0, 4.0):
+            level = FORWARD.C0 + FORWARD.C1 if way > 0 else BACKWARD.C0 + BACKWARD.C1
+            drive = instant(0.0, dq, way * (flutter - 1.0), way * (level + near - inertia), sd=1e-3)
+            plain = residual(pendulum(0.0), drive)[0]
+            drive[DRIVE.index("flutter")] = way * flutter
+            assert residual(pendulum(0.0), drive)[0] * way == pytest.approx(
+                plain * way if left is None else left, abs=1e-9
+            )
+
+
 def test_residual_is_in_units_of_the_command() -> None:
     """With a gain g the drive gives g u: what is left is divided by g, so that no gain makes it small."""
     place = Placed(registry()["torque_gain"], 0, {"gain": 0.5})
