@@ -24,6 +24,7 @@ def test_effects_and_regions_in_words():
     assert words.region("velocity_reversal") == "at velocity reversals"
     assert words.region("low velocity") == "at low velocity"
     assert words.region("0.20 to 0.40 rad") == "at positions of 0.20 to 0.40 rad"
+    assert words.region("-0.38 to -0.20 rad") == "at positions of −0.38 to −0.20 rad"
     assert words.region("0 to 3.1 Hz") == "between 0 and 3.1 Hz"
     assert words.region("last third of a run") == "in the last third of a run"
     assert words.region("odd") == "in “odd”"

@@ -6,6 +6,7 @@ import re
 
 from stribeck.arm import unit_at
 from stribeck.gap.result import Cause, Diagnosis
+from stribeck.report.numbers import MINUS
 
 VERDICT = {
     "no_gap": "No gap",
@@ -47,9 +48,14 @@ def stage(name: str) -> str:
     return _STAGE.get(name, f"+ {effect(name)}")
 
 
+def span(name: str) -> str:
+    """Return the name of a region with minus signs for hyphens before its numbers: "−0.38 to 0.22 rad"."""
+    return re.sub(r"(?<!\S)-(?=\d)", MINUS, clean(name))
+
+
 def region(name: str) -> str:
     """Return where in the motion a region is, as the end of a sentence: "at velocity reversals"."""
-    words = clean(name).replace("_", " ")
+    words = span(name).replace("_", " ")
     for key, phrase in _PREPOSITION:
         if re.search(rf"\b{key}s?\b", words):
             return phrase

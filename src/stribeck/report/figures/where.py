@@ -116,7 +116,7 @@ def _cell_lines(diagnosis: Diagnosis, region: Region, named: bool) -> list[tuple
         share = f"{share} in {percent(region.time_share)} of time"
     change = number(region.rms, 2)
     change = f"{change} → {number(region.rms_corrected, 2)}" if diagnosis.named else change
-    detail = f"{words.short(region.region, 22)}: {change}" if named else change
+    detail = f"{words.short(words.span(region.region), 22)}: {change}" if named else change
     return [(share, -0.17, 9.0), (detail, 0.22, 8.0)]
 
 
