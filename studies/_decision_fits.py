@@ -16,6 +16,7 @@ from stribeck.gap.fitted.model import Model, weights_of
 from stribeck.gap.records.blocks import block_of_rows, block_sums, correlation_rows
 from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.search.candidates import candidates
+from stribeck.gap.search.setting import Asked
 from stribeck.gap.search.step import Step
 from stribeck.identify.conditioning import Conditioned, condition
 from stribeck.run import Run
@@ -28,7 +29,7 @@ HORIZON = 0.5  # s
 def fits_of_a_case(arm: Arm, runs: Sequence[Run], leave_out: Sequence[str]) -> dict[str, Any]:
     """Return, as a diagnoser does, what the shipped rule names, and beside it what other rules need (``fits``)."""
     prepared = prepare(arm, runs)
-    steps = searched(prepared, jobs=1, leave_out=leave_out).steps
+    steps = searched(prepared, Asked(jobs=1, leave_out=tuple(leave_out))).steps
     floor = steps[-1].floor
     causes, _ = causes_of(steps, arm.names, prepared.scales)
     named = [cause for cause in causes if (cause.presence or 0.0) > NAMED_OVER]

@@ -22,6 +22,7 @@ from stribeck.gap.experiment.separation import AS_IT_IS, Candidate
 from stribeck.gap.records.observed import observe
 from stribeck.gap.records.prepare import prepare
 from stribeck.gap.result import Cause, Diagnosis
+from stribeck.gap.search.setting import Asked
 from stribeck.identify.conditioning import condition
 from stribeck.run import Run
 
@@ -37,7 +38,7 @@ def answered(case: Poor) -> dict[str, Any]:
     """Return what is said of a case before and, where that leaves a question open, after the next recording."""
     began = time.process_time()
     prepared = prepare(case.nominal, case.runs)
-    found = searched(prepared, jobs=1)
+    found = searched(prepared, Asked(jobs=1))
     prepared, floor = found.prepared, found.steps[-1].floor
     seen = observe(case.nominal, case.runs, prepared.scales)
     first = Assembly(prepared, seen, found.given, found.noise, floor, found.steps, 0).diagnosis()

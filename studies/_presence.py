@@ -14,6 +14,7 @@ from stribeck.arm import Arm
 from stribeck.gap.diagnose import searched
 from stribeck.gap.records.prepare import prepare
 from stribeck.gap.search.presence import Evidence, evidence
+from stribeck.gap.search.setting import Asked
 from stribeck.run import Run
 
 RIDGE = 2.0  # of the squared weights, in units of each figure's spread
@@ -22,7 +23,7 @@ FOLDS = 10
 
 def evidence_of_a_case(arm: Arm, runs: Sequence[Run], leave_out: Sequence[str]) -> dict[str, Any]:
     """Return, as a diagnoser does, the evidence for each effect that the search takes, and its class."""
-    steps = searched(prepare(arm, runs), jobs=1, leave_out=leave_out).steps
+    steps = searched(prepare(arm, runs), Asked(jobs=1, leave_out=tuple(leave_out))).steps
     rows = []
     for step in steps:
         if step.taken:

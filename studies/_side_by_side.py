@@ -28,6 +28,7 @@ from stribeck.gap.answer.verdict import NAMED_OVER, causes_of, no_gap_probabilit
 from stribeck.gap.diagnose import searched
 from stribeck.gap.records.observed import observe
 from stribeck.gap.records.prepare import Prepared, prepare
+from stribeck.gap.search.setting import Asked
 from stribeck.gap.search.step import Step
 from stribeck.run import Run
 
@@ -47,7 +48,7 @@ def answers_of_a_case(arm: Arm, runs: Sequence[Run], leave_out: Sequence[str]) -
     clock = _Clock()
     prepared = prepare(arm, runs)
     clock.note("prepared")
-    steps = searched(prepared, jobs=1, leave_out=leave_out, progress=clock.note).steps
+    steps = searched(prepared, Asked(jobs=1, leave_out=tuple(leave_out), progress=clock.note)).steps
     own = _own(arm, runs, prepared, steps, leave_out)
     spent, ready, tuned, first = clock.now(), clock.at("prepared"), clock.at("screening"), clock.at("screening", 2)
     step, floor = steps[0], steps[-1].floor

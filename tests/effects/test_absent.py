@@ -7,6 +7,7 @@ from stribeck.gap.fitted.model import retune
 from stribeck.gap.records.floor import noise_floor
 from stribeck.gap.records.prepare import prepare
 from stribeck.gap.search.search import search
+from stribeck.gap.search.setting import Asked
 from stribeck.model.layout import values_of
 from stribeck.model.path import SignalPath
 from stribeck.withheld.excitation import programme
@@ -29,6 +30,6 @@ def test_nothing_is_taken(seed: int) -> None:
     floor = np.sqrt(np.mean(noise_floor(arm, path, nominal, prepared.held, prepared.cutoff, seed) ** 2, axis=0))
     base = retune(prepared, floor)
     floor = np.sqrt(np.mean(noise_floor(arm, path, base.fit.p, prepared.held, prepared.cutoff, seed) ** 2, axis=0))
-    _, steps = search(prepared, base, floor, seed=seed, jobs=1)
+    _, steps = search(prepared, base, floor, Asked(seed, jobs=1))
     best = steps[0].best
     assert [step.taken for step in steps] == [False], best.placed if best else None

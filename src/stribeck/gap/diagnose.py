@@ -22,7 +22,7 @@ from stribeck.gap.records.standing import check_motion
 from stribeck.gap.result import Diagnosis, Recording
 from stribeck.gap.search.lateness import on_time
 from stribeck.gap.search.search import search
-from stribeck.gap.search.setting import Progress
+from stribeck.gap.search.setting import Asked, Progress
 from stribeck.gap.search.step import Step, last_model
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import values_of
@@ -68,19 +68,20 @@ def diagnose(
     for run in (*runs, *held_out):
         if run.n != arm.n:
             raise InputError(f"{run.name}: not a recording of this arm", f"{run.n} joints", f"the arm has {arm.n}")
+    asked = Asked(seed, jobs, tuple(leave_out), progress)
     progress("conditioning the recordings")
     prepared = prepare(arm, runs, held_out)
     check_motion(arm, (*prepared.fit, *prepared.held))
-    tuned = retuned(prepared, seed=seed, leave_out=leave_out, progress=progress)
+    tuned = retuned(prepared, asked)
     first = recordings_of(tuned.prepared, tuned.base, tuned.base, tuned.noise.rms)
     found = None
     if not held_out:
-        found = _with_alone(arm, runs, first, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
+        found = _with_alone(arm, runs, first, asked)
     if found is None:
-        found = searched_from(tuned, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
+        found = searched_from(tuned, asked)
         left = _left_by(found)  # what stood out may have been hidden by what all runs have
         if not held_out and held_alone(left) != held_alone(first):
-            again = _with_alone(arm, runs, left, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
+            again = _with_alone(arm, runs, left, asked)
             found = again or found
     seen = observe(arm, (*runs, *held_out), found.prepared.scales, leave_out=leave_out)
     progress("simulating the held-out runs")
@@ -112,83 +113,53 @@ class Searched:
     steps: tuple[Step, ...]
 
 
-def searched(
-    prepared: Prepared,
-    *,
-    seed: int = 0,
-    jobs: int = 2,
-    leave_out: Sequence[str] = (),
-    progress: Progress = lambda text: None,
-) -> Searched:
+def searched(prepared: Prepared, asked: Asked) -> Searched:
     """Re-tune the nominal model and search for what it lacks.
 
     Parameters
     ----------
     prepared : Prepared
         The recordings, conditioned.
-    seed : int
-        Of all resampling.
-    jobs : int
-        Processes.
-    leave_out : sequence of str
-        Effects that are no candidates.
-    progress : callable
-        Told in words what is being done.
+    asked : Asked
     """
-    tuned = retuned(prepared, seed=seed, leave_out=leave_out, progress=progress)
-    return searched_from(tuned, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
+    tuned = retuned(prepared, asked)
+    return searched_from(tuned, asked)
 
 
-def retuned(prepared: Prepared, *, seed: int, leave_out: Sequence[str], progress: Progress) -> Retuned:
-    """Re-tune the nominal model; arguments as of :func:`diagnose`."""
+def retuned(prepared: Prepared, asked: Asked) -> Retuned:
+    """Re-tune the nominal model to recordings that are conditioned."""
     arm = prepared.arm
     own = tuple(place for place in placed_effects(arm) if not place.effect.direct)
     path = SignalPath(arm, own)
     given = Residual(path, prepared.held, ())(values_of(path.entries))[0]
-    progress("re-tuning the nominal model")
-    noise = _noise_along(path, values_of(path.entries), prepared, seed)
+    asked.progress("re-tuning the nominal model")
+    noise = _noise_along(path, values_of(path.entries), prepared, asked.seed)
     base = retune(replace(prepared, noise=noise), noise.rms, own)
     prepared = in_step(prepared, base.whole)
     if own:  # one of them may read the clock
         base = retune(replace(prepared, noise=noise), noise.rms, own)
-    noise = _noise_along(path, base.fit.p, prepared, seed)
+    noise = _noise_along(path, base.fit.p, prepared, asked.seed)
     drawn = noise_in_rows(Residual(path, prepared.held, ()), base.fit.p, base.whole, prepared.moved)
     prepared = replace(prepared, noise=replace(noise, drawn=drawn))
-    return Retuned(prepared, given, noise, on_time(prepared, base, noise.rms, seed, leave_out))
+    return Retuned(prepared, given, noise, on_time(prepared, base, noise.rms, asked.seed, asked.leave_out))
 
 
-def searched_from(tuned: Retuned, *, seed: int, jobs: int, leave_out: Sequence[str], progress: Progress) -> Searched:
+def searched_from(tuned: Retuned, asked: Asked) -> Searched:
     """Search for what the re-tuned model lacks.
 
     Parameters
     ----------
     tuned : Retuned
-    seed : int
-        Of all resampling.
-    jobs : int
-        Processes.
-    leave_out : sequence of str
-        Effects that are no candidates.
-    progress : callable
-        Told in words what is being done.
+    asked : Asked
     """
     floor, base = tuned.noise.rms, tuned.base
-    prepared, steps = search(tuned.prepared, base, floor, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
+    prepared, steps = search(tuned.prepared, base, floor, asked)
     more = np.maximum(steps[-1].floor ** 2 - floor**2, 0.0)
     return Searched(prepared, tuned.given, np.sqrt(tuned.noise.held**2 + more), steps)
 
 
-def _with_alone(
-    arm: Arm,
-    runs: Sequence[Run],
-    before: Sequence[Recording],
-    *,
-    seed: int,
-    jobs: int,
-    leave_out: Sequence[str],
-    progress: Progress,
-) -> Searched | None:
-    """Return a search that is told what held-out runs alone have shown, or None; arguments as of :func:`diagnose`.
+def _with_alone(arm: Arm, runs: Sequence[Run], before: Sequence[Recording], asked: Asked) -> Searched | None:
+    """Return a search that is told what held-out runs alone have shown, or None.
 
     None where none shows more than all fitted ones, by what a model left of them ``before``, or must judge, or where no
     effect of one arm makes it like these.
@@ -199,9 +170,9 @@ def _with_alone(
     prepared = prepare(arm, runs, fitted=alone)
     if {run.name for run in prepared.held} & set(alone):
         return None
-    progress(f"once more, with {', '.join(alone)} among what is fitted")
-    again = retuned(prepared, seed=seed, leave_out=leave_out, progress=progress)
-    found = searched_from(again, seed=seed, jobs=jobs, leave_out=leave_out, progress=progress)
+    asked.progress(f"once more, with {', '.join(alone)} among what is fitted")
+    again = retuned(prepared, asked)
+    found = searched_from(again, asked)
     return found if alike_now(before, _left_by(found)) else None
 
 

@@ -10,6 +10,7 @@ from stribeck.gap.diagnose import Retuned, diagnose, retuned
 from stribeck.gap.fitted.model import Model, fit_model, weights_of
 from stribeck.gap.records.prepare import prepare
 from stribeck.gap.result import Diagnosis, Estimate
+from stribeck.gap.search.setting import Asked
 from stribeck.model.layout import Placed
 
 from ..conftest import NOMINAL, recorded
@@ -19,7 +20,7 @@ START = {"sine": 4.0, "cosine": 4.0, "harmonic": 12.0}
 
 
 def tuned(*effects: tuple[str, dict[str, float]]) -> Retuned:
-    return retuned(prepare(NOMINAL, recorded(*effects)), seed=0, leave_out=(), progress=lambda text: None)
+    return retuned(prepare(NOMINAL, recorded(*effects)), Asked())
 
 
 def with_cogging(found: Retuned) -> Model:

@@ -33,7 +33,7 @@ from stribeck.gap.search.pool import Pool
 from stribeck.gap.search.projector import Projector
 from stribeck.gap.search.rank import rank
 from stribeck.gap.search.screen import _loudest, screen
-from stribeck.gap.search.setting import Setting
+from stribeck.gap.search.setting import Asked, Setting
 from stribeck.gap.search.starts import from_every_start
 from stribeck.gap.search.step import Step
 from stribeck.gap.search.tryout import Tryout, _fit_trial, _states
@@ -1037,7 +1037,7 @@ def test_the_search_without_what_is_needless_starts_from_what_every_arm_has_as_w
     monkeypatch.setattr(search_module, "instead", lambda *_: [])
     monkeypatch.setattr(search_module, "rank", lambda *_: SimpleNamespace(overall=[0.0, 0.0]))
     monkeypatch.setattr(search_module, "with_look_alikes", lambda prepared, steps, *_: steps)
-    prepared, _ = search_module.search(SimpleNamespace(arm=NOMINAL), SimpleNamespace(), FLOOR, jobs=1)  # type: ignore[arg-type]
+    prepared, _ = search_module.search(SimpleNamespace(arm=NOMINAL), SimpleNamespace(), FLOOR, Asked(jobs=1))  # type: ignore[arg-type]
     assert barred == [frozenset(), frozenset({("cogging", 0)})]
     assert prepared.rounds == 2  # type: ignore[attr-defined]
 

@@ -20,7 +20,7 @@ from stribeck.gap.search.look_alike import with_look_alikes
 from stribeck.gap.search.ordinary import is_ordinary, ordinary, retuned_with
 from stribeck.gap.search.pool import Pool
 from stribeck.gap.search.rank import rank
-from stribeck.gap.search.setting import Known, Progress, Setting
+from stribeck.gap.search.setting import Asked, Known, Setting
 from stribeck.gap.search.step import Step, last_model
 from stribeck.model.layout import Placed
 from stribeck.model.scale import Scale
@@ -32,11 +32,7 @@ def search(
     prepared: Prepared,
     base: Model,
     floor: np.ndarray,
-    *,
-    seed: int = 0,
-    jobs: int = 2,
-    leave_out: Sequence[str] = (),
-    progress: Progress = lambda text: None,
+    asked: Asked,
 ) -> tuple[Prepared, tuple[Step, ...]]:
     """Return the recordings, as the re-tuned model is compared by them, and the steps of the search from there.
 
@@ -51,19 +47,13 @@ def search(
         The re-tuned one.
     floor : array (n,)
         What encoder noise and filters leave on the held-out runs, N m rms; noise in the torque is added to it.
-    seed : int
-        Of all resampling.
-    jobs : int
-        Processes.
-    leave_out : sequence of str
-        Effects that are no candidates.
-    progress : callable
-        Told in words what is being done.
+    asked : Asked
     """
-    with Pool(jobs) as pool:
+    seed, leave_out, progress = asked.seed, asked.leave_out, asked.progress
+    with Pool(asked.jobs) as pool:
         stated = sum(not place.effect.direct for place in placed_effects(prepared.arm))
         prepared = referred(prepared, base)
-        setting = Setting(prepared, floor, seed, pool, tuple(leave_out), frozenset(), progress, stated)
+        setting = Setting(prepared, floor, seed, pool, leave_out, frozenset(), progress, stated)
         start = base
         setting, base, found = _from_the_ordinary(setting, start)
         told = in_step_beside(setting.prepared, last_model(found))

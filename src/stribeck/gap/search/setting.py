@@ -16,6 +16,20 @@ Vain: TypeAlias = dict[tuple[str, str, int], list[float]]  # N m rms at a joint,
 
 
 @dataclass(frozen=True)
+class Asked:
+    """How a diagnosis is to be made.
+
+    ``seed`` is of all resampling, ``jobs`` the number of processes; the effects ``leave_out`` are no candidates;
+    ``progress`` is told in words what is being done.
+    """
+
+    seed: int = 0
+    jobs: int = 2
+    leave_out: tuple[str, ...] = ()
+    progress: Progress = lambda text: None
+
+
+@dataclass(frozen=True)
 class Setting:
     """What stays the same during a forward search; the first, ``stated`` effects of its base are the arm file's.
 
