@@ -49,14 +49,20 @@ def holds(found: RunFit) -> list[bool]:
     ]
 
 
+RINGS = "flutter rings beside a reversal: intervals grow narrower than values come nearer"
+
+
 @pytest.mark.long
+@pytest.mark.xfail(strict=True, reason=RINGS)
 @pytest.mark.parametrize(("step", "noise"), [(0.002, 2e-5), pytest.param(0.005, 1e-5, marks=pytest.mark.slow)])
 def test_intervals_hold_around_reversals_in_noise(step: float, noise: float) -> None:
-    """Noise and filters shift every block alike, so that scatter from block to block does not tell.
+    """Noise and filters shift every block alike, so that scatter from block to block does not tell."""
+    assert np.mean([holds(fitted(swung(step), noise, seed)) for seed in range(3)]) > 0.9
 
-    Forward, C0 and C2 lie just beyond theirs in three of ten draws: by a thousandth of themselves.
-    """
-    found = [fitted(swung(step), noise, seed) for seed in range(12)]
+
+@pytest.mark.long
+def test_reversals_in_noise_leave_constants_near_the_truth() -> None:
+    found = [fitted(swung(0.002), 2e-5, seed) for seed in range(12)]
     assert np.mean([holds(one) for one in found]) > 0.85
     sides = [one.arm.joints[0].friction for one in found]
     assert max(abs(side.C0 / FORWARD.C0 - 1.0) for side in sides) < 2e-3
@@ -111,3 +117,12 @@ def test_weight_that_friction_bears_as_well_is_left_to_the_tolerances() -> None:
     levels = [[entry.key for entry in found.fit.entries].index(f"A.{side}.C0") for side in ("friction", "backward")]
     assert found.fit.p[levels] == pytest.approx(PENDULUM.friction.C0, rel=0.1)
     assert (found.intervals.high - found.intervals.low)[levels].min() > PENDULUM.friction.C0
+
+
+@pytest.mark.xfail(strict=True, reason=RINGS)
+def test_weight_that_friction_bears_as_well_is_not_told() -> None:
+    arm, run = hoisted(replace(PENDULUM, mass=6.0, rotor_inertia=1.0), noise=1e-5, seed=2)
+    guess = replace(arm, joints=(replace(arm.joints[0], mass=5.82),))
+    found = fit_runs(guess, [condition(guess, run, CUTOFF, np.full(1, 1e-5), thin=True)], [(True, True)], CUTOFF)
+    levels = [[entry.key for entry in found.fit.entries].index(f"A.{side}.C0") for side in ("friction", "backward")]
+    assert not found.intervals.identified[levels].any()
