@@ -172,17 +172,6 @@ def test_velocity_uncertainty_is_that_of_the_noise() -> None:
     assert np.median(run.velocity_sd) == pytest.approx(np.std(run.velocity[:, 0]), rel=0.1)
 
 
-def test_flutter_is_what_the_analysis_does_not_see() -> None:
-    """A swing that it sees is none; one of three times its cutoff, which the motion's filter passes, is hardly else."""
-    t = np.arange(4000) / 1000.0
-    for frequency, share in ((5.0, 0.02), (45.0, 0.9)):
-        swing = 0.1 * np.sin(2 * np.pi * frequency * t)[:, None]
-        run = condition(pendulum(), Run("swing", t, swing, np.zeros_like(swing)), 15.0, np.array([1e-9]))
-        inside = run.analysis_index
-        part = np.std(run.flutter[inside]) / np.std(run.acceleration[inside])
-        assert part < share if frequency < 15.0 else part > share
-
-
 def test_cutoff_follows_the_noise() -> None:
     inertia = np.array([0.16])
 

@@ -49,11 +49,7 @@ def holds(found: RunFit) -> list[bool]:
     ]
 
 
-RINGS = "flutter rings beside a reversal: intervals grow narrower than values come nearer"
-
-
 @pytest.mark.long
-@pytest.mark.xfail(strict=True, reason=RINGS)
 @pytest.mark.parametrize(("step", "noise"), [(0.002, 2e-5), pytest.param(0.005, 1e-5, marks=pytest.mark.slow)])
 def test_intervals_hold_around_reversals_in_noise(step: float, noise: float) -> None:
     """Noise and filters shift every block alike, so that scatter from block to block does not tell."""
@@ -119,7 +115,6 @@ def test_weight_that_friction_bears_as_well_is_left_to_the_tolerances() -> None:
     assert (found.intervals.high - found.intervals.low)[levels].min() > PENDULUM.friction.C0
 
 
-@pytest.mark.xfail(strict=True, reason=RINGS)
 def test_weight_that_friction_bears_as_well_is_not_told() -> None:
     arm, run = hoisted(replace(PENDULUM, mass=6.0, rotor_inertia=1.0), noise=1e-5, seed=2)
     guess = replace(arm, joints=(replace(arm.joints[0], mass=5.82),))

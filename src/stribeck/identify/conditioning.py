@@ -16,6 +16,7 @@ from stribeck.arm import Arm
 from stribeck.identify.braked import braked, undriven
 from stribeck.identify.cutoff import MOST_OF_MOTION, motion_cutoff
 from stribeck.identify.filters import decimated, low_pass, smoother
+from stribeck.identify.flutter import flutter
 from stribeck.identify.noise import encoder_noise
 from stribeck.identify.sliding import sliding
 from stribeck.run import Run
@@ -25,7 +26,6 @@ RATE_OVER_CUTOFF = 10.0  # samples per second that a thinned run keeps, over the
 STUCK_TIME = 0.04  # s
 WITHIN = 4.0  # standard deviations of noise, from end to end, that a record may stray at rest: one step of an encoder
 SURE = 2.0  # standard deviations of the record's own differences, that the smoothed velocity may be off them
-CALM = 2.0  # of the analysis cutoff, above which acceleration is flutter
 STILL = 1e-3  # of the rms speed: slower is at rest
 INSTANT = (0.5, 0.1)  # of a sample, and of the period of the motion's filter: a reversal is as near as that to its own
 
@@ -51,10 +51,10 @@ class Past:
 class Conditioned:
     """One run on its uniform grid of N samples, with its M analysis samples.
 
-    ``position``, ``velocity``, ``acceleration``, ``command``, ``stuck`` are (N, n); so are ``flutter``, the part of the
-    acceleration that is too fast for the analysis, ``resting``, 1 where a joint
-    surely rests, and ``sliding``, the part of the motion that is no noise, and ``velocity_sd``, what encoder noise
-    leaves in the velocity, or its filter after a hard stop and at a hard turn; ``noise`` (n,) is the encoder's own;
+    ``position``, ``velocity``, ``acceleration``, ``command``, ``stuck`` are (N, n); so are ``flutter``, noise in the
+    acceleration that is too fast for the analysis, ``resting``, 1 where a joint surely rests, ``sliding``, the part of
+    the motion that is no noise, and ``velocity_sd``, what encoder noise leaves in the velocity, or its filter after a
+    hard stop and at a hard turn; ``noise`` (n,) is the encoder's own;
     ``undriven`` (n,) tells which joints have no torque all along, and ``braked`` (n,) which are held; ``instant`` is
     the time to either side for which a sample stands, s; ``analysis_time`` (M,); ``taps`` the low-pass (odd length).
     ``clock`` is the time of the first sample by the clock of what acts from outside, s (set in ``gap.fitted.clocks``);
@@ -148,8 +148,6 @@ def condition(
     position = smooth(run.q)
     curve = make_interp_spline(run.t, position, k=5)
     velocity, acceleration = curve(run.t, 1), curve(run.t, 2)
-    calm = min(CALM * cutoff, sharp)
-    flutter = acceleration - smoother(calm, h)[0](acceleration) if calm < sharp else np.zeros_like(acceleration)
     command = held_command(run.tau)
     if keep > 1:
         command = smooth(command)
@@ -165,7 +163,7 @@ def condition(
         position=position[::keep],
         velocity=velocity[::keep],
         acceleration=acceleration[::keep],
-        flutter=flutter[::keep],
+        flutter=flutter(acceleration, louder * noise, sharpness * sharp, cutoff, h)[::keep],
         command=command[::keep],
         resting=resting[::keep].astype(float),
         sliding=sliding(position[::keep], louder * passed * noise),

@@ -13,21 +13,31 @@ from numpy.lib.stride_tricks import sliding_window_view
 from scipy import signal
 
 DESIGNS = 256  # that are kept
+SUMMED = 400  # frequencies
 
 
 def smoother(cutoff: float, h: float) -> tuple[Callable[[np.ndarray], np.ndarray], float, float]:
     """Return a zero-phase low-pass for positions, and what unit position noise leaves in position and velocity."""
     sos = _butterworth(cutoff, h).copy()  # scipy's filter takes none that is frozen
-    frequency = np.linspace(0.0, 0.5 / h, 400)
-    amplitude = 1.0 / (1.0 + (frequency / cutoff) ** 6)
-    slope = amplitude * 2 * np.pi * frequency
-    passed, gain = float(np.sqrt(np.mean(amplitude**2))), float(np.sqrt(np.mean(slope**2)))
+    left = amplitude(cutoff, h)
+    slope = left * 2 * np.pi * frequencies(h)
+    passed, gain = float(np.sqrt(np.mean(left**2))), float(np.sqrt(np.mean(slope**2)))
 
     def smooth(values: np.ndarray) -> np.ndarray:
         pad = min(len(values) - 1, int(3.0 / (cutoff * h)) + 1)
         return np.asarray(signal.sosfiltfilt(sos, values, axis=0, padlen=pad))
 
     return smooth, passed, gain
+
+
+def frequencies(h: float) -> np.ndarray:
+    """Return those (F,) over which noise that passes a filter is summed up, Hz."""
+    return np.linspace(0.0, 0.5 / h, SUMMED)
+
+
+def amplitude(cutoff: float, h: float) -> np.ndarray:
+    """Return what the zero-phase low-pass for positions leaves at each of the frequencies, (F,)."""
+    return np.asarray(1.0 / (1.0 + (frequencies(h) / cutoff) ** 6))
 
 
 @lru_cache(maxsize=DESIGNS)

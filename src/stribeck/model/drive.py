@@ -29,7 +29,7 @@ DRIVE = (
 class Drive:
     """The recorded signals of all joints at one sample, each (n, 1) symbolic but ``time`` (1, 1).
 
-    ``flutter`` is the part of the acceleration that is too fast for the analysis: real or noise, no residual shows it.
+    ``flutter`` is noise in the acceleration that is too fast for the analysis: no residual shows it.
     ``command`` is the command averaged over the sample before and after, as zero-order hold implies. The rates are time
     derivatives of signals that an effect delays, zero for others: those of the curves that are read off, from sample to
     sample, so that they differ a little from ``velocity`` and ``acceleration``. ``resting`` is 1 where the joint surely

@@ -54,7 +54,7 @@ def two_steps(
 )
 def test_what_was_taken_first_may_be_outdone_later(hidden: str, first: str, gives_way: bool) -> None:
     """A relative that was taken for what a later effect adds to it gives way; the true effect does not."""
-    values = {"torque_offset": {"offset": 1.0}, "asymmetric_friction": {"C0": 3.5}}[hidden]
+    values = {"torque_offset": {"offset": 1.0}, "asymmetric_friction": {"C0": 3.0}}[hidden]
     other = "asymmetric_friction" if first != hidden else "gravity_tilt"
     prepared, steps = two_steps([(hidden, values), ("delay", {"time": 0.02})], first, other, "delay")
     others = instead(prepared, steps, POOL)
