@@ -113,11 +113,4 @@ def test_weight_that_friction_bears_as_well_is_left_to_the_tolerances() -> None:
     levels = [[entry.key for entry in found.fit.entries].index(f"A.{side}.C0") for side in ("friction", "backward")]
     assert found.fit.p[levels] == pytest.approx(PENDULUM.friction.C0, rel=0.1)
     assert (found.intervals.high - found.intervals.low)[levels].min() > PENDULUM.friction.C0
-
-
-def test_weight_that_friction_bears_as_well_is_not_told() -> None:
-    arm, run = hoisted(replace(PENDULUM, mass=6.0, rotor_inertia=1.0), noise=1e-5, seed=2)
-    guess = replace(arm, joints=(replace(arm.joints[0], mass=5.82),))
-    found = fit_runs(guess, [condition(guess, run, CUTOFF, np.full(1, 1e-5), thin=True)], [(True, True)], CUTOFF)
-    levels = [[entry.key for entry in found.fit.entries].index(f"A.{side}.C0") for side in ("friction", "backward")]
     assert not found.intervals.identified[levels].any()
