@@ -114,6 +114,10 @@ class Effect(ABC):
         """Return the names of other effects that such fitted values may as well mean."""
         return ()
 
+    def phenomena(self, values: Mapping[str, float], scale: Scale) -> tuple[str, ...]:
+        """Return of which of its ``kin`` fitted values are."""
+        return self.kin
+
     def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
         """Return whether fitted values are what every arm has some of: fitted along with the others, never named."""
         return False

@@ -35,6 +35,9 @@ MOST_PERIODS = 60.0
 LEAST_OF_PERIOD = 1.0
 """Part of a period that must be covered: less is any curve over position, a stiffening spring, an offset and cables."""
 
+BENDS = 3.0
+"""Periods covered, below which a wave bends like a spring: of a line, one of three takes less than a tenth."""
+
 WHOLE, HALF, LEAST_WHOLE = 0.05, 0.5, 2.5
 """Of a whole number a turn, to WHOLE, as magnets, slots and screws come, a HALF will do; fewer may be gravity's."""
 
@@ -111,6 +114,10 @@ class Scale:
         """Return whether enough of a period (``harmonic`` a radian) is covered to be more than any curve."""
         enough = HALF if harmonic > LEAST_WHOLE and self.is_whole(harmonic) else LEAST_OF_PERIOD
         return harmonic * max(self.travel, self.covered) > enough * 2.0 * math.pi
+
+    def bends(self, harmonic: float) -> bool:
+        """Return whether so few periods (``harmonic`` a radian) are covered that a wave may pass for a smooth curve."""
+        return harmonic * max(self.travel, self.covered) < BENDS * 2.0 * math.pi
 
     def is_whole(self, harmonic: float) -> bool:
         """Return whether so many cycles a turn are a whole number of them."""

@@ -1,6 +1,7 @@
 """What only fills in for a stronger effect of its own phenomenon is not named; what is of another kind, is."""
 
 from dataclasses import replace
+from itertools import permutations
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from stribeck.gap.answer.verdict import NAMED_OVER, causes_of
 from stribeck.gap.search.kin import EDGED, filling_in
 from stribeck.gap.search.step import Step
 from stribeck.model.layout import Placed
-from stribeck.model.scale import Scale
+from stribeck.model.scale import BENDS, Scale
 
 from ..conftest import fitted, taken_steps, with_effects
 
@@ -20,7 +21,8 @@ SCALES = (Scale(1.0, 1.0, 1.0, 1.0, 1.0, 1e-3, middle=0.2),) * 2
 
 def taken(*found: tuple[str, int, float], late: float = 0.01, left: float = 4.0) -> list[Step]:
     """The steps of a search: each an effect, its joint, what it takes of the squared residual and leaves, in floors."""
-    placed = [Placed(effect_named(name), joint, {"time": late, "time_constant": late}) for name, joint, _ in found]
+    values = {"time": late, "time_constant": late, "harmonic": 6.0}
+    placed = [Placed(effect_named(name), joint, values) for name, joint, _ in found]
     return taken_steps(placed, [size for _, _, size in found], gap=FLOOR, floor=FLOOR, left=left)
 
 
@@ -59,11 +61,23 @@ def test_what_ends_at_the_noise_is_there_beside_its_kin(larger: str, smaller: st
 
 
 def test_an_edge_that_ends_at_the_noise_is_there_beside_a_wave() -> None:
-    """Laid over a wave, it would leave a thirtieth."""
-    both = ("cogging", 0, 20.0), ("contact", 0, 9.0)
-    assert filling_in(taken(*both, left=1.1), SCALES) == [False, False]
-    assert filling_in(taken(*both, left=1.5), SCALES) == [False, True]
-    assert filling_in(taken(("cable_spring", 0, 20.0), both[1], left=1.1), SCALES) == [False, True]
+    """Laid over a wave, it would leave a thirtieth; and so would the wave laid over what it leaves."""
+    for larger, smaller in permutations(("cogging", "contact")):
+        assert filling_in(taken((larger, 0, 20.0), (smaller, 0, 9.0), left=1.1), SCALES) == [False, False]
+        assert filling_in(taken((larger, 0, 20.0), (smaller, 0, 9.0), left=1.5), SCALES) == [False, True]
+    assert filling_in(taken(("cable_spring", 0, 20.0), ("contact", 0, 9.0), left=1.1), SCALES) == [False, True]
+
+
+def test_many_periods_are_no_kin_of_a_spring() -> None:
+    """Of a line over its range, beside a constant, a wave of BENDS periods takes less than a tenth at any phase."""
+    both = ("cogging", 0, 20.0), ("cable_spring", 0, 9.0)
+    for travel, fills in ((1.0, True), (2.0 * np.pi * BENDS / 6.0 * 1.01, False)):
+        assert filling_in(taken(*both), (replace(SCALES[0], travel=travel),) * 2) == [False, fills]
+    q = np.linspace(-1.0, 1.0, 2000)
+    wave = np.stack([np.sin(np.pi * BENDS * q), np.cos(np.pi * BENDS * q)], axis=1)
+    wave -= wave.mean(axis=0)
+    left = q - wave @ np.linalg.lstsq(wave, q, rcond=None)[0]
+    assert 1.0 - left @ left / (q @ q) < 0.1
 
 
 @pytest.mark.parametrize("lobes", [2.0, 3.0, 4.0, 6.0, 8.0])

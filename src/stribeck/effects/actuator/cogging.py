@@ -47,6 +47,9 @@ class Cogging(ActuatorEffect):
         # less than a period is any curve over position: a spring that stiffens, a stop that is soft
         return scale.shows(values["harmonic"])
 
+    def phenomena(self, values: Mapping[str, float], scale: Scale) -> tuple[str, ...]:
+        return self.kin if scale.bends(values["harmonic"]) else ("wave",)
+
     def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
         return math.hypot(values["sine"], values["cosine"]) < scale.stray
 

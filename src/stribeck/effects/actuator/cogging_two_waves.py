@@ -49,6 +49,9 @@ class CoggingTwoWaves(ActuatorEffect):
         # less than a period is any curve over position: a spring that stiffens, a stop that is soft
         return scale.shows(values["harmonic"])
 
+    def phenomena(self, values: Mapping[str, float], scale: Scale) -> tuple[str, ...]:
+        return self.kin if scale.bends(values["harmonic"]) else ("wave",)
+
     def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
         return math.hypot(*(value for name, value in values.items() if name != "harmonic")) < scale.stray
 

@@ -4,7 +4,8 @@ Nature keeps to no library: a friction that is higher at one spot is not quite a
 what the wave leaves. Two kinds of lateness, or two waves, hardly ever meet in one joint; one that is no pure pole does.
 But what fills in leaves some in turn: one that ends at the noise what another one left is there. Not so a curve over
 position, for two waves bend like any, nor a second lateness of one channel: a pole and a delay make up most third ones.
-An edge bends like no wave: laid over one, with line and constant re-tuned, it leaves a thirtieth of it at least.
+An edge bends like no wave: laid over one, with line and constant re-tuned, it leaves a thirtieth of it at least. Nor
+does a wave of many periods bend like a curve, so it is no kin of one.
 """
 
 from __future__ import annotations
@@ -21,10 +22,10 @@ from stribeck.model.scale import Scale
 WAVE = {"wave"}
 ENDING = WAVE | {"speed"}  # kinds of which only what is there ends at the noise what another one left
 ACROSS = {"late"}  # the same, where the other one is of another channel
-BENT = {"curve"}  # the same, of one with an edge beside a wave
+BENT = {"curve"}  # the same, of an edge and a wave
 SLIGHT = WAVE | {"curve"}  # kinds of which what every arm has leaves nothing to fill in
 ENDED = 0.1  # of what such a one leaves beyond the noise: the most that may be left beside another that is there too
-EDGED = 0.02  # the same, of one with an edge
+EDGED = 0.02  # the same, of an edge and a wave
 FILLING = 0.5  # of the presence: of seven that came after their kin on cases of two plants, none was there
 
 
@@ -38,8 +39,8 @@ def filling_in(steps: Sequence[Step], scales: Sequence[Scale]) -> list[bool]:
     before = steps[0].base.placed if steps else ()
     known = [place for place in before if place.effect.ordinary(place.values, scales[place.joint])]
     return [
-        any(size < larger and _kin(mine, other) - _ended(mine, other, left) for other, larger, _ in found)
-        or any(_kin(mine, other) - SLIGHT for other in known)
+        any(size < larger and _kin(mine, other, scales) - _ended(mine, other, left) for other, larger, _ in found)
+        or any(_kin(mine, other, scales) - SLIGHT for other in known)
         for mine, size, left in found
     ]
 
@@ -49,9 +50,12 @@ def simpler_than(effect: Effect, others: Sequence[Effect]) -> bool:
     return any(len(o.parameters) < len(effect.parameters) and not set(o.kin) & set(effect.kin) for o in others)
 
 
-def _kin(one: Placed, other: Placed) -> set[str]:
+def _kin(one: Placed, other: Placed, scales: Sequence[Scale]) -> set[str]:
     """Return the kinds that two effects share at one joint."""
-    return set(one.effect.kin) & set(other.effect.kin) if one.joint == other.joint else set()
+    if one.joint != other.joint:
+        return set()
+    first, second = (set(place.effect.phenomena(place.values, scales[place.joint])) for place in (one, other))
+    return first & second
 
 
 def _ended(one: Placed, other: Placed, left: float) -> set[str]:
@@ -62,7 +66,8 @@ def _ended(one: Placed, other: Placed, left: float) -> set[str]:
     if left > ENDED:
         return set()
     kinds = ENDING if one.effect.channel == other.effect.channel else ENDING | ACROSS
-    bent = one.effect.edged and "wave" in other.effect.kin and left < EDGED
+    edged = any(a.effect.edged and "wave" in b.effect.kin for a, b in ((one, other), (other, one)))
+    bent = edged and left < EDGED
     return kinds | BENT if bent else kinds
 
 
