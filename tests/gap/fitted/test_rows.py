@@ -211,6 +211,28 @@ def test_beside_a_compliance_a_bristle_is_counted_as_it_is_alone() -> None:
     assert np.median(both.rows[stuck, 0]) > np.median(drawn_of(prepared)[stuck, 0])
 
 
+@pytest.mark.parametrize(("effect", "values"), [("payload", {"mass": 12.0}), ("torque_gain", {"gain": 0.4})])
+def test_what_makes_more_torque_of_the_same_noise_knows_it(effect: str, values: dict[str, float]) -> None:
+    """A mass at the tip, or a drive that gives less for its command; a spring, which does not, has no rows of its own.
+
+    So they are told beside a compliance that is tried from there, which has none.
+    """
+    prepared, base, stuck = seen()
+    weights, drawn = weights_of(base, prepared, floor_of(prepared)), drawn_of(prepared)
+    placed = Placed(registry()[effect], 0, values)
+    heavy = fit_model(prepared, (placed,), weights, base.fit, values, evaluations=0)
+    assert heavy.rows is not None
+    assert np.median(heavy.rows[~stuck] / drawn[~stuck]) > 2.0
+    assert np.all(heavy.rows >= drawn)
+    spring = Placed(registry()["cable_spring"], 0, {"stiffness": 1.0})
+    assert fit_model(prepared, (spring,), weights, base.fit, evaluations=1).rows is None
+    soft = replace(heavy, rows=None, noise=base.noise)
+    known, unknown = (
+        rank(prepared, [replace(heavy, rows=rows), soft], floor_of(prepared), 0) for rows in (heavy.rows, None)
+    )
+    assert known.power[1, 0] < 0.7 * unknown.power[1, 0]
+
+
 @pytest.mark.long
 def test_of_a_joint_without_a_bristle_beside_a_compliance_no_rows_are_known() -> None:
     """The re-tuned model's are counted there; zeros would make a joint without noise of it."""

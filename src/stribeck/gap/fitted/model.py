@@ -117,9 +117,13 @@ def referred(prepared: Prepared, base: Model) -> Prepared:
 
 
 def with_noise(model: Model, residual: Residual, whole: np.ndarray, prepared: Prepared) -> Model:
-    """Return a model that knows what noise adds to its residual, ``whole`` (M + K, n) on all runs, N m."""
+    """Return a model that knows what noise adds to its residual, ``whole`` (M + K, n) on all runs, N m.
+
+    That of a model with neither a state nor an effect that rescales is the re-tuned one's. With a mass at the tip, the
+    same noise in an acceleration is more torque.
+    """
     path, p = residual.path, model.fit.p
-    if not path.x.numel():
+    if not path.x.numel() and not any(place.effect.rescales for place in path.placed):
         return model
     bristles = [path.bristle(j) is not None for j in range(path.n)]
     rows = noise_in_rows(residual, p, whole, prepared.moved) if not path.flexible or any(bristles) else None

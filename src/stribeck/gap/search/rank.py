@@ -126,7 +126,8 @@ def rank(prepared: Prepared, models: Sequence[Model], floor: np.ndarray, seed: i
     runs = (*prepared.fit, *prepared.held)
     plain = [put_back(prepared, model.whole, model.noise, floor) for model in models]
     first = int(np.argmin([np.sum(np.log(np.mean(r**2, axis=0) + 0.5 * floor**2)) for r in plain]))
-    noise = noise_power(prepared.noise, floor, len(plain[first]), models[first].rows)
+    rows = next((model.rows for model in (models[first], models[0]) if model.rows is not None), None)
+    noise = noise_power(prepared.noise, floor, len(plain[first]), rows)
     level = levels(plain[first], noise, floor)
     whole = [residual * level for residual in plain]
     squares = _squares(whole, block_of_rows(runs), floor)
