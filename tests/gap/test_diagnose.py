@@ -192,7 +192,7 @@ def test_no_effect_no_gap() -> None:
 
 def test_no_joint_is_blamed_for_what_the_noise_leaves() -> None:
     """A residual above its floor by a few per cent has shares, but they are of nothing."""
-    d = diagnose(NOMINAL, recorded(noise=3e-5), jobs=1, leave_out=FEW)
+    d = diagnose(NOMINAL, recorded(noise=2e-5), jobs=1, leave_out=FEW)
     retuned, floor = (stage.torque["A"] for stage in d.stages[-2:])
     assert retuned > floor
     assert (d.verdict, d.where) == ("no_gap", ())

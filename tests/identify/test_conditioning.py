@@ -1,5 +1,7 @@
 """Conditioned signals: a known sine comes out as it went in, and the filters do what they say."""
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -7,6 +9,7 @@ from hypothesis import strategies as st
 
 from stribeck.identify.conditioning import STUCK_TIME, Conditioned, condition, held_command, shaken
 from stribeck.identify.cutoff import cutoff_frequency
+from stribeck.identify.filters import low_pass
 from stribeck.model.balance import UNSURE
 from stribeck.run import Run
 
@@ -36,6 +39,17 @@ def test_filters_that_runs_share_cannot_be_changed_by_one_of_them() -> None:
     with pytest.raises(ValueError, match="read-only"):
         first.taps[0] = 0.0
     assert (first.position == again.position).all()
+
+
+def test_another_conditioning_of_a_run_keeps_its_band() -> None:
+    """Noise that is drawn again must pass the filter that the residual has passed."""
+    run = condition(pendulum(), recorded(noise=1e-5), 15.0, thin=True)
+    assert run.rolled_off(math.inf) is run
+    rolled = run.rolled_off(6.0)
+    assert rolled.taps == pytest.approx(low_pass(15.0, run.sample_time, 6.0))
+    again = shaken(pendulum(), rolled, 15.0, np.zeros(run.run.q.shape))
+    assert (again.corner, again.taps is rolled.taps) == (6.0, True)
+    assert rolled.rolled_off(math.inf).taps == pytest.approx(run.taps, abs=1e-9)
 
 
 @pytest.mark.parametrize("rate", [200.0, 1000.0])

@@ -33,3 +33,15 @@ def test_what_has_run_away_is_seen_and_not_warned_of(wrong: float) -> None:
     found = decimated(values, 3.0 * low_pass(20.0, 0.002), 3)
     np.testing.assert_allclose(found[0], 3.0)
     assert not np.all(np.abs(found[1]) < 1e150)
+
+
+@pytest.mark.parametrize(("cutoff", "corner"), [(10.0, 3.5), (10.0, 7.0), (30.0, 10.5), (40.0, 28.0)])
+@pytest.mark.parametrize("rate", [400.0, 1000.0])
+def test_a_roll_off_leaves_noise_that_rises_with_the_square_even(cutoff: float, corner: float, rate: float) -> None:
+    flat, rolled = low_pass(cutoff, 1.0 / rate), low_pass(cutoff, 1.0 / rate, corner)
+    assert len(rolled) == len(flat)
+    assert rolled == pytest.approx(rolled[::-1], abs=1e-12)
+    assert np.sum(rolled) == pytest.approx(1.0)
+    frequency = np.linspace(0.0, 0.75 * cutoff, 50)
+    passed = [np.abs(signal.freqz(taps, worN=frequency, fs=rate)[1]) for taps in (flat, rolled)]
+    assert passed[1] / passed[0] == pytest.approx(1.0 / np.sqrt(1.0 + (frequency / corner) ** 4), abs=0.08)

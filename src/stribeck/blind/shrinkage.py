@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -65,13 +66,16 @@ def _shrunk(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> dict[str, An
     claimed = found["gap"]["closed"]["value"]
     try:
         runs = fresh_runs(truth, _arm(truth["arm_true"]), _arm(truth["arm_nominal"]))
-        true = closed_on(runs, _arm(answer["retuned"]), _arm(answer["corrected"]), found["settings"]["cutoff_hz"])
+        band = (float(found["settings"].get(name, math.inf)) for name in ("cutoff_hz", "corner_hz"))
+        true = closed_on(runs, _arm(answer["retuned"]), _arm(answer["corrected"]), *band)
     except Exception as error:  # of one model among many: said in its row, not the end of the score
         return {"claimed": claimed, "true": None, "not_judged": f"{type(error).__name__}: {error}"}
     return {"claimed": claimed, "true": None if true is None else float(f"{true:.4g}")}
 
 
-def closed_on(runs: Sequence[Run], retuned: Arm, corrected: Arm, cutoff: float) -> float | None:
+def closed_on(
+    runs: Sequence[Run], retuned: Arm, corrected: Arm, cutoff: float, corner: float = math.inf
+) -> float | None:
     """Return 1 - (rms_corrected^2 - floor^2) / (rms_retuned^2 - floor^2) of the torque gap along runs.
 
     Joints count in units of their noise floor, as in ``diagnosis.json``; None where the re-tuned arm is at the floor.
@@ -81,10 +85,10 @@ def closed_on(runs: Sequence[Run], retuned: Arm, corrected: Arm, cutoff: float) 
     runs : sequence of Run
     retuned, corrected : Arm
         Before and after the named effects.
-    cutoff : float
-        Analysis cutoff, Hz.
+    cutoff, corner : float
+        Of the band by which the diagnosis compared models, Hz.
     """
-    even = [condition(retuned, uniform(run)[0], cutoff, thin=True) for run in runs]
+    even = [condition(retuned, uniform(run)[0], cutoff, thin=True).rolled_off(corner) for run in runs]
     floor = np.minimum(*(_noise(arm, even, cutoff) for arm in (retuned, corrected)))
     before, after = (float(np.sum(_mean_square(arm, even) / floor - 1.0)) for arm in (retuned, corrected))
     return 1.0 - max(after, 0.0) / before if before > LEAST else None

@@ -12,6 +12,7 @@ from stribeck.effects.placing import placed_effects
 from stribeck.errors import InputError
 from stribeck.gap.answer.assembly import Assembly
 from stribeck.gap.answer.recordings import alike_now, held_alone, recordings_of
+from stribeck.gap.fitted.band import corner_of, rolled_off
 from stribeck.gap.fitted.clocks import in_step
 from stribeck.gap.fitted.model import Model, noise_in_rows, retune
 from stribeck.gap.records.floor import noise_of_rows
@@ -127,12 +128,23 @@ def searched(prepared: Prepared, asked: Asked) -> Searched:
 
 
 def retuned(prepared: Prepared, asked: Asked) -> Retuned:
-    """Re-tune the nominal model to recordings that are conditioned."""
+    """Re-tune the nominal model to conditioned recordings, by the band in which that leaves the most to see."""
+    asked.progress("re-tuning the nominal model")
+    tuned = _retuned(prepared, asked)
+    return _lower(tuned, tuned.base, asked) or tuned
+
+
+def _lower(tuned: Retuned, model: Model, asked: Asked) -> Retuned | None:
+    """Return the nominal model re-tuned by a lower band, where a model leaves nothing but noise above that."""
+    corner = corner_of(tuned.prepared, model)
+    return _retuned(rolled_off(tuned.prepared, corner), asked) if corner < tuned.prepared.fit[0].corner else None
+
+
+def _retuned(prepared: Prepared, asked: Asked) -> Retuned:
     arm = prepared.arm
     own = tuple(place for place in placed_effects(arm) if not place.effect.direct)
     path = SignalPath(arm, own)
     given = Residual(path, prepared.held, ())(values_of(path.entries))[0]
-    asked.progress("re-tuning the nominal model")
     noise = _noise_along(path, values_of(path.entries), prepared, asked.seed)
     base = retune(replace(prepared, noise=noise), noise.rms, own)
     prepared = in_step(prepared, base.whole)
@@ -152,8 +164,13 @@ def searched_from(tuned: Retuned, asked: Asked) -> Searched:
     tuned : Retuned
     asked : Asked
     """
-    floor, base = tuned.noise.rms, tuned.base
-    prepared, steps = search(tuned.prepared, base, floor, asked)
+    prepared, steps = search(tuned.prepared, tuned.base, tuned.noise.rms, asked)
+    lower = _lower(replace(tuned, prepared=prepared), last_model(steps), asked)
+    if lower is not None:
+        asked.progress("again, by a band with less of the encoder's noise")
+        tuned, same = lower, [step for step in steps if step.taken]
+        prepared, steps = search(tuned.prepared, tuned.base, tuned.noise.rms, asked, same)
+    floor = tuned.noise.rms
     more = np.maximum(steps[-1].floor ** 2 - floor**2, 0.0)
     return Searched(prepared, tuned.given, np.sqrt(tuned.noise.held**2 + more), steps)
 

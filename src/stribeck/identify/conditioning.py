@@ -58,7 +58,8 @@ class Conditioned:
     ``undriven`` (n,) tells which joints have no torque all along, and ``braked`` (n,) which are held; ``instant`` is
     the time to either side for which a sample stands, s; ``analysis_time`` (M,); ``taps`` the low-pass (odd length).
     ``clock`` is the time of the first sample by the clock of what acts from outside, s (set in ``gap.fitted.clocks``);
-    None: its own. ``past`` is what was recorded before it (set in ``gap.records.sequence``).
+    None: its own. ``past`` is what was recorded before it (set in ``gap.records.sequence``). The low-pass is flat up to
+    the ``cutoff``, Hz, or rolled off from a ``corner`` on (set in ``gap.fitted.band``).
     """
 
     name: str
@@ -78,7 +79,9 @@ class Conditioned:
     braked: np.ndarray
     taps: np.ndarray
     decimation: int
+    cutoff: float
     run: Run
+    corner: float = math.inf
     clock: float | None = None
     past: Past = Past()
 
@@ -88,8 +91,15 @@ class Conditioned:
         return self.time if self.clock is None else self.time - self.time[0] + self.clock
 
     def as_recorded(self, run: Conditioned) -> Conditioned:
-        """Return a run in the place among all recordings that another conditioning of it was given, held and driven."""
-        return replace(self, clock=run.clock, past=run.past, braked=run.braked, undriven=run.undriven)
+        """Return a run in the place among all recordings that another conditioning of it was given, and its band."""
+        own = replace(self, clock=run.clock, past=run.past, braked=run.braked, undriven=run.undriven)
+        return own.rolled_off(run.corner)
+
+    def rolled_off(self, corner: float) -> Conditioned:
+        """Return the run with a low-pass that is rolled off from a corner on, Hz; a flat one where that is infinite."""
+        if corner == self.corner:
+            return self
+        return replace(self, taps=low_pass(self.cutoff, self.sample_time, corner), corner=corner)
 
     @property
     def sample_time(self) -> float:
@@ -175,6 +185,7 @@ def condition(
         braked=braked(arm, run, noise),
         taps=low_pass(cutoff, keep * h),
         decimation=max(1, int(1.0 / (OVERSAMPLING * cutoff * keep * h))),
+        cutoff=cutoff,
         run=run,
     )
 

@@ -5,6 +5,7 @@ A run's noise is drawn and filtered over and over, always by the same two filter
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import lru_cache
 
@@ -14,6 +15,7 @@ from scipy import signal
 
 DESIGNS = 256  # that are kept
 SUMMED = 400  # frequencies
+PERIOD = 1 << 14  # samples, in which a roll-off's response has died down
 
 
 def smoother(cutoff: float, h: float) -> tuple[Callable[[np.ndarray], np.ndarray], float, float]:
@@ -41,11 +43,19 @@ def amplitude(cutoff: float, h: float) -> np.ndarray:
 
 
 @lru_cache(maxsize=DESIGNS)
-def low_pass(cutoff: float, h: float) -> np.ndarray:
-    """Return the taps of the analysis filter, of odd length."""
-    length = int(3.3 / (cutoff * h)) | 1
-    taps = signal.firwin(max(length, 3), cutoff, fs=1.0 / h, window=("kaiser", 5.0))
-    return _frozen(np.asarray(taps))
+def low_pass(cutoff: float, h: float, corner: float = math.inf) -> np.ndarray:
+    """Return the taps of the analysis filter, of odd length: flat up to the cutoff, Hz, or rolled off from a corner on.
+
+    The roll-off is that of a noise which rises with the square of the frequency, and leaves it even: 3 dB less at the
+    corner, the more by the square beyond.
+    """
+    length = max(int(3.3 / (cutoff * h)) | 1, 3)
+    taps = np.asarray(signal.firwin(length, cutoff, fs=1.0 / h, window=("kaiser", 5.0)))
+    if math.isfinite(corner):
+        wave = np.fft.rfftfreq(PERIOD, h)
+        kernel = np.fft.irfft(1.0 / np.sqrt(1.0 + (wave / corner) ** 4), PERIOD)
+        taps = np.convolve(taps, np.roll(kernel, length // 2)[:length], mode="same")
+    return _frozen(taps / np.sum(taps))
 
 
 def decimated(values: np.ndarray, taps: np.ndarray, every: int) -> np.ndarray:

@@ -15,6 +15,7 @@ from stribeck.grid import LONG_AGO, uniform
 from stribeck.identify.commanded import doubtful_commands, doubtful_torques
 from stribeck.identify.conditioning import Conditioned, condition
 from stribeck.identify.cutoff import cutoff_frequency
+from stribeck.identify.filters import low_pass
 from stribeck.identify.noise import encoder_noise
 from stribeck.identify.residual import Residual
 from stribeck.run import Run
@@ -171,11 +172,12 @@ def _departure(engine: Engine, p: Floats, data: Conditioned, times: Floats) -> F
     has died down, in two thirds of the low-pass's half, the mean of the rows beside stands.
     """
     residual = Residual(engine.path, [data], columns=()).stages(data, p)["residual"]
-    half = len(data.taps) // 2
+    taps = low_pass(data.cutoff, data.sample_time)
+    half = len(taps) // 2
     blind = min(2 * half // 3 + 1, (len(residual) - 1) // 2)
     told = residual[blind : len(residual) - blind]
     whole = np.pad(told, ((blind, blind), (0, 0)), "mean", stat_length=max(half, 1))
-    smooth = convolve1d(whole, data.taps, axis=0, mode="nearest")
+    smooth = convolve1d(whole, taps, axis=0, mode="nearest")
     if len(smooth) == len(times):
         return np.asarray(smooth)
     between = make_interp_spline(data.time, smooth, k=min(3, len(smooth) - 1), check_finite=False)

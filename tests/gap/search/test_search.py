@@ -936,7 +936,7 @@ def test_what_every_arm_was_re_tuned_with_is_a_candidate_once_it_has_grown(monke
     bare = SimpleNamespace(placed=(stated,))
     starts: list[object] = []
 
-    def forward(setting: object, start: object, *_: object) -> Any:
+    def forward(setting: object, start: object, *_: object, same: object = ()) -> Any:
         starts.append(start)
         ends = grown if start is base else start
         return (replace(taken("backlash", 0.9, 12.0), base=ends, passing=()),)
@@ -1025,7 +1025,7 @@ def test_the_search_without_what_is_needless_starts_from_what_every_arm_has_as_w
     """It would end at the first such effect that it finds, with a cause still hidden behind it."""
     barred: list[frozenset[tuple[str, int]]] = []
 
-    def from_the_ordinary(setting: Any, base: object) -> Any:
+    def from_the_ordinary(setting: Any, base: object, same: object = ()) -> Any:
         barred.append(setting.barred)
         retuned = SimpleNamespace(rounds=len(barred))
         return replace(setting, prepared=retuned), base, (taken("delay", 0.9, 12.0),)

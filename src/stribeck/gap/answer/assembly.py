@@ -45,6 +45,7 @@ from stribeck.gap.experiment.proposal import (
     told_late,
     without_twins,
 )  # fmt: skip
+from stribeck.gap.fitted.band import band_of, told_band
 from stribeck.gap.fitted.corrected import arm_of
 from stribeck.gap.fitted.model import Model, fit_model, weights_of
 from stribeck.gap.fitted.noisy import put_back
@@ -157,6 +158,7 @@ class Assembly:
             models={name: prepared.as_stated(one) for name, one in arms.items()},
             notes=(
                 *prepared.notes,
+                *told_band(prepared),
                 *self.seen.notes,
                 *told_ordinary(self.base, placed_effects(arm), arm),
                 *told_unnamed(self.steps, prepared.scales, arm),
@@ -181,7 +183,7 @@ class Assembly:
             delivered=by_joint,
             before_measurement=before_measurement,
             random=told.random,
-            settings={"seed": self.seed, "cutoff_hz": prepared.cutoff, "horizon_s": HORIZON},
+            settings={"seed": self.seed, **band_of(prepared), "horizon_s": HORIZON},
         )
 
     def _idle(self, named: Sequence[str], chain: Sequence[Model]) -> list[str]:

@@ -84,6 +84,7 @@ class Plan:
         t = self.step * np.arange(len(q), dtype=np.float64)
         run = Run(name, t, q, np.zeros_like(q) if tau is None else tau)
         recorded = condition(self.prepared.arm, run, self.prepared.cutoff, self.noise, thin=True)
+        recorded = recorded.rolled_off(self.prepared.fit[0].corner)
         held, idle = np.all([run.braked for run in runs], axis=0), np.all([run.undriven for run in runs], axis=0)
         return replace(recorded, past=after(runs), braked=held, undriven=idle)
 

@@ -33,6 +33,7 @@ def search(
     base: Model,
     floor: np.ndarray,
     asked: Asked,
+    same: Sequence[Step] = (),
 ) -> tuple[Prepared, tuple[Step, ...]]:
     """Return the recordings, as the re-tuned model is compared by them, and the steps of the search from there.
 
@@ -48,6 +49,8 @@ def search(
     floor : array (n,)
         What encoder noise and filters leave on the held-out runs, N m rms; noise in the torque is added to it.
     asked : Asked
+    same : sequence of Step
+        Those that took an effect in a search by another band: while they come to the same, their rivals will do.
     """
     seed, leave_out, progress = asked.seed, asked.leave_out, asked.progress
     with Pool(asked.jobs) as pool:
@@ -55,7 +58,7 @@ def search(
         prepared = referred(prepared, base)
         setting = Setting(prepared, floor, seed, pool, leave_out, frozenset(), progress, stated)
         start = base
-        setting, base, found = _from_the_ordinary(setting, start)
+        setting, base, found = _from_the_ordinary(setting, start, same)
         told = in_step_beside(setting.prepared, last_model(found))
         if told is not setting.prepared:
             progress("again, with the clocks of the runs set anew")
@@ -98,11 +101,13 @@ def _believed(setting: Setting, steps: tuple[Step, ...]) -> tuple[tuple[Step, ..
     return steps, without
 
 
-def _from_the_ordinary(setting: Setting, base: Model) -> tuple[Setting, Model, tuple[Step, ...]]:
+def _from_the_ordinary(
+    setting: Setting, base: Model, same: Sequence[Step] = ()
+) -> tuple[Setting, Model, tuple[Step, ...]]:
     """Return the first steps of a search that starts anew, re-tuned with what every arm has, where it finds that."""
     scales = setting.prepared.scales
     known: Known = {}
-    steps = forward(setting, base, known)
+    steps = forward(setting, base, known, same=same)
     grown = {place.key for place in _grown(setting, base, steps)}
     if grown:
         base = retune(setting.prepared, setting.floor, [place for place in base.placed if place.key not in grown])

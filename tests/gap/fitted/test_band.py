@@ -1,0 +1,69 @@
+"""The band of the comparison rolls off where noise alone is left, and nowhere else."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stribeck.effects.registry import registry
+from stribeck.gap.diagnose import retuned, searched_from
+from stribeck.gap.fitted.band import CORNERS, band_of, corner_of, rolled_off, told_band
+from stribeck.gap.records.prepare import Prepared, prepare
+from stribeck.gap.search.setting import Asked
+from stribeck.run import Run
+
+from ..conftest import NOMINAL, recorded
+
+NOISE = 1e-4  # rad: the cutoff is what it allows
+SLOW = ("cable_spring", {"stiffness": 3.0, "rest": 0.4})
+FAST = ("joint_flexibility", {"stiffness": 800.0, "damping": 0.4})
+
+
+def shaken(runs: tuple[Run, ...], size: float) -> tuple[Run, ...]:
+    """The runs with white noise in their commands, N m."""
+    rng = np.random.default_rng(0)
+    return tuple(replace(run, tau=run.tau + size * rng.standard_normal(run.tau.shape)) for run in runs)
+
+
+def band(*runs: Run) -> Prepared:
+    return retuned(prepare(NOMINAL, runs), Asked(jobs=1)).prepared
+
+
+def test_it_rolls_off_where_noise_alone_is_left() -> None:
+    prepared = band(*recorded(noise=NOISE))
+    corner = prepared.fit[0].corner
+    assert corner == pytest.approx(CORNERS[0] * prepared.cutoff)
+    assert {run.corner for run in (*prepared.fit, *prepared.held, *prepared.moved)} == {corner}
+    assert band_of(prepared) == {"cutoff_hz": prepared.cutoff, "corner_hz": corner}
+    (note,) = told_band(prepared)
+    assert f"{corner:.3g} Hz" in note
+
+
+def test_what_a_search_has_found_hides_nothing_below_the_noise_any_more() -> None:
+    """A spring bends friction that is re-tuned without it, which shows at all frequencies."""
+    prepared = prepare(NOMINAL, recorded(SLOW, noise=NOISE))
+    asked = Asked(jobs=1, leave_out=tuple(name for name in registry() if name != SLOW[0]))
+    tuned = retuned(prepared, asked)
+    assert tuned.prepared.fit[0].corner == math.inf
+    found = searched_from(tuned, asked)
+    assert found.prepared.fit[0].corner < math.inf
+    assert {step.best.placed[-1].effect.name for step in found.steps if step.taken and step.best} == {SLOW[0]}
+    assert found.noise.shape == found.given.shape == found.steps[0].base.held.shape
+
+
+@pytest.mark.parametrize("runs", [recorded(FAST, noise=NOISE), shaken(recorded(noise=NOISE), 2.0)])
+def test_it_is_flat_where_more_is_left_than_noise(runs: tuple[Run, ...]) -> None:
+    prepared = band(*runs)
+    assert prepared.fit[0].corner == math.inf
+    assert band_of(prepared) == {"cutoff_hz": prepared.cutoff}
+    assert told_band(prepared) == []
+
+
+def test_the_noise_is_measured_anew_in_another_band() -> None:
+    prepared = band(*recorded(noise=NOISE))
+    flat = rolled_off(prepared, math.inf)
+    assert flat.noise is None
+    tuned = retuned(prepare(NOMINAL, recorded(noise=NOISE)), Asked(jobs=1))
+    assert tuned.prepared.noise is not None
+    assert corner_of(tuned.prepared, tuned.base) == prepared.fit[0].corner
