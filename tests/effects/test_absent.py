@@ -3,13 +3,10 @@
 import numpy as np
 import pytest
 
-from stribeck.gap.fitted.model import retune
-from stribeck.gap.records.floor import noise_floor
 from stribeck.gap.records.prepare import prepare
 from stribeck.gap.search.search import search
 from stribeck.gap.search.setting import Asked
-from stribeck.model.layout import values_of
-from stribeck.model.path import SignalPath
+from stribeck.gap.search.tuned import retuned
 from stribeck.withheld.excitation import programme
 from stribeck.withheld.recorder import default_gains, record
 
@@ -25,11 +22,7 @@ def test_nothing_is_taken(seed: int) -> None:
     motions = programme(arm, np.random.default_rng(seed), KINDS, 6.0)
     runs = record(true_arm(), (), motions, rate=RATE, noise=NOISE, gains=default_gains(arm, 3.0), model=arm, seed=seed)
     prepared = prepare(arm, runs)
-    path = SignalPath(arm)
-    nominal = values_of(path.entries)
-    floor = np.sqrt(np.mean(noise_floor(arm, path, nominal, prepared.held, prepared.cutoff, seed) ** 2, axis=0))
-    base = retune(prepared, floor)
-    floor = np.sqrt(np.mean(noise_floor(arm, path, base.fit.p, prepared.held, prepared.cutoff, seed) ** 2, axis=0))
-    _, steps = search(prepared, base, floor, Asked(seed, jobs=1))
+    asked = Asked(seed, jobs=1)
+    _, steps = search(retuned(prepared, asked), asked)
     best = steps[0].best
     assert [step.taken for step in steps] == [False], best.placed if best else None

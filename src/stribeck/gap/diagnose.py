@@ -3,31 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from stribeck.arm import Arm
-from stribeck.effects.placing import placed_effects
 from stribeck.errors import InputError
 from stribeck.gap.answer.assembly import Assembly
 from stribeck.gap.answer.recordings import alike_now, held_alone, recordings_of
-from stribeck.gap.fitted.band import corner_of, rolled_off
-from stribeck.gap.fitted.clocks import in_step
-from stribeck.gap.fitted.model import Model, noise_in_rows, retune
-from stribeck.gap.records.floor import noise_of_rows
 from stribeck.gap.records.observed import observe
 from stribeck.gap.records.prepare import Prepared, prepare
-from stribeck.gap.records.spread import Noise
 from stribeck.gap.records.standing import check_motion
 from stribeck.gap.result import Diagnosis, Recording
-from stribeck.gap.search.lateness import on_time
 from stribeck.gap.search.search import search
 from stribeck.gap.search.setting import Asked, Progress
 from stribeck.gap.search.step import Step, last_model
-from stribeck.identify.residual import Residual
-from stribeck.model.layout import values_of
-from stribeck.model.path import SignalPath
+from stribeck.gap.search.tuned import Retuned, retuned
 from stribeck.run import Run, check_apart
 
 
@@ -92,16 +83,6 @@ def diagnose(
 
 
 @dataclass(frozen=True)
-class Retuned:
-    """Recordings with the noise of their rows, the model re-tuned to them, and their residual as given (M, n), N m."""
-
-    prepared: Prepared
-    given: np.ndarray
-    noise: Noise
-    base: Model
-
-
-@dataclass(frozen=True)
 class Searched:
     """A finished search: its steps, and on the held-out runs (M, n) the residual as given and its noise floor, N m.
 
@@ -127,35 +108,6 @@ def searched(prepared: Prepared, asked: Asked) -> Searched:
     return searched_from(tuned, asked)
 
 
-def retuned(prepared: Prepared, asked: Asked) -> Retuned:
-    """Re-tune the nominal model to conditioned recordings, by the band in which that leaves the most to see."""
-    asked.progress("re-tuning the nominal model")
-    tuned = _retuned(prepared, asked)
-    return _lower(tuned, tuned.base, asked) or tuned
-
-
-def _lower(tuned: Retuned, model: Model, asked: Asked) -> Retuned | None:
-    """Return the nominal model re-tuned by a lower band, where a model leaves nothing but noise above that."""
-    corner = corner_of(tuned.prepared, model)
-    return _retuned(rolled_off(tuned.prepared, corner), asked) if corner < tuned.prepared.fit[0].corner else None
-
-
-def _retuned(prepared: Prepared, asked: Asked) -> Retuned:
-    arm = prepared.arm
-    own = tuple(place for place in placed_effects(arm) if not place.effect.direct)
-    path = SignalPath(arm, own)
-    given = Residual(path, prepared.held, ())(values_of(path.entries))[0]
-    noise = _noise_along(path, values_of(path.entries), prepared, asked.seed)
-    base = retune(replace(prepared, noise=noise), noise.rms, own)
-    prepared = in_step(prepared, base.whole)
-    if own:  # one of them may read the clock
-        base = retune(replace(prepared, noise=noise), noise.rms, own)
-    noise = _noise_along(path, base.fit.p, prepared, asked.seed)
-    drawn = noise_in_rows(Residual(path, prepared.held, ()), base.fit.p, base.whole, prepared.moved)
-    prepared = replace(prepared, noise=replace(noise, drawn=drawn))
-    return Retuned(prepared, given, noise, on_time(prepared, base, noise.rms, asked.seed, asked.leave_out))
-
-
 def searched_from(tuned: Retuned, asked: Asked) -> Searched:
     """Search for what the re-tuned model lacks.
 
@@ -164,15 +116,10 @@ def searched_from(tuned: Retuned, asked: Asked) -> Searched:
     tuned : Retuned
     asked : Asked
     """
-    prepared, steps = search(tuned.prepared, tuned.base, tuned.noise.rms, asked)
-    lower = _lower(replace(tuned, prepared=prepared), last_model(steps), asked)
-    if lower is not None:
-        asked.progress("again, by a band with less of the encoder's noise")
-        tuned, same = lower, [step for step in steps if step.taken]
-        prepared, steps = search(tuned.prepared, tuned.base, tuned.noise.rms, asked, same)
+    tuned, steps = search(tuned, asked)
     floor = tuned.noise.rms
     more = np.maximum(steps[-1].floor ** 2 - floor**2, 0.0)
-    return Searched(prepared, tuned.given, np.sqrt(tuned.noise.held**2 + more), steps)
+    return Searched(tuned.prepared, tuned.given, np.sqrt(tuned.noise.held**2 + more), steps)
 
 
 def _with_alone(arm: Arm, runs: Sequence[Run], before: Sequence[Recording], asked: Asked) -> Searched | None:
@@ -197,10 +144,3 @@ def _left_by(found: Searched) -> tuple[Recording, ...]:
     """Return what each recording leaves with everything that a search took."""
     steps = found.steps
     return recordings_of(found.prepared, steps[0].base, last_model(steps), steps[-1].floor)
-
-
-def _noise_along(path: SignalPath, p: np.ndarray, prepared: Prepared, seed: int) -> Noise:
-    fit, held = (
-        noise_of_rows(prepared.arm, path, p, runs, prepared.cutoff, seed) for runs in (prepared.fit, prepared.held)
-    )
-    return Noise(fit, held)

@@ -6,11 +6,12 @@ import pytest
 from stribeck.effects.registry import effect_named, registry
 from stribeck.gap.answer import assembly, stages
 from stribeck.gap.answer.noise import heard_through
-from stribeck.gap.diagnose import Retuned, diagnose, retuned
+from stribeck.gap.diagnose import diagnose
 from stribeck.gap.fitted.model import Model, fit_model, weights_of
 from stribeck.gap.records.prepare import prepare
 from stribeck.gap.result import Diagnosis, Estimate
 from stribeck.gap.search.setting import Asked
+from stribeck.gap.search.tuned import Retuned, retuned
 from stribeck.model.layout import Placed
 
 from ..conftest import NOMINAL, recorded

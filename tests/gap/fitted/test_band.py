@@ -7,16 +7,18 @@ import numpy as np
 import pytest
 
 from stribeck.effects.registry import registry
-from stribeck.gap.diagnose import retuned, searched_from
+from stribeck.gap.diagnose import searched_from
 from stribeck.gap.fitted.band import CORNERS, band_of, corner_of, rolled_off, told_band
 from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.search.setting import Asked
+from stribeck.gap.search.tuned import retuned
 from stribeck.run import Run
 
 from ..conftest import NOMINAL, recorded
 
 NOISE = 1e-4  # rad: the cutoff is what it allows
 SLOW = ("cable_spring", {"stiffness": 3.0, "rest": 0.4})
+AGAIN = "again, by a band with less of the encoder's noise"
 FAST = ("joint_flexibility", {"stiffness": 800.0, "damping": 0.4})
 
 
@@ -43,12 +45,14 @@ def test_it_rolls_off_where_noise_alone_is_left() -> None:
 def test_what_a_search_has_found_hides_nothing_below_the_noise_any_more() -> None:
     """A spring bends friction that is re-tuned without it, which shows at all frequencies."""
     prepared = prepare(NOMINAL, recorded(SLOW, noise=NOISE))
-    asked = Asked(jobs=1, leave_out=tuple(name for name in registry() if name != SLOW[0]))
+    told: list[str] = []
+    asked = Asked(jobs=1, progress=told.append, leave_out=tuple(name for name in registry() if name != SLOW[0]))
     tuned = retuned(prepared, asked)
     assert tuned.prepared.fit[0].corner == math.inf
     found = searched_from(tuned, asked)
     assert found.prepared.fit[0].corner < math.inf
     assert {step.best.placed[-1].effect.name for step in found.steps if step.taken and step.best} == {SLOW[0]}
+    assert told.count(AGAIN) == 1
     assert found.noise.shape == found.given.shape == found.steps[0].base.held.shape
 
 

@@ -37,6 +37,7 @@ from stribeck.gap.search.setting import Asked, Setting
 from stribeck.gap.search.starts import from_every_start
 from stribeck.gap.search.step import Step
 from stribeck.gap.search.tryout import Tryout, _fit_trial, _states
+from stribeck.gap.search.tuned import Retuned
 from stribeck.identify import machine as machine_module
 from stribeck.identify.problem import Weights
 from stribeck.identify.residual import Residual
@@ -846,11 +847,14 @@ def test_what_grows_into_a_cause_beside_others_is_given_back(
     grown = (replace(found[0], base=with_delay(time).best, passing=()),)
     went_on: list[object] = []
 
-    def forward(setting: object, start: object, known: object, before: object = (), same: object = ()) -> Any:
+    def forward(
+        setting: object, start: object, known: object, before: object = (), same: object = (), **_: object
+    ) -> Any:
         went_on.append(before)
         return grown if start is again else found
 
     monkeypatch.setattr(search_module, "forward", forward)
+    monkeypatch.setattr(search_module, "asks_for_lower", lambda *_: False)
     monkeypatch.setattr(search_module, "retuned_with", lambda *_: [again])
     monkeypatch.setattr(search_module, "referred", lambda prepared, _: prepared)
     prepared = SimpleNamespace(scales=(SCALE,), arm=SimpleNamespace(n=1))
@@ -870,11 +874,14 @@ def test_where_what_may_stand_beside_grows_the_next_base_is_tried(monkeypatch: p
     grown = SimpleNamespace(placed=(Placed(late, 0, slight), Placed(late, 1, large)))
     found = (replace(taken("delay", 0.95, 20.0), base=SimpleNamespace(placed=()), rivals=(small,)),)  # type: ignore[arg-type]
 
-    def forward(setting: object, start: object, known: object, before: object = (), same: object = ()) -> Any:
+    def forward(
+        setting: object, start: object, known: object, before: object = (), same: object = (), **_: object
+    ) -> Any:
         ends = {id(both): grown, id(small): small}.get(id(start))
         return found if ends is None else (replace(found[0], base=ends, passing=()),)
 
     monkeypatch.setattr(search_module, "forward", forward)
+    monkeypatch.setattr(search_module, "asks_for_lower", lambda *_: False)
     monkeypatch.setattr(search_module, "retuned_with", lambda *_: iter([both, small]))
     monkeypatch.setattr(search_module, "referred", lambda prepared, _: prepared)
     monkeypatch.setattr(search_module, "ordinary", lambda steps, _: steps is found)
@@ -915,11 +922,12 @@ def test_a_search_made_anew_is_told_the_steps_before_what_every_arm_has(monkeypa
     again: Any = SimpleNamespace(placed=(slight,))
     told: list[object] = []
 
-    def forward(setting: object, base: object, known: object, same: object = ()) -> Any:
+    def forward(setting: object, base: object, known: object, same: object = (), **_: object) -> Any:
         told.append(same)
         return (replace(first, base=again, passing=()),) if base is again else (first, second)
 
     monkeypatch.setattr(search_module, "forward", forward)
+    monkeypatch.setattr(search_module, "asks_for_lower", lambda *_: False)
     monkeypatch.setattr(search_module, "retuned_with", lambda *_: [again])
     monkeypatch.setattr(search_module, "referred", lambda prepared, _: prepared)
     prepared: Any = SimpleNamespace(scales=(SCALE,))
@@ -936,12 +944,13 @@ def test_what_every_arm_was_re_tuned_with_is_a_candidate_once_it_has_grown(monke
     bare = SimpleNamespace(placed=(stated,))
     starts: list[object] = []
 
-    def forward(setting: object, start: object, *_: object, same: object = ()) -> Any:
+    def forward(setting: object, start: object, *_: object, **__: object) -> Any:
         starts.append(start)
         ends = grown if start is base else start
         return (replace(taken("backlash", 0.9, 12.0), base=ends, passing=()),)
 
     monkeypatch.setattr(search_module, "forward", forward)
+    monkeypatch.setattr(search_module, "asks_for_lower", lambda *_: False)
     monkeypatch.setattr(search_module, "retune", lambda prepared, floor, placed: bare if placed == [stated] else None)
     monkeypatch.setattr(search_module, "referred", lambda prepared, _: prepared)
     monkeypatch.setattr(search_module, "ordinary", lambda *_: ())
@@ -1025,7 +1034,7 @@ def test_the_search_without_what_is_needless_starts_from_what_every_arm_has_as_w
     """It would end at the first such effect that it finds, with a cause still hidden behind it."""
     barred: list[frozenset[tuple[str, int]]] = []
 
-    def from_the_ordinary(setting: Any, base: object, same: object = ()) -> Any:
+    def from_the_ordinary(setting: Any, base: object) -> Any:
         barred.append(setting.barred)
         retuned = SimpleNamespace(rounds=len(barred))
         return replace(setting, prepared=retuned), base, (taken("delay", 0.9, 12.0),)
@@ -1037,9 +1046,11 @@ def test_the_search_without_what_is_needless_starts_from_what_every_arm_has_as_w
     monkeypatch.setattr(search_module, "instead", lambda *_: [])
     monkeypatch.setattr(search_module, "rank", lambda *_: SimpleNamespace(overall=[0.0, 0.0]))
     monkeypatch.setattr(search_module, "with_look_alikes", lambda prepared, steps, *_: steps)
-    prepared, _ = search_module.search(SimpleNamespace(arm=NOMINAL), SimpleNamespace(), FLOOR, Asked(jobs=1))  # type: ignore[arg-type]
+    monkeypatch.setattr(search_module, "in_lower_band", lambda *_: None)
+    given: Any = SimpleNamespace(arm=NOMINAL), np.zeros((1, 1)), SimpleNamespace(rms=FLOOR), SimpleNamespace()
+    tuned, _ = search_module.search(Retuned(*given), Asked(jobs=1))
     assert barred == [frozenset(), frozenset({("cogging", 0)})]
-    assert prepared.rounds == 2  # type: ignore[attr-defined]
+    assert tuned.prepared.rounds == 2  # type: ignore[attr-defined]
 
 
 @pytest.mark.long

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -31,7 +31,12 @@ HARDLY = 0.15  # presence below which the search ends, unless the effect takes m
 
 
 def forward(
-    setting: Setting, base: Model, known: Known, before: Sequence[Step] = (), same: Sequence[Step] = ()
+    setting: Setting,
+    base: Model,
+    known: Known,
+    before: Sequence[Step] = (),
+    same: Sequence[Step] = (),
+    until: Callable[[Model], bool] = lambda model: False,
 ) -> tuple[Step, ...]:
     """Return steps that take one effect after the other; what every arm has ends them, unless it came ``before``.
 
@@ -49,6 +54,8 @@ def forward(
         Steps to go on from.
     same : sequence of Step
         Those of an earlier search from a base that differs by little.
+    until : callable
+        Told each model that a step has taken: whether the search ends there, to be made in another way.
     """
     steps = list(before)
     own = len(base.placed)
@@ -70,6 +77,8 @@ def forward(
         if len(steps) > 1:
             base = relawed(setting.prepared, setting.floor, setting.pool, base, own, known)
             steps[-1] = replace(step, rivals=tuple(base if model is step.best else model for model in step.rivals))
+        if until(base):
+            break
     return tuple(steps)
 
 
@@ -100,7 +109,8 @@ def _step(
     if same_hopes:
         fitted += tryout.fitted(same_hopes)
         judged = judge(prepared, setting.floor, setting.seed, base, fitted, taken, before)
-    found = _sought(tryout, judged)
+    soft = same is None or same.best is None or isinstance(same.best.placed[-1].effect, YIELDING)
+    found = _sought(tryout, judged) if soft else []  # none of them did the most before
     if found:
         judged = judge(prepared, setting.floor, setting.seed, base, [*fitted, *found], taken, before)
     rivals, ranking, passing, floor = judged

@@ -5,12 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from stribeck.effects.placing import placed_effects
 from stribeck.gap.fitted.clocks import in_step_beside
 from stribeck.gap.fitted.model import Model, referred, retune
-from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.search.beside import idle, misleading, stands_in, weighed, with_together, without_each
 from stribeck.gap.search.each_joint import with_lags
 from stribeck.gap.search.forward import forward, hardly
@@ -22,43 +19,37 @@ from stribeck.gap.search.pool import Pool
 from stribeck.gap.search.rank import rank
 from stribeck.gap.search.setting import Asked, Known, Setting
 from stribeck.gap.search.step import Step, last_model
+from stribeck.gap.search.tuned import Retuned, asks_for_lower, in_lower_band
 from stribeck.model.layout import Placed
 from stribeck.model.scale import Scale
 
 MOST_ROUNDS = 4  # of a search that starts anew from a model with more of what every arm has
 
 
-def search(
-    prepared: Prepared,
-    base: Model,
-    floor: np.ndarray,
-    asked: Asked,
-    same: Sequence[Step] = (),
-) -> tuple[Prepared, tuple[Step, ...]]:
+def search(tuned: Retuned, asked: Asked) -> tuple[Retuned, tuple[Step, ...]]:
     """Return the recordings, as the re-tuned model is compared by them, and the steps of the search from there.
 
-    Forward first, from a model that is re-tuned with what every arm has, where that is found. Then each effect is tried
-    without: what it is worth beside the others. One that was taken for the sake of a later one (masking) is not needed
-    any more, and the search is made again without it; so it is where the only one leaves much that nothing closes.
+    Forward first, from a model that is re-tuned with what every arm has, where that is found; and once more where what
+    was taken leaves little but the encoder's noise in the upper part of the band, by a lower one. Then each effect is
+    tried without: what it is worth beside the others. One that was taken for the sake of a later one (masking) is not
+    needed any more, and the search is made again without it; so it is where the only one leaves much that nothing
+    closes.
 
     Parameters
     ----------
-    prepared : Prepared
-    base : Model
-        The re-tuned one.
-    floor : array (n,)
-        What encoder noise and filters leave on the held-out runs, N m rms; noise in the torque is added to it.
+    tuned : Retuned
+        What encoder noise and filters leave on the held-out runs is its floor; noise in the torque is added to it.
     asked : Asked
-    same : sequence of Step
-        Those that took an effect in a search by another band: while they come to the same, their rivals will do.
     """
     seed, leave_out, progress = asked.seed, asked.leave_out, asked.progress
     with Pool(asked.jobs) as pool:
-        stated = sum(not place.effect.direct for place in placed_effects(prepared.arm))
-        prepared = referred(prepared, base)
-        setting = Setting(prepared, floor, seed, pool, leave_out, frozenset(), progress, stated)
-        start = base
-        setting, base, found = _from_the_ordinary(setting, start, same)
+        setting = _setting(tuned, asked, pool)
+        setting, base, found = _from_the_ordinary(setting, tuned.base)
+        while lower := in_lower_band(replace(tuned, prepared=setting.prepared), last_model(found), asked):
+            progress("again, by a band with less of the encoder's noise")
+            tuned, same = lower, [step for step in found if step.taken]
+            setting, base, found = _from_the_ordinary(_setting(tuned, asked, pool), tuned.base, same)
+        start = tuned.base
         told = in_step_beside(setting.prepared, last_model(found))
         if told is not setting.prepared:
             progress("again, with the clocks of the runs set anew")
@@ -81,7 +72,14 @@ def search(
         steps = with_as_good(prepared, steps, without, others, seed)
         steps = with_lags(prepared, steps, without, pool, seed, leave_out)
         steps = with_together(prepared, steps, pool, seed)
-        return prepared, with_look_alikes(prepared, steps, without, pool, seed)
+        return replace(tuned, prepared=prepared), with_look_alikes(prepared, steps, without, pool, seed)
+
+
+def _setting(tuned: Retuned, asked: Asked, pool: Pool) -> Setting:
+    prepared = referred(tuned.prepared, tuned.base)
+    stated = sum(not place.effect.direct for place in placed_effects(prepared.arm))
+    nothing: frozenset[tuple[str, int]] = frozenset()
+    return Setting(prepared, tuned.noise.rms, asked.seed, pool, asked.leave_out, nothing, asked.progress, stated)
 
 
 def _believed(setting: Setting, steps: tuple[Step, ...]) -> tuple[tuple[Step, ...], list[Model]]:
@@ -104,10 +102,20 @@ def _believed(setting: Setting, steps: tuple[Step, ...]) -> tuple[tuple[Step, ..
 def _from_the_ordinary(
     setting: Setting, base: Model, same: Sequence[Step] = ()
 ) -> tuple[Setting, Model, tuple[Step, ...]]:
-    """Return the first steps of a search that starts anew, re-tuned with what every arm has, where it finds that."""
+    """Return the first steps of a search that starts anew, re-tuned with what every arm has, where it finds that.
+
+    The rivals of the ``same`` steps, those of a search by another band, will do while they come to the same. It ends
+    where it comes to a model that asks for a lower one.
+    """
     scales = setting.prepared.scales
     known: Known = {}
-    steps = forward(setting, base, known, same=same)
+
+    def loud(model: Model) -> bool:
+        return asks_for_lower(setting.prepared, model)
+
+    steps = forward(setting, base, known, same=same, until=loud)
+    if loud(last_model(steps)):
+        return setting, base, steps
     grown = {place.key for place in _grown(setting, base, steps)}
     if grown:
         base = retune(setting.prepared, setting.floor, [place for place in base.placed if place.key not in grown])
