@@ -8,6 +8,7 @@ import pytest
 
 from stribeck.effects.registry import registry
 from stribeck.gap.diagnose import searched_from
+from stribeck.gap.fitted import band as band_module
 from stribeck.gap.fitted.band import CORNERS, band_of, corner_of, rolled_off, told_band
 from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.search.setting import Asked
@@ -71,3 +72,8 @@ def test_the_noise_is_measured_anew_in_another_band() -> None:
     tuned = retuned(prepare(NOMINAL, recorded(noise=NOISE)), Asked(jobs=1))
     assert tuned.prepared.noise is not None
     assert corner_of(tuned.prepared, tuned.base) == prepared.fit[0].corner
+
+
+def test_recordings_too_short_for_a_spectrum_roll_off_nowhere(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(band_module, "FEWEST", 10**6)
+    assert band(*recorded(noise=NOISE)).fit[0].corner == math.inf

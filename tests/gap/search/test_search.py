@@ -854,7 +854,6 @@ def test_what_grows_into_a_cause_beside_others_is_given_back(
         return grown if start is again else found
 
     monkeypatch.setattr(search_module, "forward", forward)
-    monkeypatch.setattr(search_module, "asks_for_lower", lambda *_: False)
     monkeypatch.setattr(search_module, "retuned_with", lambda *_: [again])
     monkeypatch.setattr(search_module, "referred", lambda prepared, _: prepared)
     prepared = SimpleNamespace(scales=(SCALE,), arm=SimpleNamespace(n=1))
@@ -881,7 +880,6 @@ def test_where_what_may_stand_beside_grows_the_next_base_is_tried(monkeypatch: p
         return found if ends is None else (replace(found[0], base=ends, passing=()),)
 
     monkeypatch.setattr(search_module, "forward", forward)
-    monkeypatch.setattr(search_module, "asks_for_lower", lambda *_: False)
     monkeypatch.setattr(search_module, "retuned_with", lambda *_: iter([both, small]))
     monkeypatch.setattr(search_module, "referred", lambda prepared, _: prepared)
     monkeypatch.setattr(search_module, "ordinary", lambda steps, _: steps is found)
@@ -927,7 +925,6 @@ def test_a_search_made_anew_is_told_the_steps_before_what_every_arm_has(monkeypa
         return (replace(first, base=again, passing=()),) if base is again else (first, second)
 
     monkeypatch.setattr(search_module, "forward", forward)
-    monkeypatch.setattr(search_module, "asks_for_lower", lambda *_: False)
     monkeypatch.setattr(search_module, "retuned_with", lambda *_: [again])
     monkeypatch.setattr(search_module, "referred", lambda prepared, _: prepared)
     prepared: Any = SimpleNamespace(scales=(SCALE,))
@@ -950,7 +947,6 @@ def test_what_every_arm_was_re_tuned_with_is_a_candidate_once_it_has_grown(monke
         return (replace(taken("backlash", 0.9, 12.0), base=ends, passing=()),)
 
     monkeypatch.setattr(search_module, "forward", forward)
-    monkeypatch.setattr(search_module, "asks_for_lower", lambda *_: False)
     monkeypatch.setattr(search_module, "retune", lambda prepared, floor, placed: bare if placed == [stated] else None)
     monkeypatch.setattr(search_module, "referred", lambda prepared, _: prepared)
     monkeypatch.setattr(search_module, "ordinary", lambda *_: ())
@@ -1034,7 +1030,7 @@ def test_the_search_without_what_is_needless_starts_from_what_every_arm_has_as_w
     """It would end at the first such effect that it finds, with a cause still hidden behind it."""
     barred: list[frozenset[tuple[str, int]]] = []
 
-    def from_the_ordinary(setting: Any, base: object) -> Any:
+    def from_the_ordinary(setting: Any, base: object, **_: object) -> Any:
         barred.append(setting.barred)
         retuned = SimpleNamespace(rounds=len(barred))
         return replace(setting, prepared=retuned), base, (taken("delay", 0.9, 12.0),)
@@ -1062,6 +1058,23 @@ def test_what_promised_as_much_as_what_is_taken_is_fitted_as_well(monkeypatch: p
     found = diagnose(NOMINAL, recorded(("delay", {"time": 0.02})), jobs=1, leave_out=few)
     fitted = {row.effect for row in found.candidates if np.isfinite(row.t) and row.step == 1}
     assert fitted >= {"delay", "actuator_lag"}
+
+
+def test_only_the_search_for_the_band_ends_where_a_lower_one_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Made again for another reason it goes on to its end, whatever band its models would ask for."""
+    told: list[bool] = []
+
+    def forward(setting: object, start: object, known: object, *_: object, until: Any, **__: object) -> Any:
+        told.append(until(start))
+        return (taken("backlash", 0.9, 12.0),)
+
+    monkeypatch.setattr(search_module, "forward", forward)
+    monkeypatch.setattr(search_module, "ordinary", lambda *_: False)
+    setting = SimpleNamespace(prepared=SimpleNamespace(scales=()), stated=0)
+    base: Any = SimpleNamespace(placed=())
+    for asked in ({}, {"until": lambda *_: True}):
+        search_module._from_the_ordinary(setting, base, **asked)  # type: ignore[arg-type]
+    assert told == [False, True]
 
 
 def test_what_promised_far_more_or_less_is_not_the_same_in_disguise(late: tuple[Prepared, Model, Weights]) -> None:

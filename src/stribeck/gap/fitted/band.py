@@ -28,9 +28,11 @@ FEWEST = 32  # samples of a recording, of which a spectrum tells
 def corner_of(prepared: Prepared, model: Model) -> float:
     """Return the frequency, Hz, from which a model leaves little but the encoder's noise at every joint.
 
-    Infinite where it leaves more up to the cutoff.
+    Infinite where it leaves more up to the cutoff, or all recordings are too short for a spectrum.
     """
     runs = (*prepared.fit, *prepared.held)
+    if all(len(run.analysis_index) < FEWEST for run in runs):
+        return math.inf
     residual = Residual(SignalPath(prepared.arm, model.placed), runs, ())
     noise = residual.along(prepared.moved).value(model.fit.p) - residual.value(model.fit.p)
     edges = prepared.cutoff * np.array(CORNERS)

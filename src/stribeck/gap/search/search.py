@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 from stribeck.effects.placing import placed_effects
 from stribeck.gap.fitted.clocks import in_step_beside
 from stribeck.gap.fitted.model import Model, referred, retune
+from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.search.beside import idle, misleading, stands_in, weighed, with_together, without_each
 from stribeck.gap.search.each_joint import with_lags
 from stribeck.gap.search.forward import forward, hardly
@@ -44,11 +46,12 @@ def search(tuned: Retuned, asked: Asked) -> tuple[Retuned, tuple[Step, ...]]:
     seed, leave_out, progress = asked.seed, asked.leave_out, asked.progress
     with Pool(asked.jobs) as pool:
         setting = _setting(tuned, asked, pool)
-        setting, base, found = _from_the_ordinary(setting, tuned.base)
+        setting, base, found = _from_the_ordinary(setting, tuned.base, until=asks_for_lower)
         while lower := in_lower_band(replace(tuned, prepared=setting.prepared), last_model(found), asked):
             progress("again, by a band with less of the encoder's noise")
             tuned, same = lower, [step for step in found if step.taken]
-            setting, base, found = _from_the_ordinary(_setting(tuned, asked, pool), tuned.base, same)
+            setting = _setting(tuned, asked, pool)
+            setting, base, found = _from_the_ordinary(setting, tuned.base, same, until=asks_for_lower)
         start = tuned.base
         told = in_step_beside(setting.prepared, last_model(found))
         if told is not setting.prepared:
@@ -100,21 +103,20 @@ def _believed(setting: Setting, steps: tuple[Step, ...]) -> tuple[tuple[Step, ..
 
 
 def _from_the_ordinary(
-    setting: Setting, base: Model, same: Sequence[Step] = ()
+    setting: Setting,
+    base: Model,
+    same: Sequence[Step] = (),
+    until: Callable[[Prepared, Model], bool] = lambda prepared, model: False,
 ) -> tuple[Setting, Model, tuple[Step, ...]]:
     """Return the first steps of a search that starts anew, re-tuned with what every arm has, where it finds that.
 
-    The rivals of the ``same`` steps, those of a search by another band, will do while they come to the same. It ends
-    where it comes to a model that asks for a lower one.
+    The rivals of the ``same`` steps, those of a search by another band, will do while they come to the same. The first
+    model of which ``until`` is true ends it, to be made in another way.
     """
-    scales = setting.prepared.scales
+    prepared, scales = setting.prepared, setting.prepared.scales
     known: Known = {}
-
-    def loud(model: Model) -> bool:
-        return asks_for_lower(setting.prepared, model)
-
-    steps = forward(setting, base, known, same=same, until=loud)
-    if loud(last_model(steps)):
+    steps = forward(setting, base, known, same=same, until=partial(until, prepared))
+    if until(prepared, last_model(steps)):
         return setting, base, steps
     grown = {place.key for place in _grown(setting, base, steps)}
     if grown:
