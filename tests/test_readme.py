@@ -16,6 +16,7 @@ from stribeck.arm import Arm, EffectEntry, Friction, Joint, Tolerance, load_arm,
 from stribeck.cli import app
 from stribeck.effects.placing import placed_effects
 from stribeck.effects.registry import laws, registry
+from stribeck.gap.fitted.band import CORNERS, rolled_off
 from stribeck.gap.records.prepare import prepare
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import values_of
@@ -63,12 +64,15 @@ def test_the_picture_is_of_the_example_as_it_is() -> None:
     example = files("stribeck") / "example"
     arm = load_arm(str(example / "arm.toml"))
     prepared = prepare(arm, load_runs([str(example / f"run_0{k}.csv") for k in range(6)], arm.n))
-    path = SignalPath(arm, ())
-    left = Residual(path, prepared.held, ())(values_of(path.entries))[0]
     text = " ".join((ROOT / "README.md").read_text(encoding="utf-8").split())
-    told = re.search(r"joint A ([\d.]+) N m as given, [\d.]+ N m corrected; joint B ([\d.]+) and", text)
+    joints = r"joint A ([\d.]+) N m as given, [\d.]+ N m corrected; joint B ([\d.]+) and [\d.]+ N m"
+    told = re.search(joints + r", rolled off from ([\d.]+) Hz", text)
     assert told is not None
-    assert [float(value) for value in told.groups()] == pytest.approx(np.sqrt(np.mean(left**2, axis=0)), rel=5e-3)
+    *given, corner = (float(value) for value in told.groups())
+    path = SignalPath(arm, ())
+    left = Residual(path, rolled_off(prepared, corner).held, ())(values_of(path.entries))[0]
+    assert corner in [pytest.approx(part * prepared.cutoff, rel=5e-3) for part in CORNERS[:-1]]
+    assert given == pytest.approx(np.sqrt(np.mean(left**2, axis=0)), rel=5e-3)
 
 
 @pytest.mark.long
