@@ -43,6 +43,7 @@ def test_it_rolls_off_where_noise_alone_is_left() -> None:
     assert f"{corner:.3g} Hz" in note
 
 
+@pytest.mark.long
 def test_what_a_search_has_found_hides_nothing_below_the_noise_any_more() -> None:
     """A spring bends friction that is re-tuned without it, which shows at all frequencies."""
     prepared = prepare(NOMINAL, recorded(SLOW, noise=NOISE))
@@ -65,6 +66,7 @@ def test_it_is_flat_where_more_is_left_than_noise(runs: tuple[Run, ...]) -> None
     assert told_band(prepared) == []
 
 
+@pytest.mark.long
 def test_the_noise_is_measured_anew_in_another_band() -> None:
     prepared = band(*recorded(noise=NOISE))
     flat = rolled_off(prepared, math.inf)
