@@ -39,9 +39,8 @@ def retuned(prepared: Prepared, asked: Asked) -> Retuned:
 
 def in_lower_band(tuned: Retuned, model: Model, asked: Asked) -> Retuned | None:
     """Return the nominal model re-tuned by a lower band where a model leaves little but noise above that, or None."""
-    if not asks_for_lower(tuned.prepared, model):
-        return None
-    return _retuned(rolled_off(tuned.prepared, corner_of(tuned.prepared, model)), asked)
+    corner = corner_of(tuned.prepared, model)
+    return _retuned(rolled_off(tuned.prepared, corner), asked) if corner < tuned.prepared.fit[0].corner else None
 
 
 def asks_for_lower(prepared: Prepared, model: Model) -> bool:
