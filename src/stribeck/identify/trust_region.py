@@ -10,11 +10,12 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from stribeck.identify.problem import Problem
+from stribeck.identify.slopes import Slopes
 
-HUGE = 1e100  # of what is squared: a trial step that comes there has run away
 LITTLE = 1e-4  # of the cost: a step that takes less ends the fit
 SHORT = 2e-3  # of the scaled values: so short a step is lost among the wrinkles
 INSIDE = 1e-9  # of its bounds a fit must start
+LEAST = 3  # evaluations with which a fit still gets anywhere
 WORDS = {0: "Maximum_Iterations_Exceeded", 1: "Solve_Succeeded", 3: "No_Further_Descent"}
 
 
@@ -27,20 +28,23 @@ def trust_region(problem: Problem, evaluations: int) -> tuple[np.ndarray, str, i
     ----------
     problem : Problem
     evaluations : int
-        Of the residual, at most; derivatives at some of the same places.
+        Of the residual, at most; derivatives at few of the same places. Where slopes that have followed the steps show
+        no way down any more, new ones do.
     """
-
-    def squared(z: np.ndarray) -> np.ndarray:
-        values = problem.squared(z)
-        return values if np.all(np.abs(values) < HUGE) else np.full_like(values, np.inf)
-
+    slopes = Slopes(problem)
     lower, upper = problem.bounds()
     start = np.clip(problem.start, lower + INSIDE, upper - INSIDE)
     if not len(start):
         return start, "Solve_Succeeded", 0
-    if not np.all(np.isfinite(squared(start))):
+    if not np.all(np.isfinite(slopes.squared(start))):
         return start, "Invalid_Number_Detected", 0
-    found = least_squares(
-        squared, start, problem.slopes, bounds=(lower, upper), ftol=LITTLE, xtol=SHORT, gtol=1e-8, max_nfev=evaluations
-    )
-    return found.x, WORDS.get(found.status, "Solved_To_Acceptable_Level"), int(found.njev)
+    left, cost = evaluations, np.inf
+    while True:
+        found = least_squares(
+            slopes.squared, start, slopes, bounds=(lower, upper), ftol=LITTLE, xtol=SHORT, gtol=1e-8, max_nfev=left
+        )
+        left -= found.nfev
+        if slopes.own or found.cost > (1.0 - LITTLE) * cost or left < LEAST:
+            return found.x, WORDS.get(found.status, "Solved_To_Acceptable_Level"), slopes.taken
+        start, cost = np.clip(found.x, lower + INSIDE, upper - INSIDE), found.cost
+        slopes.forget()

@@ -957,27 +957,49 @@ def test_what_every_arm_was_re_tuned_with_is_a_candidate_once_it_has_grown(monke
     assert start is bare
 
 
-def test_the_rivals_of_an_earlier_step_alone_are_screened(
+def test_the_rivals_of_an_earlier_step_are_fitted_from_where_they_ended(
     late: tuple[Prepared, Model, Weights], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Nothing is screened for them but the other laws of the best one, and none of them starts anywhere else."""
     prepared, base, _ = late
     screened: list[str] = []
+    starts: list[Trial] = []
+    fit_trial = tryout_module._fit_trial
 
     def screen_one(prepared: object, base: object, weights: object, effect: Effect, *_: object) -> Trial:
         screened.append(effect.name)
         return Trial(effect, 0, {"time": 0.02}, 9.0 if effect.name == "delay" else -np.inf)
 
+    def fit_one(prepared: Prepared, base: Model, weights: Weights, trial: Trial, floor: np.ndarray) -> Any:
+        starts.append(trial)
+        return fit_trial(prepared, base, weights, trial, floor)
+
     monkeypatch.setattr(tryout_module, "screen", screen_one)
+    monkeypatch.setattr(tryout_module, "_fit_trial", fit_one)
     with Parallel(n_jobs=1) as pool:
         setting = Setting(prepared, FLOOR, 0, pool, (), frozenset(), lambda text: None)
+        same = forward_module._step(setting, Tryout(setting, base, {}), (), None)
+        assert same.best is not None
+        screened.clear()
+        starts.clear()
         tryout = Tryout(setting, base, {})
-        step = forward_module._step(setting, tryout, (), None, taken("delay", 0.9, 12.0))
-        assert screened == ["delay"]
-        assert len(step.screened_out) == len({(e.name, j) for e, j in candidates(prepared.arm, ())}) - 1
-        first = dict(tryout._models)
+        step = forward_module._step(setting, tryout, (), None, same)
+        assert screened == []
+        assert [(trial.start, trial.fitted) for trial in starts] == [(same.best.placed[-1].values, True)]
+        assert step.screened_out == same.screened_out
         forward_module._step(setting, tryout, (), None)
-    assert len(screened) == len(candidates(prepared.arm, ())), "what was screened is not screened again"
-    assert all(tryout._models[key] is model for key, model in first.items()), "nor is what was fitted fitted again"
+    assert len(screened) == len(candidates(prepared.arm, ()))
+    assert len(starts) == 1, "what was fitted is not fitted again"
+
+
+def test_other_laws_of_an_earlier_best_are_tried(late: tuple[Prepared, Model, Weights]) -> None:
+    prepared, base, _ = late
+    tryout = Tryout(Setting(prepared, FLOOR, 0, None, (), frozenset(), lambda text: None), base, {})
+    names = {effect.law for effect, _ in tryout.possible if effect.name == "presliding"}
+    effect = effect_named("presliding")
+    others = forward_module._other_laws(Trial(effect, 0, {}), tryout)
+    assert others == {("presliding", law, 0) for law in names - {effect.law}}
+    assert others
 
 
 def test_what_stands_beside_for_nothing_is_no_part_of_a_base(late: tuple[Prepared, Model, Weights]) -> None:

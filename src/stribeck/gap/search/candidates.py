@@ -14,12 +14,16 @@ from stribeck.model.layout import Placed, rival
 
 @dataclass(frozen=True)
 class Trial:
-    """A candidate effect at a joint with starting values, and the cost that its linear model promises."""
+    """A candidate effect at a joint with starting values, and the cost that its linear model promises.
+
+    One that an earlier search has ``fitted`` starts where that fit ended.
+    """
 
     effect: Effect
     joint: int
     start: dict[str, float]
     promise: float = 0.0
+    fitted: bool = False
 
     @property
     def key(self) -> tuple[str, int]:

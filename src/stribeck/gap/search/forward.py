@@ -22,6 +22,7 @@ from stribeck.model.layout import Placed
 
 LEAST_SURVIVORS, LEAST_AT_JOINT = 3, 2
 MOST_SURVIVORS = 8
+MOST_AGAIN = 4  # rivals of an earlier search that are fitted once more
 YIELDING = (TransmissionEffect, StandEffect)  # compliances, of a joint and under the arm
 HOPEFUL = 0.3  # of the best promise: candidates with less are not fitted
 MOST_EFFECTS, MOST_STEPS = 3, 5  # one effect at two joints takes two steps
@@ -40,8 +41,9 @@ def forward(
 ) -> tuple[Step, ...]:
     """Return steps that take one effect after the other; what every arm has ends them, unless it came ``before``.
 
-    What a law came to in screening is ``known`` to later steps. The first ones have the rivals of the ``same`` steps of
-    an earlier search, while they come to the same: a base that differs by little leaves the same large effects to find.
+    What a law came to in screening is ``known`` to later steps. The first ones have the best rivals of the ``same``
+    steps of an earlier search, from where these ended, while they come to the same: a base that differs by little
+    leaves the same large effects to find.
 
     Parameters
     ----------
@@ -97,9 +99,16 @@ def _step(
     setting: Setting, tryout: Tryout, taken: Sequence[Placed], before: np.ndarray | None, same: Step | None = None
 ) -> Step:
     prepared, base = setting.prepared, tryout.base
-    tried = tryout.screened(None if same is None else {model.placed[-1].key for model in same.rivals})
-    best_trials = _survivors(best_laws(tried), strained=bool(base.fit.at_limit))
-    best_trials += close_laws(tried, best_trials, tryout.cost)
+    if same is None:
+        tried = tryout.screened()
+        best_trials = _survivors(best_laws(tried), strained=bool(base.fit.at_limit))
+        best_trials += close_laws(tried, best_trials, tryout.cost)
+    else:
+        again = _as_before(same)
+        other = _other_laws(again[0], tryout) if again else set()
+        tried = tryout.screened(other) if other else []
+        best_trials = again + best_laws(tried)
+        best_trials += close_laws(tried, best_trials, tryout.cost)
     setting.progress(f"fitting {len({trial.key for trial in best_trials})} candidates")
     fitted = tryout.fitted(best_trials)
     known = {trial.law_key: model for trial, model in zip(best_trials, fitted, strict=True)}
@@ -109,8 +118,7 @@ def _step(
     if same_hopes:
         fitted += tryout.fitted(same_hopes)
         judged = judge(prepared, setting.floor, setting.seed, base, fitted, taken, before)
-    soft = same is None or same.best is None or isinstance(same.best.placed[-1].effect, YIELDING)
-    found = _sought(tryout, judged) if soft else []  # none of them did the most before
+    found = _sought(tryout, judged) if same is None else []
     if found:
         judged = judge(prepared, setting.floor, setting.seed, base, [*fitted, *found], taken, before)
     rivals, ranking, passing, floor = judged
@@ -118,6 +126,18 @@ def _step(
     tried_out = dict.fromkeys((effect.name, joint) for effect, joint in tryout.possible)
     out = tuple(key for key in tried_out if key not in kept)
     return Step(base, tuple(rivals), ranking, passing, out, floor)
+
+
+def _as_before(same: Step) -> list[Trial]:
+    """Return trials of the best rivals of an earlier search's step, which start where these ended."""
+    ends = [same.rivals[k - 1].placed[-1] for k in same.ranking.order if k][:MOST_AGAIN]
+    return [Trial(place.effect, place.joint, dict(place.values), fitted=True) for place in ends]
+
+
+def _other_laws(trial: Trial, tryout: Tryout) -> set[tuple[str, str, int]]:
+    """Return the other laws of a trial's family at its joint."""
+    same = {(effect.name, effect.law, joint) for effect, joint in tryout.possible if (effect.name, joint) == trial.key}
+    return same - {trial.law_key}
 
 
 def _sought(tryout: Tryout, judged: Judged) -> list[Model]:

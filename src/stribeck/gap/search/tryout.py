@@ -68,10 +68,11 @@ class Tryout:
         self._trials: dict[tuple[str, str, int], Trial] = {}
         self._models: dict[tuple[str, str, int], Model | None] = {}
 
-    def screened(self, among: Collection[tuple[str, int]] | None = None) -> list[Trial]:
-        """Return a trial of every possible law, or of those of some effects and joints."""
+    def screened(self, among: Collection[tuple[str, str, int]] | None = None) -> list[Trial]:
+        """Return a trial of every possible law, or of some of them by name, law and joint."""
         prepared, base, known = self._setting.prepared, self.base, self._known
-        wanted = {(e.name, e.law, j): (e, j) for e, j in self.possible if among is None or (e.name, j) in among}
+        every = {(effect.name, effect.law, joint): (effect, joint) for effect, joint in self.possible}
+        wanted = every if among is None else {key: place for key, place in every.items() if key in among}
         new = [key for key in wanted if key not in self._trials]
         places = len({(name, joint) for name, _, joint in new})
         self._setting.progress(f"screening {places} candidates, {len(new)} laws")
@@ -179,11 +180,11 @@ def _fit_trial(prepared: Prepared, base: Model, weights: Weights, trial: Trial, 
         model = fit_model(prepared, placed, weights, known, start, evaluations=LONGER)
         if not finite(model):
             return None
-    if isinstance(trial.effect, TransmissionEffect) and trial.effect.damper:
-        model = _with_less(trial.effect.damper, model, prepared, weights)
-    if isinstance(trial.effect, TransmissionEffect) and trial.effect.room:
+    if isinstance(trial.effect, TransmissionEffect) and not trial.fitted:
+        if trial.effect.damper:
+            model = _with_less(trial.effect.damper, model, prepared, weights)
         left = np.sqrt(np.mean(model.fit.residual[:, trial.joint] ** 2))
-        if left > MUCH * floor[trial.joint] and model.fit.cost < NEAR * base.fit.cost:
+        if trial.effect.room and left > MUCH * floor[trial.joint] and model.fit.cost < NEAR * base.fit.cost:
             model = _with_other(trial.effect.room, model, prepared, weights)
     return _Fitted(model, weights, _by_own_weights(prepared, model, weights, floor))
 
