@@ -73,3 +73,16 @@ def test_only_claims_on_drawn_motions_are_judged():
     assert found["a"]["true"] == pytest.approx(1.0, abs=0.03)
     assert found["e"]["true"] is None
     assert "InputError" in found["e"]["not_judged"]
+
+
+@pytest.mark.parametrize(("band", "closes"), [({}, None), ({"corner_hz": 2.0}, 1.0)])
+def test_a_claim_is_judged_by_the_band_in_which_it_was_made(band, closes):
+    """Beside the noise of the upper part of the band a faint gap is next to nothing; below that it shows."""
+    faint = {**OFFSET, "parameters": {"offset": 0.1}}
+    loud = {**TRUTH["laboratory"], "noise": 3e-5}
+    arms = {"arm_true": arm_to_toml(true_arm()), "arm_nominal": arm_to_toml(nominal_arm())}
+    claim = {"gap": {"closed": {"value": 0.9}}, "settings": {"cutoff_hz": 15.0, **band}}
+    said = {"diagnosis": claim, "retuned": arm_to_toml(true_arm()), "corrected": arm_to_toml(corrected(0.1))}
+    opened = Opened("0", {}, {"a": {**TRUTH, **arms, "laboratory": loud, "effects": [faint]}}, {"a": said})
+    true = true_shrinkage(opened, jobs=1)["a"]["true"]
+    assert true == (closes if closes is None else pytest.approx(closes, abs=0.05))
