@@ -10,7 +10,7 @@ import numpy as np
 from stribeck.identify.problem import Problem
 
 HUGE = 1e100  # of what is squared: a trial step that comes there has run away
-TRUE = 0.5  # of the fall that slopes foretold has come true: they are believed for one more step
+TRUE = 0.75  # of the fall that slopes foretold has come true: they are believed for one more step
 
 
 class Slopes:
