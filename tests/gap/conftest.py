@@ -60,7 +60,7 @@ def conditioned(seconds: Sequence[float], rate: float = 200.0) -> list[Condition
 def fitted(placed: Sequence[Placed], gap: np.ndarray) -> Model:
     """A model with these effects that leaves a gap (n,), N m rms; nothing was fitted."""
     none = np.zeros((0, len(gap)))
-    fit = Fit((), np.zeros(0), np.zeros(0, dtype=int), none, none[..., None], 0.0, 0.0, "Solve_Succeeded", 0, ())
+    fit = Fit((), np.zeros(0), np.zeros(0, dtype=int), none, none[..., None], 0.0, 0.0, "Solve_Succeeded", ())
     return Model(tuple(placed), fit, gap[None, :])
 
 

@@ -34,7 +34,7 @@ def estimate(columns: np.ndarray, y: np.ndarray, weights: Weights, sd: float = n
     flat = (columns * weights.scale[None, :, None]).reshape(-1, 3)
     hessian = flat.T @ flat + (np.eye(3) / sd**2 if np.isfinite(sd) else 0.0)
     p = np.linalg.solve(hessian, flat.T @ (y * weights.scale).ravel())
-    return Fit(entries(sd), p, np.arange(3), y - columns @ p, -columns, 0.0, 0.0, "Solve_Succeeded", 1, ())
+    return Fit(entries(sd), p, np.arange(3), y - columns @ p, -columns, 0.0, 0.0, "Solve_Succeeded", ())
 
 
 def repeated(rho: float, blocks: np.ndarray, repeats: int = 200) -> tuple[np.ndarray, np.ndarray]:
@@ -73,7 +73,7 @@ def one(
     weights = Weights(np.ones(2), np.ones(2))
     fit = estimate(columns, columns @ TRUTH + noise(rng, 0.5), weights, sd)
     values = fit.p if p is None else p
-    fit = Fit(entries(sd, lower, log), values, fit.free, fit.residual, fit.jacobian, 0.0, 0.0, "ok", 1, ())
+    fit = Fit(entries(sd, lower, log), values, fit.free, fit.residual, fit.jacobian, 0.0, 0.0, "ok", ())
     return intervals(fit, weights, BLOCKS)
 
 

@@ -73,7 +73,7 @@ def test_a_fit_that_finds_nothing_better_than_its_start_is_done_again(
         problem.evaluate(problem.start)
         far = problem.bounds()[1].clip(max=1.0)
         problem.evaluate(far)
-        return (far, "Solve_Succeeded", 1) if ends == "above its start" else (problem.start, "Restoration_Failed", 1)
+        return (far, "Solve_Succeeded") if ends == "above its start" else (problem.start, "Restoration_Failed")
 
     monkeypatch.setattr(map_fit, "_solved", lost)
     path = SignalPath(replace(pendulum(), tolerance=Tolerance(0.3, 1.0)))

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from stribeck.arm import Tolerance
+from stribeck.identify import slopes as slopes_module
 from stribeck.identify.conditioning import condition
 from stribeck.identify.map_fit import fit
-from stribeck.identify.problem import Weights
+from stribeck.identify.problem import Problem, Weights
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import values_of
 from stribeck.model.path import SignalPath
@@ -44,6 +45,25 @@ def test_ends_where_ipopt_does_when_derivatives_are_true() -> None:
     assert other.cost == pytest.approx(one.cost, rel=1e-3)
     scale = np.array([entry.sd for entry in one.entries])[one.free]
     assert (other.p - one.p)[one.free] / scale == pytest.approx(0.0, abs=0.02)
+
+
+def test_slopes_that_are_always_believed_are_taken_anew_before_it_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(slopes_module, "TRUE", -1e9)
+    smooth, dear = residual(C0=1.5, mass=1.1), residual(C0=1.5, mass=1.1)
+    dear.dear = True
+    taken: list[np.ndarray] = []
+    slopes = Problem.slopes
+
+    def counted(problem: Problem, z: np.ndarray) -> np.ndarray:
+        taken.append(z)
+        return slopes(problem, z)
+
+    monkeypatch.setattr(Problem, "slopes", counted)
+    found = fit(dear, WEIGHTS)
+    assert found.cost == pytest.approx(fit(smooth, WEIGHTS).cost, rel=1e-3)
+    assert found.ok
+    assert 2 <= len(taken) <= 6
+    assert len({z.tobytes() for z in taken}) == len(taken)
 
 
 def test_gets_through_wrinkles_and_never_above_its_start() -> None:

@@ -38,7 +38,7 @@ def identification(*joints: JointFriction, name: str = "arm", kind: str = "revol
     own = tuple(Joint(one.name, kind, 0.3, 1.0, (0.1, 0.0), 0.1, 0.1, friction, friction) for one in joints)  # type: ignore[arg-type]
     arm = Arm(name, (0.0, 0.0), own)
     nothing = np.zeros(0)
-    fit = Fit((), nothing, nothing, nothing, nothing, 0.0, 0.0, "Solve_Succeeded", 3, ())
+    fit = Fit((), nothing, nothing, nothing, nothing, 0.0, 0.0, "Solve_Succeeded", ())
     whole = RunFit(arm, fit, Intervals(nothing, nothing, nothing), np.full(len(own), 0.1))
     return Identification(arm, arm, joints, whole, ("run.csv",), ("a note",), ("a warning",))
 

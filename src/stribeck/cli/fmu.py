@@ -25,14 +25,16 @@ SPREAD = {"--platforms": "names"}  # takes several values
 )
 def export(
     model: Annotated[Path, typer.Argument(metavar="MODEL", help="An arm file, nominal or corrected.")],
-    out: Annotated[Path, typer.Option("--out", metavar="FILE.fmu", help="The FMU to write.")],
+    out: Annotated[
+        Path, typer.Option("--out", metavar="FILE.fmu", help="The FMU to write; one that is there is replaced.")
+    ],
     fmi: Annotated[
         int, typer.Option("--fmi", metavar="2|3", help="Version of the standard: 2 is taken by every tool.")
     ] = 2,
     platforms: Annotated[
         list[str] | None,
         typer.Option(
-            "--platforms", metavar="NAME...", help="Such as x86_64-linux; all seven without.", show_default=False
+            "--platforms", metavar="NAME...", help="Such as x86_64-linux; default: all seven.", show_default=False
         ),
     ] = None,
 ) -> None:

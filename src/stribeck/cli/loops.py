@@ -14,8 +14,8 @@ from stribeck.outputs import check_free, whole_folder
 
 app = typer.Typer()
 FORMATS = (
-    "Formats: README.md, sections The arm file and The loop file, an annotated example each. A short example: "
-    "fmu/two_link_nominal/arm.toml with loop.toml beside it."
+    "Formats: README.md of the source, sections The arm file and The loop file, an annotated example each. A short "
+    "example: fmu/two_link_nominal/arm.toml with loop.toml beside it."
 )
 
 
@@ -37,7 +37,11 @@ def simulate(
     out: OutDir,
     fmu: Annotated[
         Path | None,
-        typer.Option("--fmu", metavar="FILE", help="Close the loop around this FMU; then ARM may stay inside it."),
+        typer.Option(
+            "--fmu",
+            metavar="FILE",
+            help="Close the loop around this FMU; then ARM may be left out: the FMU holds its own.",
+        ),
     ] = None,
 ) -> None:
     """Simulate a control loop around the arm; writes simulation.csv (a run), simulation.json and the figures."""

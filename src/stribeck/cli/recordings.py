@@ -28,7 +28,12 @@ ArmFile = Annotated[
     Path | None, typer.Argument(metavar="ARM", help="The nominal arm, a TOML file.", show_default=False)
 ]
 RunFiles = Annotated[
-    list[Path] | None, typer.Argument(metavar="RUN", help="Recordings, CSV or Parquet.", show_default=False)
+    list[Path] | None,
+    typer.Argument(
+        metavar="RUN",
+        help="Recordings, CSV or Parquet: t (s), q1.. (rad), tau1.. (N m, commanded).",
+        show_default=False,
+    ),
 ]
 HeldOut = Annotated[
     list[Path] | None,
@@ -66,7 +71,7 @@ def diagnose(
     torque: Annotated[
         Torque, typer.Option(help="Take tau1, .. (what the controller asked for) or tau1_meas, .. as the torque.")
     ] = Torque.commanded,
-    seed: Annotated[int, typer.Option(min=0, help="Of all resampling: the same seed gives the same answer.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Of the random numbers: the same seed gives the same answer.")] = 0,
     jobs: Annotated[int, typer.Option(min=1, help="Processes that fit candidates at the same time.")] = 2,
 ) -> None:
     """Say where the gap between arm and recording lies, which effect causes it, and how far it shrinks.
@@ -109,9 +114,14 @@ def diagnose(
 )
 def predict(
     model: Annotated[Path, typer.Argument(metavar="MODEL", help="An arm file, nominal or corrected.")],
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="A recording, CSV or Parquet.")],
+    run: Annotated[
+        Path,
+        typer.Argument(metavar="RUN", help="A recording, CSV or Parquet: t (s), q1.. (rad), tau1.. (N m, commanded)."),
+    ],
     horizon: Annotated[float, typer.Option("--horizon", metavar="S", help="Length of each simulated window, s.")],
-    out: Annotated[Path, typer.Option("--out", metavar="FILE.csv", help="The table to write.")],
+    out: Annotated[
+        Path, typer.Option("--out", metavar="FILE.csv", help="The table to write; it must not be there yet.")
+    ],
 ) -> None:
     """Start at the recorded state every S seconds and simulate on under the recorded commanded torque."""
     check_keeps(out, (model, run))
@@ -136,7 +146,10 @@ def predict(
 @app.command(epilog="Example: [bold]stribeck identify arm.toml run_*.csv --out out[/bold]")
 def identify(
     arm: Annotated[Path, typer.Argument(metavar="ARM", help="The nominal arm, a TOML file.")],
-    runs: Annotated[list[Path], typer.Argument(metavar="RUN", help="Recordings, CSV or Parquet.")],
+    runs: Annotated[
+        list[Path],
+        typer.Argument(metavar="RUN", help="Recordings, CSV or Parquet: t (s), q1.. (rad), tau1.. (N m, commanded)."),
+    ],
     out: OutDir,
 ) -> None:
     """Identify each joint's friction, by the paper's Section 3 and by IPOPT.

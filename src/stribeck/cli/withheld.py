@@ -56,15 +56,18 @@ def record(
     pairs: Annotated[int, typer.Option(min=0, help="Cases with two effects.")] = 0,
     left_out: Annotated[int, typer.Option(min=0, help="Cases whose effect is withheld from the library.")] = 0,
     effects: Annotated[Names, typer.Option("--effects", metavar="NAME...", help="To draw from; default: all.")] = None,
-    levels: Annotated[Names, typer.Option("--levels", metavar="NAME...", help="clear, medium, weak; all.")] = None,
-    joints: Annotated[int, typer.Option(min=0, max=4, help="Of every drawn arm; 0: one or two, drawn.")] = 0,
+    levels: Annotated[
+        Names,
+        typer.Option("--levels", metavar="NAME...", help="Strengths to use: clear, medium, weak; default: all three."),
+    ] = None,
+    joints: Annotated[int, typer.Option(min=0, max=4, help="Joints of each random arm; 0: one or two, at random.")] = 0,
     arm: Annotated[
         Path | None, typer.Option("--arm", metavar="ARM", help="Record your own arm, not drawn ones.")
     ] = None,
     runs: Annotated[
         list[Path] | None, typer.Option("--runs", metavar="RUN...", help="And your own motions, with --arm.")
     ] = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="Of everything drawn; drawn itself by default.")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Of all random numbers; a random one by default.")] = None,
     jobs: Jobs = 2,
 ) -> None:
     """Record cases with an independent plant; print the digest of the sealed answers."""
@@ -148,10 +151,13 @@ def power(
     runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Your recordings; their motions are used.")],
     out: Out,
     effects: Annotated[Names, typer.Option("--effects", metavar="NAME...", help="To try; default: all.")] = None,
-    levels: Annotated[Names, typer.Option("--levels", metavar="NAME...", help="clear, medium, weak; all.")] = None,
+    levels: Annotated[
+        Names,
+        typer.Option("--levels", metavar="NAME...", help="Strengths to use: clear, medium, weak; default: all three."),
+    ] = None,
     each: Annotated[int, typer.Option(min=1, help="Cases of each effect and level.")] = 1,
     none: Annotated[int, typer.Option(min=0, help="Cases without an effect.")] = 4,
-    seed: Annotated[int, typer.Option(min=0, help="Of everything drawn.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Of all random numbers: the same seed gives the same cases.")] = 0,
     jobs: Jobs = 2,
     cluster: Address = None,
 ) -> None:

@@ -47,8 +47,6 @@ class Fit:
         Half the weighted sum of squares, and half the prior's chi-square.
     status : str
         How the solver ended, in IPOPT's words. ``ok`` tells whether it is a solution.
-    iterations : int
-        Of the solver.
     at_limit : tuple of str
         Keys of nominal values that the data push to PRIOR_LIMIT standard deviations or beyond.
     """
@@ -61,7 +59,6 @@ class Fit:
     misfit: float
     prior: float
     status: str
-    iterations: int
     at_limit: tuple[str, ...]
 
     @property
@@ -123,18 +120,18 @@ def fit(
     if residual.dear:
         return _result(problem, *trust_region(problem, evaluations))
     usual, other = (CAREFUL, BOLD) if careful else (BOLD, CAREFUL)
-    found, status, iterations = _solved(problem, evaluations, tolerance, usual)
+    found, status = _solved(problem, evaluations, tolerance, usual)
     if problem.best[0] == problem.first and (status not in GOOD or problem.evaluate(found)[0] > problem.first):
-        found, status, iterations = _solved(problem, evaluations, tolerance, other)
+        found, status = _solved(problem, evaluations, tolerance, other)
     if problem.evaluate(found)[0] > problem.best[0]:
         found = problem.best[1]
-    return _result(problem, found, status, iterations)
+    return _result(problem, found, status)
 
 
 def _solved(
     problem: Problem, evaluations: int, tolerance: float, steps: Mapping[str, object]
-) -> tuple[np.ndarray, str, int]:
-    """Return where IPOPT ends (f,), its status and its number of iterations."""
+) -> tuple[np.ndarray, str]:
+    """Return where IPOPT ends (f,), and its status."""
     cost, gradient, hessian = Cost(problem), Gradient(problem), Hessian(problem)
     z = ca.MX.sym("z", len(problem.free))
     come: list[int] = []
@@ -167,11 +164,10 @@ def _solved(
     lower, upper = problem.bounds()
     with held_back(come):
         solution = solver(x0=problem.start, lbx=lower, ubx=upper)
-    stats = solver.stats()
-    return solution["x"].full().ravel(), str(stats["return_status"]), int(stats["iter_count"])
+    return solution["x"].full().ravel(), str(solver.stats()["return_status"])
 
 
-def _result(problem: Problem, z: np.ndarray, status: str, iterations: int) -> Fit:
+def _result(problem: Problem, z: np.ndarray, status: str) -> Fit:
     p = problem.physical(z)
     r, jacobian, misfit = problem.rows(z)
     prior = problem.prior(z)
@@ -186,6 +182,5 @@ def _result(problem: Problem, z: np.ndarray, status: str, iterations: int) -> Fi
         misfit=misfit,
         prior=0.5 * float(prior @ prior),
         status=status,
-        iterations=iterations,
         at_limit=keys,
     )

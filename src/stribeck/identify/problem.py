@@ -1,4 +1,4 @@
-"""A fit as IPOPT is to see it: cost, gradient and Hessian of a residual with priors, in scaled coordinates."""
+"""A fit as its solver sees it: cost, gradient and Hessian of a residual with priors, in scaled coordinates."""
 
 from __future__ import annotations
 

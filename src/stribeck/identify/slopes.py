@@ -24,18 +24,19 @@ class Slopes:
     ----------
     own : bool
         Whether the last ones were taken where they were asked for.
-    taken : int
-        How many were.
     """
 
     def __init__(self, problem: Problem) -> None:
         self._problem = problem
         self._last: tuple[np.ndarray, np.ndarray] = (np.empty(0), np.empty(0))
         self._known: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
-        self.own, self.taken = False, 0
+        self.own = False
 
     def squared(self, z: np.ndarray) -> np.ndarray:
         """Return residuals (M n + f,) of which half the squares are the cost; infinite where they run away."""
+        at, values = self._last
+        if np.array_equal(z, at):
+            return values
         values = self._problem.squared(z)
         values = values if np.all(np.abs(values) < HUGE) else np.full_like(values, np.inf)
         self._last = z.copy(), values
@@ -43,13 +44,11 @@ class Slopes:
 
     def __call__(self, z: np.ndarray) -> np.ndarray:
         """Return their derivatives (M n + f, f)."""
-        at, values = self._last
-        if not np.array_equal(z, at):
-            values = self.squared(z)
+        values = self.squared(z)
         slopes = None if self._known is None else _followed(z, values, *self._known)
         self.own = slopes is None
         if slopes is None:
-            slopes, self.taken = self._problem.slopes(z), self.taken + 1
+            slopes = self._problem.slopes(z)
         self._known = z.copy(), values, slopes
         return slopes
 

@@ -16,11 +16,15 @@ LITTLE = 1e-4  # of the cost: a step that takes less ends the fit
 SHORT = 2e-3  # of the scaled values: so short a step is lost among the wrinkles
 INSIDE = 1e-9  # of its bounds a fit must start
 LEAST = 3  # evaluations with which a fit still gets anywhere
-WORDS = {0: "Maximum_Iterations_Exceeded", 1: "Solve_Succeeded", 3: "No_Further_Descent"}
+WORDS = (
+    "Maximum_Iterations_Exceeded", "Solve_Succeeded", "Solved_To_Acceptable_Level", "No_Further_Descent",
+    "Solved_To_Acceptable_Level",
+)  # fmt: skip
+SOLVED = (1, 2, 4)  # of these: the cost is as low as it gets
 
 
-def trust_region(problem: Problem, evaluations: int) -> tuple[np.ndarray, str, int]:
-    """Return where the fit ends (f,), how in IPOPT's words, and the number of times that derivatives were asked for.
+def trust_region(problem: Problem, evaluations: int) -> tuple[np.ndarray, str]:
+    """Return where the fit ends (f,), and how, in IPOPT's words.
 
     Never above its start: SciPy's reflective trust region (Branch, Coleman & Li 1999).
 
@@ -35,16 +39,20 @@ def trust_region(problem: Problem, evaluations: int) -> tuple[np.ndarray, str, i
     lower, upper = problem.bounds()
     start = np.clip(problem.start, lower + INSIDE, upper - INSIDE)
     if not len(start):
-        return start, "Solve_Succeeded", 0
+        return start, "Solve_Succeeded"
     if not np.all(np.isfinite(slopes.squared(start))):
-        return start, "Invalid_Number_Detected", 0
-    left, cost = evaluations, np.inf
+        return start, "Invalid_Number_Detected"
+    left, cost, status = evaluations, np.inf, 0
     while True:
         found = least_squares(
             slopes.squared, start, slopes, bounds=(lower, upper), ftol=LITTLE, xtol=SHORT, gtol=1e-8, max_nfev=left
         )
         left -= found.nfev
-        if slopes.own or found.cost > (1.0 - LITTLE) * cost or left < LEAST:
-            return found.x, WORDS.get(found.status, "Solved_To_Acceptable_Level"), slopes.taken
+        further = found.cost < (1.0 - LITTLE) * cost
+        if further or status not in SOLVED:
+            status = found.status
+        if slopes.own or not further or left < LEAST:
+            unsure = further and not slopes.own
+            return found.x, "Maximum_Iterations_Exceeded" if unsure else WORDS[status]
         start, cost = np.clip(found.x, lower + INSIDE, upper - INSIDE), found.cost
         slopes.forget()

@@ -2,6 +2,8 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -79,3 +81,14 @@ def test_the_noise_is_measured_anew_in_another_band() -> None:
 def test_recordings_too_short_for_a_spectrum_roll_off_nowhere(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(band_module, "FEWEST", 10**6)
     assert band(*recorded(noise=NOISE)).fit[0].corner == math.inf
+
+
+def test_a_recording_has_a_say_as_long_as_it_is() -> None:
+    """Of white noise, each second is worth as much as any other, in one recording or in several."""
+    first: Any = SimpleNamespace(sample_time=0.002, decimation=4, analysis_index=range(4000))
+    short: Any = SimpleNamespace(sample_time=0.002, decimation=4, analysis_index=range(1000))
+    edges = np.array([12.5, 50.0])  # of 62.5 Hz
+    white = np.random.default_rng(0).standard_normal((4000, 1))
+    one, four = (band_module._power(white, runs, edges) for runs in ([first], [short] * 4))
+    assert one == pytest.approx(0.6 * 4000.0, rel=0.1)
+    assert four == pytest.approx(one, rel=0.1)

@@ -25,7 +25,7 @@ def test_values_come_back(arm: Arm) -> None:
     entries = layout(arm, placed)
     p = values_of(entries) * np.linspace(1.1, 1.9, len(entries)) + 0.01
     own = [{e.name: float(v) for e, v in zip(entries, p, strict=True) if e.owner == k} for k in range(2)]
-    fit = Fit(entries, p, np.arange(len(p)), np.zeros((1, arm.n)), np.zeros((1, arm.n, len(p))), 0, 0, "ok", 1, ())
+    fit = Fit(entries, p, np.arange(len(p)), np.zeros((1, arm.n)), np.zeros((1, arm.n, len(p))), 0, 0, "ok", ())
     corrected = arm_of(arm, fit, [replace(place, values=v) for place, v in zip(placed, own, strict=True)])
     again = layout(corrected, placed_effects(corrected))
     assert [entry.key for entry in again] == [entry.key for entry in entries]
@@ -37,7 +37,7 @@ def test_values_come_back(arm: Arm) -> None:
 def test_symmetric_friction_stays_symmetric() -> None:
     entries = layout(TRUE, [])
     p = 1.2 * values_of(entries)
-    fit = Fit(entries, p, np.arange(len(p)), np.zeros((1, 1)), np.zeros((1, 1, len(p))), 0, 0, "ok", 1, ())
+    fit = Fit(entries, p, np.arange(len(p)), np.zeros((1, 1)), np.zeros((1, 1, len(p))), 0, 0, "ok", ())
     joint = arm_of(TRUE, fit, []).joints[0]
     assert joint.friction == joint.backward
     assert pytest.approx(1.2 * 4.6) == joint.friction.C0
@@ -50,7 +50,7 @@ def test_effects_of_the_arm_file_that_read_the_records_stay() -> None:
     fitted = Placed(effect_named("delay"), 0, {"time": 0.013})
     entries = layout(TRUE, [fitted])
     p = values_of(entries)
-    fit = Fit(entries, p, np.arange(len(p)), np.zeros((1, 1)), np.zeros((1, 1, len(p))), 0, 0, "ok", 1, ())
+    fit = Fit(entries, p, np.arange(len(p)), np.zeros((1, 1)), np.zeros((1, 1, len(p))), 0, 0, "ok", ())
     effects = arm_of(replace(TRUE, effects=own), fit, [fitted]).effects
     assert {entry.effect: dict(entry.parameters["A"]) for entry in effects} == {
         "encoder_quantisation": {"resolution": 2e-3},

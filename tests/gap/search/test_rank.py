@@ -29,7 +29,7 @@ def model(every: np.ndarray, effect: str | None = None, prior: float = 0.0) -> M
     entries = layout(TRUE, placed)
     p = values_of(entries)
     fitted, held = every[: 2 * len(every) // 3], every[2 * len(every) // 3 :]  # two runs of three, alike in length
-    fit = Fit(entries, p, np.arange(2), fitted, np.zeros((len(fitted), 1, 2)), 1.0, prior, "ok", 1, ())
+    fit = Fit(entries, p, np.arange(2), fitted, np.zeros((len(fitted), 1, 2)), 1.0, prior, "ok", ())
     return Model(placed, fit, held)
 
 

@@ -992,6 +992,21 @@ def test_the_rivals_of_an_earlier_step_are_fitted_from_where_they_ended(
     assert len(starts) == 1, "what was fitted is not fitted again"
 
 
+def test_what_was_taken_comes_first_again_and_not_what_the_base_has_by_now(
+    late: tuple[Prepared, Model, Weights],
+) -> None:
+    """The best by score had not passed; another rival is by now what every arm has, a second bristle on one joint."""
+    prepared, _, weights = late
+    bristles = Placed(effect_named("presliding"), 0)
+    names = ("torque_offset", "presliding", "delay")
+    rivals = [fit_model(prepared, (Placed(effect_named(name), 0),), weights) for name in names]
+    ranking: Any = SimpleNamespace(best=3, order=(1, 2, 3))
+    same = replace(taken("delay", 0.9, 12.0), rivals=tuple(rivals), ranking=ranking)
+    base = fit_model(prepared, (bristles,), weights)
+    tryout = Tryout(Setting(prepared, FLOOR, 0, None, (), frozenset(), lambda text: None), base, {})
+    assert [trial.effect.name for trial in forward_module._as_before(same, tryout)] == ["delay", "torque_offset"]
+
+
 def test_other_laws_of_an_earlier_best_are_tried(late: tuple[Prepared, Model, Weights]) -> None:
     prepared, base, _ = late
     tryout = Tryout(Setting(prepared, FLOOR, 0, None, (), frozenset(), lambda text: None), base, {})

@@ -62,7 +62,7 @@ def told_band(prepared: Prepared) -> list[str]:
 
 
 def _power(residual: np.ndarray, runs: Sequence[Conditioned], edges: np.ndarray) -> np.ndarray:
-    """Return the power (K, n) of a residual (M, n) between each two of the edges, Hz, N^2 m^2."""
+    """Return the squares (K, n) of a residual (M, n) between each two of the edges, Hz, their sum, N^2 m^2."""
     power = np.zeros((len(edges) - 1, residual.shape[1]))
     start = 0
     for run in runs:
@@ -70,8 +70,9 @@ def _power(residual: np.ndarray, runs: Sequence[Conditioned], edges: np.ndarray)
         start += len(part)
         if len(part) < FEWEST:
             continue
-        frequency, density = signal.periodogram(part, 1.0 / (run.sample_time * run.decimation), "hann", axis=0)
+        rate = 1.0 / (run.sample_time * run.decimation)
+        frequency, density = signal.periodogram(part, rate, "hann", axis=0)
         which = np.searchsorted(edges, frequency, side="right") - 1
         for k in range(len(power)):
-            power[k] += len(part) * np.sum(density[which == k], axis=0)
+            power[k] += rate * np.sum(density[which == k], axis=0)
     return power

@@ -99,16 +99,15 @@ def _step(
     setting: Setting, tryout: Tryout, taken: Sequence[Placed], before: np.ndarray | None, same: Step | None = None
 ) -> Step:
     prepared, base = setting.prepared, tryout.base
-    if same is None:
-        tried = tryout.screened()
-        best_trials = _survivors(best_laws(tried), strained=bool(base.fit.at_limit))
-        best_trials += close_laws(tried, best_trials, tryout.cost)
-    else:
-        again = _as_before(same)
-        other = _other_laws(again[0], tryout) if again else set()
+    again = [] if same is None else _as_before(same, tryout)
+    if again:
+        other = _other_laws(again[0], tryout)
         tried = tryout.screened(other) if other else []
         best_trials = again + best_laws(tried)
-        best_trials += close_laws(tried, best_trials, tryout.cost)
+    else:
+        tried = tryout.screened()
+        best_trials = _survivors(best_laws(tried), strained=bool(base.fit.at_limit))
+    best_trials += close_laws(tried, best_trials, tryout.cost)
     setting.progress(f"fitting {len({trial.key for trial in best_trials})} candidates")
     fitted = tryout.fitted(best_trials)
     known = {trial.law_key: model for trial, model in zip(best_trials, fitted, strict=True)}
@@ -118,7 +117,7 @@ def _step(
     if same_hopes:
         fitted += tryout.fitted(same_hopes)
         judged = judge(prepared, setting.floor, setting.seed, base, fitted, taken, before)
-    found = _sought(tryout, judged) if same is None else []
+    found = [] if again else _sought(tryout, judged)
     if found:
         judged = judge(prepared, setting.floor, setting.seed, base, [*fitted, *found], taken, before)
     rivals, ranking, passing, floor = judged
@@ -128,10 +127,16 @@ def _step(
     return Step(base, tuple(rivals), ranking, passing, out, floor)
 
 
-def _as_before(same: Step) -> list[Trial]:
-    """Return trials of the best rivals of an earlier search's step, which start where these ended."""
-    ends = [same.rivals[k - 1].placed[-1] for k in same.ranking.order if k][:MOST_AGAIN]
-    return [Trial(place.effect, place.joint, dict(place.values), fitted=True) for place in ends]
+def _as_before(same: Step, tryout: Tryout) -> list[Trial]:
+    """Return trials of what an earlier search's step took and of its next best rivals, from where these ended.
+
+    Not of what the base has by now, as what every arm has, or what does not go with that.
+    """
+    order = dict.fromkeys((same.ranking.best, *same.ranking.order))
+    ends = [same.rivals[k - 1].placed[-1] for k in order]
+    trials = [Trial(place.effect, place.joint, dict(place.values), fitted=True) for place in ends]
+    possible = {(effect.name, joint) for effect, joint in tryout.possible}
+    return [trial for trial in trials if trial.key in possible][:MOST_AGAIN]
 
 
 def _other_laws(trial: Trial, tryout: Tryout) -> set[tuple[str, str, int]]:

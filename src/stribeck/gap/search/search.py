@@ -56,7 +56,9 @@ def search(tuned: Retuned, asked: Asked) -> tuple[Retuned, tuple[Step, ...]]:
         told = in_step_beside(setting.prepared, last_model(found))
         if told is not setting.prepared:
             progress("again, with the clocks of the runs set anew")
-            setting, base, found = _from_the_ordinary(replace(setting, prepared=referred(told, start)), start)
+            setting, base, found = _from_the_ordinary(
+                replace(setting, prepared=referred(told, start), anew=False), start
+            )
         prepared = setting.prepared
         steps, without = _believed(setting, found)
         unneeded = idle(steps)
@@ -64,7 +66,7 @@ def search(tuned: Retuned, asked: Asked) -> tuple[Retuned, tuple[Step, ...]]:
         needless = unneeded or outdone(prepared, steps, others, seed) or misleading(steps)
         if needless is not None:
             progress(f"again without {needless[0]}")
-            barring, _, other = _from_the_ordinary(replace(setting, barred=frozenset({needless})), base)
+            barring, _, other = _from_the_ordinary(replace(setting, barred=frozenset({needless}), anew=False), base)
             ranking = rank(prepared, [last_model(steps), last_model(other)], steps[-1].floor, seed)
             better = ranking.overall[1] > -LEAST_GAIN if unneeded else ranking.probability[1] > SURELY
             if better:
@@ -135,7 +137,8 @@ def _from_the_ordinary(
         else:
             break
         setting, base, steps, known = anew, again, further, start
-    return setting, base, forward(setting, base, known, steps) if ordinary(steps, scales) else steps
+    goes_on = steps[-1].taken and ordinary(steps, scales)
+    return setting, base, forward(setting, base, known, steps) if goes_on else steps
 
 
 def _grown(setting: Setting, base: Model, steps: Sequence[Step]) -> list[Placed]:

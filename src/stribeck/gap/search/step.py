@@ -34,7 +34,7 @@ class Step:
     passing : tuple of int
         Places in the ranking of those that may be taken, best first.
     screened_out : tuple of (str, int)
-        Name and joint of each candidate that promised too little to be fitted.
+        Name and joint of each candidate that promised too little to be fitted, here or when the step was first made.
     floor : array (n,)
         The noise floor by which they were judged, N m rms.
     worth : Ranking or None

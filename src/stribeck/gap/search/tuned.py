@@ -55,9 +55,10 @@ def _retuned(prepared: Prepared, asked: Asked) -> Retuned:
     given = Residual(path, prepared.held, ())(values_of(path.entries))[0]
     noise = _noise_along(path, values_of(path.entries), prepared, asked.seed)
     base = retune(replace(prepared, noise=noise), noise.rms, own)
-    prepared = in_step(prepared, base.whole)
-    if own:  # one of them may read the clock
-        base = retune(replace(prepared, noise=noise), noise.rms, own)
+    told = in_step(prepared, base.whole)
+    if own and told is not prepared:  # one of them may read the clock
+        base = retune(replace(told, noise=noise), noise.rms, own)
+    prepared = told
     noise = _noise_along(path, base.fit.p, prepared, asked.seed)
     drawn = noise_in_rows(Residual(path, prepared.held, ()), base.fit.p, base.whole, prepared.moved)
     prepared = replace(prepared, noise=replace(noise, drawn=drawn))
