@@ -54,12 +54,10 @@ def record_of(position: np.ndarray, velocity: np.ndarray, acceleration: np.ndarr
     return np.concatenate([known.get(name, np.zeros(len(position))) for name in DRIVE])
 
 
-@pytest.mark.parametrize(("effect", "values"), [pytest.param(e, v, id=e.label) for e, v in trials()])
-def test_forward_balances_the_cut(effect: Effect, values: dict[str, float]) -> None:
-    """Accelerations and state rates of a random sliding state leave no residual at the cut."""
+def check_balance(placed: list[Placed], inverted: float = 1e-9) -> None:
+    """Accelerations and state rates of random sliding states leave no residual at the cut."""
     rng = np.random.default_rng(1)
-    sites = effect.sites(2)
-    path = SignalPath(arm(), [Placed(effect, joint, values) for joint in sites])
+    path = SignalPath(arm(), placed)
     forward, sample, p = Forward(path), Balance(path), values_of(path.entries)
     drive = Drive.symbols(2)
     balance = ca.Function(
@@ -75,13 +73,28 @@ def test_forward_balances_the_cut(effect: Effect, values: dict[str, float]) -> N
         rates = forward.flow(0.0, y, np.sign(y[2:4]), u, p)[0].full().ravel()
         assert np.isfinite(rates).all()
         recorded = cut_drive(path, p, y, rates, u)
-        delays = np.array([values.get("time", 0.0) for _ in path.placed])
+        delays = np.array([place.values.get("time", 0.0) for place in path.placed])
         slowing = [rates[2 + j] - rates[5 + 2 * i] for i, j in enumerate(path.flexible)] if sample.contacts else []
         residual, derivatives = balance(recorded, np.concatenate([y[4:], slowing]), p, delays)
         size = 1.0 + np.abs(rates).max() * 0.3
-        inverted = 2e-4 if effect.channel == "sensing" else 1e-9  # the cut undoes a sensor's law by fixed point
         assert residual.full().ravel() == pytest.approx([0.0, 0.0], abs=inverted * size)
         assert derivatives.full().ravel() == pytest.approx(rates[4:], rel=1e-9, abs=1e-9 * size)
+
+
+@pytest.mark.parametrize(("effect", "values"), [pytest.param(e, v, id=e.label) for e, v in trials()])
+def test_forward_balances_the_cut(effect: Effect, values: dict[str, float]) -> None:
+    inverted = 2e-4 if effect.channel == "sensing" else 1e-9  # the cut undoes a sensor's law by fixed point
+    check_balance([Placed(effect, joint, values) for joint in effect.sites(2)], inverted)
+
+
+@pytest.mark.parametrize("load", ["proportional", "directional", "motor", "weight"])
+@pytest.mark.parametrize(
+    ("name", "law"), [("base_flexibility", "rocking"), ("base_flexibility", "sliding"), ("joint_flexibility", "")]
+)
+def test_it_does_so_where_friction_grows_with_the_load_of_what_yields(name: str, law: str, load: str) -> None:
+    soft, rubs = effect_named(name, law), effect_named("load_dependent_friction", load)
+    yields = Placed(soft, 0, soft.starts(SCALE)[0])
+    check_balance([yields, *(Placed(rubs, j, {"ratio": 0.3}) for j in (0, 1))])
 
 
 @pytest.mark.parametrize("effect", [pytest.param(e, id=e.label) for e in laws().values()])

@@ -155,7 +155,7 @@ class Dynamics:
         driven = [transmitted[j] if j in transmitted else signals[j].torque - viscous[j] for j in range(n)]
         carried = {j: inertia for j in path.flexible if (inertia := path.carrier(j)) is not None}
         for j, inertia in carried.items():
-            pull = self.slides(j) * (signals[j].torque - viscous[j] - self._dry(j, 0.0))
+            pull = self.slides(j) * (signals[j].torque - viscous[j])
             driven[j] = (pull * inertia + path.rotor(j) * transmitted[j]) / self._shared(j, inertia)
         link, held = self._solve([driven[j] - bias[j] for j in range(n)], transmitted, carried)
         load = self._loads(link)
@@ -188,35 +188,41 @@ class Dynamics:
         n, path = self.n, self.path
         rigid = [j for j in range(n) if j not in transmitted]
         free = [self.slides(j) if j in rigid else 1.0 for j in range(n)]
+        weights = [1.0 if j in rigid else 0.0 for j in range(n)]  # of dry friction, in what drives each link
         full = ca.SX(self._mass)
         for j in rigid:
             full[j, j] += path.rotor(j)
         for j, inertia in carried.items():  # motor and carrier, between which the torque acts, move with the link
             full[j, j] += path.rotor(j) * inertia / self._shared(j, inertia)
-        looped = [j for j in rigid if any(effect.uses_load for _, effect in path.at(j, FrictionEffect))]
+            weights[j] = self.slides(j) * inertia / self._shared(j, inertia)
+        rubbing = [*rigid, *carried]
+        looped = [j for j in rubbing if any(effect.uses_load for _, effect in path.at(j, FrictionEffect))]
         sprung = [j for j in looped if path.bristle(j) is not None]
-        dry = [self._dry(j, 0.0) if j in rigid else 0.0 for j in range(n)]
+        dry = [self._dry(j, 0.0) if j in rubbing else 0.0 for j in range(n)]
         for j in sprung:
             dry[j] = self._bristle(j, 0.0, damped=False)
         masked = _masked(full, free)
 
         def under(dry: list[Expression]) -> list[Expression]:
-            return _solve_symmetric(masked, [free[j] * (driving[j] - dry[j]) for j in range(n)])
+            return _solve_symmetric(masked, [free[j] * (driving[j] - weights[j] * dry[j]) for j in range(n)])
 
         link, held = under(dry), dict[int, Expression]()
         if looped:
-            near, kept = list(dry), {j: self._kept(j, full, free, sprung) for j in sprung}
+            near, kept = list(dry), {j: self._kept(j, full, free, weights, sprung) for j in sprung}
             for j in sprung:
-                pushed = _solve_symmetric(masked, [free[j] * float(k == j) for k in range(n)])
+                pushed = _solve_symmetric(masked, [free[j] * weights[j] * float(k == j) for k in range(n)])
                 near[j] = self._near(j, self._loads(link)[j], _row(self._mass, j, pushed) - kept[j][j], dry[j])
             start = [*under(near), *[near[j] - dry[j] for j in sprung]]
-            link, held = self._newton(start, full, driving, free, looped, dry, kept)
+            link, held = self._newton(start, full, driving, free, weights, looped, dry, kept)
         return [free[j] * link[j] for j in range(n)], held
 
-    def _kept(self, joint: int, full: Any, free: list[Expression], sprung: list[int]) -> list[Expression]:
+    def _kept(
+        self, joint: int, full: Any, free: list[Expression], weights: list[Expression], sprung: list[int]
+    ) -> list[Expression]:
         """Return what a joint's torque takes from the loads of all while the joints without bristles slide."""
         held = [free[j] if j in sprung else 1.0 for j in range(self.n)]
-        pushed = _solve_symmetric(_masked(full, held), [held[joint] * float(j == joint) for j in range(self.n)])
+        push = held[joint] * weights[joint]
+        pushed = _solve_symmetric(_masked(full, held), [push * float(j == joint) for j in range(self.n)])
         return [_row(self._mass, j, pushed) for j in range(self.n)]
 
     def _near(self, joint: int, load: Expression, share: Expression, spring: Expression) -> Expression:
@@ -228,9 +234,9 @@ class Dynamics:
 
     def _newton(
         self, start: list[Expression], full: Any, driving: list[Expression], free: list[Expression],
-        looped: list[int], dry: list[Expression], kept: dict[int, list[Expression]],
+        weights: list[Expression], looped: list[int], dry: list[Expression], kept: dict[int, list[Expression]],
     ) -> tuple[list[Expression], dict[int, Expression]]:  # fmt: skip
-        """Solve full a + dry(load(a)) = driving, load = mass a + bias, by Newton's method on the free rows.
+        """Solve full a + weights dry(load(a)) = driving, load = mass a + bias, by Newton's method on the free rows.
 
         A bristle's damping, beside its spring in ``dry``, is unknown, too: what it keeps from the loads is added.
         """
@@ -241,7 +247,7 @@ class Dynamics:
         for i, j in enumerate(sprung):
             load = [load[k] + kept[j][k] * damping[i] if k in sprung else load[k] for k in range(n)]
         torque = [self._dry(j, load[j]) if j in looped else dry[j] for j in range(n)]
-        balance = ca.mtimes(full, a) + ca.vertcat(*torque) - ca.vertcat(*driving)
+        balance = ca.mtimes(full, a) + ca.vertcat(*weights) * ca.vertcat(*torque) - ca.vertcat(*driving)
         rows = [free[j] * balance[j] + (1.0 - free[j]) * a[j] for j in range(n)]
         rows += [damping[i] - (torque[j] - dry[j]) for i, j in enumerate(sprung)]
         unknown, system = ca.vertcat(a, damping), ca.vertcat(*rows)
