@@ -38,6 +38,16 @@ def test_coarse_steps_are_seen(resolution: float | None) -> None:
     assert seen.probability > 0.9
 
 
+def test_coarse_steps_are_seen_though_the_clock_jitters() -> None:
+    """What was resampled lies on no grid."""
+    seen = record(step=2e-3)
+    smooth = tuple(q + 1e-5 * np.sin(np.arange(len(q))) for q in seen.position)
+    assert EncoderQuantisation().observed(replace(seen, position=smooth)) is None
+    found = EncoderQuantisation().observed(replace(seen, position=smooth, read=seen.position))
+    assert found is not None
+    assert found.values["resolution"][0] == pytest.approx(2e-3, rel=1e-6)
+
+
 def test_a_joint_that_rests_in_one_recording_is_coarse_in_the_others() -> None:
     seen = record(step=2e-3)
     rests, shakes = np.full(500, 0.4), np.where(np.arange(500) == 200, 0.402, 0.4)

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from stribeck.identify.noise import noise_of_run, position_noise
+from stribeck.grid import uniform
+from stribeck.identify.noise import encoder_noise, noise_of_run, position_noise
 from stribeck.quantum import smallest_step
 from stribeck.run import Run
 
@@ -86,6 +87,20 @@ def test_a_run_whose_rests_show_more_noise_has_its_own() -> None:
     for q, own in ((moving, 2e-5), (rest, 2e-5), (2.0 * rest, 4e-5), (record(rate, 6e-5, 0.0), 2e-5)):
         run = Run("run", np.arange(len(q)) / rate, q[:, None], np.zeros((len(q), 1)))
         assert noise_of_run(pendulum(), run, np.array([2e-5])) == pytest.approx(own, rel=0.1)
+
+
+def test_coarse_steps_show_though_the_clock_jitters() -> None:
+    """Its record is resampled by splines, whose values lie on no grid."""
+    rng, step = np.random.default_rng(4), 2.0 * np.pi / 1024
+    t = 0.002 * np.arange(5000)
+    late = t + 2e-4 * rng.uniform(-1.0, 1.0, len(t))
+    q = step * np.round(np.sin(2.0 * np.pi * 0.4 * late) / step)
+    run = Run("jitters", late, q[:, None], np.zeros((len(t), 1)))
+    even, notes = uniform(run)
+    assert "resampled" in notes[0]
+    arm = pendulum()
+    assert smallest_step(even.q[:, 0])[0] < 1e-6
+    assert encoder_noise(arm, [even], [run])[0] == pytest.approx(step / np.sqrt(12.0), rel=0.15)
 
 
 def test_smallest_step() -> None:

@@ -36,7 +36,8 @@ def over_neighbours(power: np.ndarray, runs: Sequence[Conditioned], count: int) 
 def correlation_rows(residual: np.ndarray, runs: Sequence[Conditioned], longest: float = 2.0) -> np.ndarray:
     """Return how many rows (n,) count as one: the integrated autocorrelation of a residual (M, n).
 
-    Summed up to its first negative value (Geyer 1992, initial sequence), at most over ``longest`` seconds.
+    Summed up to its first negative value (Geyer 1992, initial sequence), at most over ``longest`` seconds. Runs that
+    leave nothing at all, as of a joint that a brake holds, tell nothing.
     """
     out = np.ones(residual.shape[1])
     for j in range(residual.shape[1]):
@@ -46,6 +47,8 @@ def correlation_rows(residual: np.ndarray, runs: Sequence[Conditioned], longest:
             rows = len(run.analysis_index)
             r = residual[start : start + rows, j]
             start += rows
+            if not r.any():
+                continue
             total += rows * _integrated(r, int(longest / (run.decimation * run.sample_time)))
             weight += rows
         out[j] = max(1.0, total / max(weight, 1))

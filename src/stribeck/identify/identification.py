@@ -61,7 +61,7 @@ def identify_friction(
     even = between_gaps(_even(runs, notes), notes)
     engine = Engine(path_of(arm))
     inertia = engine.moved_inertia(np.median(np.concatenate([run.q for run in even]), axis=0))
-    noise = encoder_noise(arm, even)
+    noise = encoder_noise(arm, even, runs)
     cutoff = cutoff_frequency(arm, even, inertia, noise)
     notes.append(f"analysed up to {cutoff:.3g} Hz")
     progress("fitting whole recordings")

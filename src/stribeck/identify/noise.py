@@ -10,6 +10,7 @@ from scipy import signal
 from stribeck.arm import Arm
 from stribeck.quantum import smallest_step
 from stribeck.run import Run
+from stribeck.run.reading import as_read
 
 BAND = (0.7, 0.98)  # share of the Nyquist frequency in which noise is looked for
 STRETCH = (0.5, 128)  # s, and samples at least, that have their say each: short, so that few hold a blow
@@ -21,18 +22,16 @@ AT_REST = 10.0  # standard deviations of its noise, within which the record of a
 CLEARLY = 1.4  # times the noise of all, from which a run has its own
 
 
-def encoder_noise(arm: Arm, runs: Sequence[Run]) -> np.ndarray:
+def encoder_noise(arm: Arm, runs: Sequence[Run], recorded: Sequence[Run] = ()) -> np.ndarray:
     """Return the standard deviation (n,) of white noise on the recorded positions of each joint, rad.
 
-    That of the encoder, the same in all uniform runs: what a run shows beyond the others is how its joints moved.
+    That of the encoder, the same in all uniform runs: what a run shows beyond the others is how its joints moved. Its
+    steps show in the runs as they were ``recorded``, not where a clock that jitters had them resampled.
     """
-    steps = [run.sample_time for run in runs]
-    return np.array(
-        [
-            position_noise([run.q[:, j] for run in runs], steps, joint.encoder_resolution)
-            for j, joint in enumerate(arm.joints)
-        ]
-    )
+    read, times = [as_read(run)[0] for run in recorded] or runs, [run.sample_time for run in runs]
+    steps = [smallest_step(*(run.q[:, j] for run in read))[0] for j in range(arm.n)]
+    known = [max(joint.encoder_resolution or 0.0, step) for joint, step in zip(arm.joints, steps, strict=True)]
+    return np.array([position_noise([run.q[:, j] for run in runs], times, known[j]) for j in range(arm.n)])
 
 
 def noise_of_run(arm: Arm, run: Run, shared: np.ndarray) -> np.ndarray:

@@ -68,24 +68,27 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Record:
-    """What was recorded of one joint: one entry a run, uniform in time.
+    """What was recorded of one joint: one entry a run, or a stretch of one between gaps.
 
     Attributes
     ----------
     position : tuple of array (N,)
-        rad, as the encoder gave it.
+        rad, uniform in time.
     velocity : tuple of array (N,)
         rad/s, as the drive gave it; empty where no run has it.
     sample_time : tuple of float
         s.
     resolution : float or None
         Of the encoder, as the arm file has it, rad.
+    read : tuple of array (N,)
+        Positions as the encoder gave them, rad, at whatever times; empty where these are uniform.
     """
 
     position: tuple[np.ndarray, ...]
     velocity: tuple[np.ndarray, ...]
     sample_time: tuple[float, ...]
     resolution: float | None
+    read: tuple[np.ndarray, ...] = ()
 
 
 @dataclass(frozen=True)

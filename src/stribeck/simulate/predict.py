@@ -90,10 +90,10 @@ def predict(arm: Arm, run: Run, horizon: float) -> Prediction:
     """
     if run.n != arm.n:
         raise InputError(f"{run.name}: not a recording of this arm", f"{run.n} joints", f"the arm has {arm.n}")
-    began = run.t[0]
+    recorded, began = run, run.t[0]
     run, notes = uniform(run)
     engine = Engine(path_of(arm))
-    noise = encoder_noise(arm, [run])
+    noise = encoder_noise(arm, [run], [recorded])
     cutoff = cutoff_frequency(arm, [run], engine.moved_inertia(np.median(run.q, axis=0)), noise)
     every, thinned = (condition(arm, run, cutoff, noise, thin=thin) for thin in (False, True))
     found = predict_conditioned(engine, engine.p, every, horizon, thinned)

@@ -112,3 +112,10 @@ def test_what_is_delivered_starts_from_what_the_search_came_to(
     ]
     assert chain[: taken_over + 1] == answer.models[: taken_over + 1]
     assert starts == ["fit 3", "own", "own"][:fitted]
+
+
+@pytest.mark.parametrize(("held", "gain"), [([[2.0, 0.0]], 0.75), ([[0.0, 0.0]], -np.inf)])
+def test_a_joint_that_a_brake_holds_gains_nothing(held: list[list[float]], gain: float) -> None:
+    before: Any = SimpleNamespace(held=np.array(held), placed=())
+    after: Any = SimpleNamespace(held=0.5 * np.array(held), placed=(Placed(effect_named("delay"), 0),))
+    assert gained("delay", [before, after]) == gain

@@ -54,6 +54,19 @@ def test_closure(after: list[float], factor: list[float]) -> None:
         assert found == pytest.approx(1.0 - max(left, 0.0) / was, abs=1e-9)
 
 
+def test_a_joint_that_brakes_hold_in_all_held_out_runs_takes_nothing_off() -> None:
+    """It leaves nothing, over a floor of nothing."""
+    one, both = FLOOR[:1], np.array([FLOOR[0], 1e-12])
+    before, after = (np.stack([np.full(20, size * FLOOR[0]), np.zeros(20)], axis=1) for size in (2.0, 1.4))
+    assert closable(before, both) == pytest.approx(closable(before[:, :1], one))
+    assert closure(before, after, both) == pytest.approx(closure(before[:, :1], after[:, :1], one))
+    block, draws = np.arange(20) // 5, np.ones((3, 4))
+    alone = closed_again(before[:, :1], after[:, :1], one, block, draws)
+    assert closed_again(before, after, both, block, draws) == pytest.approx(alone)
+    still = closed_again(before[:, 1:], after[:, 1:], both[1:], block, draws)
+    assert np.all(np.isfinite(still))
+
+
 def test_closure_in_numbers() -> None:
     before, after = rows(0.5, 0.8), rows(0.2, 0.8)
     assert closure(before, after, FLOOR) == pytest.approx(1.0 - (3.0 + 3.0) / (24.0 + 3.0))

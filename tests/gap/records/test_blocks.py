@@ -92,6 +92,14 @@ def test_correlation_rows(rho: float) -> None:
     assert np.mean(found) == pytest.approx((1 + rho) / (1 - rho), rel=0.15)
 
 
+def test_runs_that_leave_nothing_do_not_make_rows_count_for_more() -> None:
+    runs = conditioned([30.0] * 3)
+    rows = len(runs[0].analysis_index)
+    coloured = lfilter([1.0], [1.0, -0.9], np.random.default_rng(3).standard_normal((rows, 1)), axis=0)
+    held = np.zeros((rows, 1))
+    assert correlation_rows(np.concatenate([held, coloured, held]), runs) == correlation_rows(coloured, runs[:1])
+
+
 def test_correlation_ends_with_the_run() -> None:
     """What two runs have in common does not count: each is looked at alone."""
     runs = conditioned([4.0] * 30)

@@ -29,6 +29,14 @@ def test_spread_at_the_floor_is_the_noise() -> None:
     assert (spread(np.zeros((ROWS, 1)), NOISE**2) == NOISE).all()
 
 
+def test_rows_of_a_joint_that_is_held_tell_nothing() -> None:
+    """Four recordings in which a brake holds the joint, beside the one in which it moves, change nothing there."""
+    rows = drawn(2.0)
+    braked = np.concatenate([rows, np.zeros((4 * ROWS, 1))])
+    power = np.concatenate([NOISE] * 5) ** 2
+    assert spread(braked, power)[:ROWS] == pytest.approx(spread(rows, NOISE**2), rel=1e-4)
+
+
 @pytest.mark.parametrize("seed", range(8))
 def test_noise_that_is_next_to_nothing_leaves_the_gap(seed: int) -> None:
     """Where rounding decides whether the gap alone explains the residual."""

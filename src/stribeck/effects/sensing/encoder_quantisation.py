@@ -35,7 +35,7 @@ class EncoderQuantisation(SensingEffect):
         return ({"resolution": 1e-3 * scale.travel},)
 
     def observed(self, record: Record) -> Observed | None:
-        step, off = smallest_step(*record.position)
+        step, off = smallest_step(*(record.read or record.position))
         if step <= (COARSER * record.resolution if record.resolution else COARSE):
             return None
         return Observed({"resolution": (step, step - off, step + off)}, 1.0)

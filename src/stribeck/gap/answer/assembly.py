@@ -123,6 +123,7 @@ class Assembly:
         silent = verdict == "no_gap"
         alike = {(cause.effect, joint): names for cause in causes for joint, names in cause.alike.items()}
         closed = self._closes(final) if in_torque and self._any_gap() else None
+        unexplained = verdict == "unexplained"  # in torque, whatever is seen in the records themselves
         verdict, causes = with_observed(verdict, causes, self.seen.causes, len(in_torque))
         named = (*(cause.effect for cause in self.seen.causes), *in_torque)
         every = (*prepared.fit, *prepared.held)
@@ -131,7 +132,7 @@ class Assembly:
             "retuned": arm_of(arm, self.base.fit, self.base.placed),
             "corrected": arm_of(arm, final.fit, (*on_average(final.placed, every), *self.seen.placed)),
         }
-        experiment, inseparable = self._experiment(causes, unexplained=verdict == "unexplained")
+        experiment, inseparable = self._experiment(causes, unexplained=unexplained)
         tuned = tuned_of(self.base, prepared, self.floor)
         told = self.heard
         stages, missing = stages_of(prepared, self.given, chain, [self._held(m) for m in chain], told.floor)
@@ -170,7 +171,7 @@ class Assembly:
                 *prepared.warnings,
                 *told_commands(prepared, self.given),
                 *missing,
-                *(told_worse(stages, arm) if verdict == "unexplained" else ()),
+                *(told_worse(stages, arm) if unexplained else ()),
                 *(told_missed(astray, arm) if named else ()),
                 *loud(told.random, arm.names, self.steps[-1].floor),
                 *told_of(tuned),
@@ -308,8 +309,9 @@ def _laws(placed: Sequence[Placed]) -> list[tuple[str, int, str]]:
 def gained(effect: str, chain: Sequence[Model]) -> float:
     """Return the largest part of the squared residual that a model of a chain gains by an effect, at any joint."""
     pairs = [(before, after) for before, after in pairwise(chain) if after.placed[-1].effect.name == effect]
-    gains = [1.0 - np.mean(after.held**2, axis=0) / np.mean(before.held**2, axis=0) for before, after in pairs]
-    return float(np.max(gains, initial=-np.inf))
+    powers = [[np.mean(model.held**2, axis=0) for model in pair] for pair in pairs]
+    gains = [1.0 - after[before > 0.0] / before[before > 0.0] for before, after in powers]  # no brake held the joint
+    return max((float(np.max(gain)) for gain in gains if len(gain)), default=-np.inf)
 
 
 def _limits(model: Model) -> list[str]:

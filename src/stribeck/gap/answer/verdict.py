@@ -42,8 +42,12 @@ NONE_OVER = 0.5  # probability of nothing, from which there is no gap
 
 
 def closable(residual: np.ndarray, floor: np.ndarray) -> float:
-    """Return what a residual (M, n) has over its floor (n,), in squared floors, summed over joints: a gap above 0."""
-    return float(np.sum(np.mean(residual**2, axis=0) / floor**2 - 1.0))
+    """Return what a residual (M, n) has over its floor (n,), in squared floors, summed over joints: a gap above 0.
+
+    Not over those that leave nothing at all, held by brakes.
+    """
+    told = np.any(residual != 0.0, axis=0)
+    return float(np.sum((np.mean(residual**2, axis=0) / floor**2 - 1.0)[told]))
 
 
 def closure(before: np.ndarray, after: np.ndarray, floor: np.ndarray) -> float:
@@ -259,6 +263,8 @@ def closed_again(
     draws : array (draws, blocks)
         Weights of the blocks, as of :func:`stribeck.gap.records.blocks.resampled`.
     """
+    told = np.any(before != 0.0, axis=0)
+    before, after, floor = before[:, told], after[:, told], floor[told]
     count = np.bincount(block).astype(float)
     first = draws @ block_sums(before**2, block) / (draws @ count)[:, None] / floor**2 - 1.0
     last = draws @ block_sums(after**2, block) / (draws @ count)[:, None] / floor**2 - 1.0

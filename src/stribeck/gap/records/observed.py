@@ -18,6 +18,7 @@ from stribeck.model.layout import Placed
 from stribeck.model.scale import Scale
 from stribeck.model.values import Record
 from stribeck.run import Run
+from stribeck.run.reading import as_read
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,7 @@ def observe(arm: Arm, runs: Sequence[Run], scales: Sequence[Scale], *, leave_out
 
     What every arm has some of is told in a note, where all joints have it: at one of several it is no habit of drives.
     """
+    read = [as_read(run)[0] for run in runs]
     runs = between_gaps([uniform(run)[0] for run in runs], [])
     known = {place.key for place in placed_effects(arm)}
     placed: list[Placed] = []
@@ -41,7 +43,8 @@ def observe(arm: Arm, runs: Sequence[Run], scales: Sequence[Scale], *, leave_out
     notes: list[str] = []
     for effect in (effect for effect in registry().values() if effect.direct and effect.name not in leave_out):
         units = {parameter.name: unit_at(parameter.unit, arm.joints[0].kind) for parameter in effect.parameters}
-        seen = {j: found for j in effect.sites(arm.n) if (found := effect.observed(_record(arm, runs, j))) is not None}
+        records = {j: _record(arm, read, runs, j) for j in effect.sites(arm.n)}
+        seen = {j: found for j, record in records.items() if (found := effect.observed(record)) is not None}
         here = [Placed(effect, j, {name: value for name, (value, _, _) in seen[j].values.items()}) for j in seen]
         habit = len(here) == arm.n and all(effect.ordinary(place.values, scales[place.joint]) for place in here)
         here = [place for place in here if place.key not in known]
@@ -60,12 +63,13 @@ def observe(arm: Arm, runs: Sequence[Run], scales: Sequence[Scale], *, leave_out
     return Observation(tuple(placed), tuple(causes), tuple(notes))
 
 
-def _record(arm: Arm, runs: Sequence[Run], j: int) -> Record:
+def _record(arm: Arm, read: Sequence[Run], runs: Sequence[Run], j: int) -> Record:
     return Record(
         position=tuple(run.q[:, j] for run in runs),
         velocity=tuple(run.dq[:, j] for run in runs if run.dq is not None) if _all_have_it(runs) else (),
         sample_time=tuple(run.sample_time for run in runs),
         resolution=arm.joints[j].encoder_resolution,
+        read=tuple(run.q[:, j] for run in read),
     )
 
 

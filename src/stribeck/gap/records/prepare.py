@@ -110,7 +110,7 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = (), fitted:
     """
     notes: list[str] = []
     even, kept_back = _even(runs, held_out, notes)
-    noise = encoder_noise(arm, [*even, *kept_back])
+    noise = encoder_noise(arm, [*even, *kept_back], [*runs, *held_out])
     moving, judged = ([without_long_rests(run, noise, notes) for run in runs] for runs in (even, kept_back))
     fit, held = (moving, judged) if held_out else split(moving, notes, fitted)
     fit, held = (shortened(between_gaps(part, notes), notes) for part in (fit, held))

@@ -63,13 +63,19 @@ def spread(residual: np.ndarray, power: np.ndarray) -> np.ndarray:
     Notes
     -----
     The noise, and an even variance such that the mean of the squared residual over the sum is one (Paule & Mandel
-    1982): none at the floor, while a large gap makes all rows alike.
+    1982): none at the floor, while a large gap makes all rows alike. Rows that are zero, as of a joint that a brake
+    holds, tell nothing.
     """
     even = [_even(residual[:, j] ** 2, power[:, j]) for j in range(residual.shape[1])]
     return np.asarray(np.sqrt(power + np.array(even)))
 
 
 def _even(squares: np.ndarray, power: np.ndarray) -> float:
+    told = squares > 0.0
+    squares, power = squares[told], power[told]
+    if not len(squares):
+        return 0.0
+
     def excess(even: float) -> float:
         return float(np.mean(squares / (power + even))) - 1.0
 
