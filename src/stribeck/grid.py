@@ -29,7 +29,7 @@ GAP_STEPS = 5.0
 """A step longer than this many median steps is a gap: what is interpolated across it is marked."""
 
 
-def uniform(run: Run) -> tuple[Run, tuple[str, ...]]:
+def uniform(run: Run, since: float | None = None) -> tuple[Run, tuple[str, ...]]:
     """Put a run on a uniform clock.
 
     Positions are made those of an encoder that counts on and is read in every row (`as_read`), and whole millions of
@@ -43,6 +43,8 @@ def uniform(run: Run) -> tuple[Run, tuple[str, ...]]:
     ----------
     run : Run
         With N samples and increasing `t`.
+    since : float or None
+        When the first of several recordings began, s, for all of them to count from the same millions; None: this one.
 
     Returns
     -------
@@ -58,7 +60,7 @@ def uniform(run: Run) -> tuple[Run, tuple[str, ...]]:
         When more of the recording is missing than there is.
     """
     run, said = as_read(run)
-    origin = LONG_AGO * math.trunc(run.t[0] / LONG_AGO)
+    origin = LONG_AGO * math.trunc((run.t[0] if since is None else since) / LONG_AGO)
     if origin:
         run = dataclasses.replace(run, t=run.t - origin)
         said = (*said, f"{run.name}: times are counted from {origin:.0f} s on")

@@ -70,6 +70,8 @@ class Drives:
                 drive[_rows("sliding", self.path.n)][joint] = np.interp(asked, run.time, run.sliding[:, joint])
                 nearest = np.rint((inside - run.time[0]) / run.sample_time).astype(int)  # which has no slope
                 drive[_rows("resting", self.path.n)][joint] = run.resting[nearest, joint]
+                spread = _rows("velocity_sd", self.path.n)
+                drive[spread][joint] = still[spread][joint][nearest]
         return drive
 
     def _curve(self, run: Conditioned, name: str, joint: int, still: np.ndarray) -> CubicSpline:

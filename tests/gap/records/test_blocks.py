@@ -8,6 +8,7 @@ from scipy import stats
 from scipy.signal import lfilter
 
 from stribeck.gap.records.blocks import (
+    LEAST_BLOCKS,
     bayesian_bootstrap,
     block_of_rows,
     block_sums,
@@ -129,3 +130,11 @@ def test_an_interval_of_a_short_run_has_a_width() -> None:
     assert np.std(weights, axis=0).min() > 0.5
     long = conditioned([9.0, 4.0])
     assert np.array_equal(resampled(long, 10, 0)[0], block_of_rows(long))
+
+
+@pytest.mark.parametrize("seconds", [[1.4] * 4, [1.9] * 4, [8.0], [2.0, 0.5]])
+def test_there_are_blocks_enough_to_draw_from(seconds: list[float]) -> None:
+    """However many recordings they lie in, of which each has whole ones."""
+    block, draws = resampled(conditioned(seconds), 10, 0)
+    assert int(block.max()) + 1 >= LEAST_BLOCKS
+    assert draws.shape == (10, int(block.max()) + 1)

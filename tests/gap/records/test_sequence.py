@@ -36,6 +36,13 @@ def test_names_tell_the_order_where_clocks_start_anew() -> None:
     assert gone(*RUNS[::-1]) == pytest.approx(told)
 
 
+def test_one_clock_goes_on_from_one_million_seconds_to_the_next() -> None:
+    """As seconds since 1970 do twice a month: the times are counted from one origin."""
+    late = [replace(run, t=run.t + 1.7e9 - 7.0) for run in RUNS]
+    told = gone(*RUNS, late=5.0)
+    assert gone(*late, late=5.0) == pytest.approx(told, rel=1e-3)
+
+
 def test_one_clock_tells_better() -> None:
     told = gone(*RUNS, late=5.0)
     assert told["run_10"] == 0.0

@@ -46,6 +46,17 @@ def test_single_run_is_cut() -> None:
     assert notes == ["only: the last 30% is held out"]
 
 
+def test_a_joint_that_rests_is_not_moved_by_its_encoders_noise() -> None:
+    """Of six recordings two move the second joint: one of them is kept back, at whatever rate the noise was read."""
+    rng, runs = np.random.default_rng(5), []
+    for k in range(6):
+        run = sines(3.0, 1000.0, seed=k, name=f"{k}")
+        rests = 0.3 + (run.q if k in (1, 4) else 0.0 * run.q)
+        q = np.column_stack([run.q, rests]) + 1e-4 * rng.standard_normal((len(run.t), 2 * run.n))
+        runs.append(replace(run, q=q, tau=np.column_stack([run.tau, run.tau])))
+    assert len({"1", "4"} & set(names(runs))) == 1
+
+
 def test_a_run_that_goes_where_no_other_goes_is_fitted() -> None:
     """What only one recording shows could not be learnt from the others."""
     runs = [sines(3.0, seed=k, name=f"{k}") for k in range(6)]

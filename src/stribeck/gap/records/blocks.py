@@ -43,5 +43,9 @@ def resampled(runs: Sequence[Conditioned], draws: int, seed: int) -> tuple[np.nd
     Blocks of a second; of less than LEAST_BLOCKS seconds in all, so many shorter ones.
     """
     seconds = sum(len(run.analysis_index) * run.decimation * run.sample_time for run in runs)
-    block = block_of_rows(runs, min(BLOCK, seconds / (LEAST_BLOCKS + 1e-6)))
+    length, row = min(BLOCK, seconds / (LEAST_BLOCKS + 1e-6)), min(run.decimation * run.sample_time for run in runs)
+    block = block_of_rows(runs, length)
+    while int(block.max()) + 1 < LEAST_BLOCKS and length > 2.0 * row:  # each run has whole ones
+        length *= 0.8
+        block = block_of_rows(runs, length)
     return block, bayesian_bootstrap(int(block.max()) + 1, draws, np.random.default_rng(seed))

@@ -139,8 +139,9 @@ def _even(runs: Sequence[Run], held_out: Sequence[Run], notes: list[str]) -> tup
     for run in ordered:
         _check_length(run.name, len(run.t), FEWEST_ROWS)
     out = []
+    since = min(float(run.t[0]) for run in ordered)
     for run in in_one_turn(ordered, notes):
-        even, said = uniform(run)
+        even, said = uniform(run, since)
         notes.extend(said)
         out.append(even)
     return out[: len(runs)], out[len(runs) :]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from stribeck.gap.records.sequence import order
 from stribeck.identify.stretches import part
@@ -18,6 +19,7 @@ FIRST = 1e-6  # counts as standing alone by so little
 SHOWN = 1e3  # counts as standing alone by so much, of parts: more than any motion does
 FAINT = 0.05  # of what is asked on average: less is as good as nothing
 DIGITS = 9  # of how far runs are from others, and from alike: what rounding leaves must not decide
+AVERAGED = 0.05  # s: from sample to sample, a joint that rests moves by its encoder's noise
 ALIKE = 0.3  # rms of the logarithms of what held runs ask, over that of fitted ones: they move alike up to here
 
 
@@ -84,7 +86,8 @@ def _asked(runs: Sequence[Run]) -> np.ndarray:
 
 
 def _speed(run: Run) -> np.ndarray:
-    return np.asarray(np.diff(run.q, axis=0) / np.diff(run.t)[:, None])
+    width = max(1, round(AVERAGED / run.sample_time))
+    return np.asarray(np.diff(uniform_filter1d(run.q, width, axis=0), axis=0) / np.diff(run.t)[:, None])
 
 
 def _moved(asked: np.ndarray, n: int) -> np.ndarray:
