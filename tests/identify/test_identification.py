@@ -161,6 +161,14 @@ def test_too_short() -> None:
         identify_friction(joint(), [run])
 
 
+def test_too_short_for_the_filters() -> None:
+    """Samples enough, but of a fast clock: no row is left."""
+    t = 0.001 * np.arange(70)
+    run = Run("brief.csv", t, np.sin(9.0 * t)[:, None], np.cos(9.0 * t)[:, None])
+    with pytest.raises(InputError, match=r"too short to identify from: found the longest .*brief\.csv, takes 0\.06"):
+        identify_friction(joint(), [run])
+
+
 def test_runs_of_one_name_are_refused() -> None:
     with pytest.raises(InputError, match="two runs have the same name: found "):
         identify_friction(joint(), [recorded(noise=1e-5), recorded(noise=2e-5)])

@@ -38,6 +38,15 @@ def test_trials_at_one_velocity_are_averaged() -> None:
     assert section3(speed, torque).constants == pytest.approx(TRUE, rel=1e-6)
 
 
+def test_velocities_that_follow_closely_are_not_one() -> None:
+    """Each is near the next, the first far from the last: what is averaged lies within a tenth of the slowest."""
+    speed = np.concatenate([[0.0], np.geomspace(0.02, 2.0, 60)])
+    found = section3(speed, level(speed))
+    assert not any("there are 1" in remark for remark in found.remarks)
+    assert found.line is not None
+    assert found.line.second < found.line.first
+
+
 def test_equation_3_has_two_solutions_at_most() -> None:
     """Both are checked in the equation itself; the tangent case has one, beyond it there is none."""
     pair = alphas_by_velocity(SADDLE, 1.25, 1.5)

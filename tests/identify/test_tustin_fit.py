@@ -103,3 +103,10 @@ def test_too_few_readings(speed: list[float]) -> None:
     assert found.status == "too_few_readings"
     assert np.isnan(found.constants).all()
     assert not found.identified.any()
+
+
+def test_slow_speeds_of_a_stage_are_told_apart() -> None:
+    """From 5 to 120 µm/s, as an axis in m has them."""
+    true = (2.0, 1.0, 900.0, 2e-5)
+    speed = np.repeat(np.geomspace(5e-6, 1.2e-4, 10), 2)
+    assert fit_curve(speed, tustin(true, speed)).ok

@@ -33,7 +33,7 @@ from stribeck.simulate.engine import Engine, path_of
 
 Floats = NDArray[np.float64]
 
-LEAST_SAMPLES = 50  # of a recording: fewer do not fill the filters
+LEAST_SAMPLES = 50  # of a recording
 SURE = 3.0  # deviations of velocity beyond which a joint moves
 FAR = 200.0  # deviations of position that it must cover in one go, for friction in that direction to be asked for
 
@@ -54,7 +54,8 @@ def identify_friction(
     Raises
     ------
     InputError
-        When a recording has too few samples, or is there twice, or has the name of another.
+        When a recording has too few samples, or is there twice, or has the name of another, or all are too short for
+        the filters between their gaps.
     """
     check_apart(runs)
     notes: list[str] = []
@@ -66,6 +67,7 @@ def identify_friction(
     notes.append(f"analysed up to {cutoff:.3g} Hz")
     progress("fitting whole recordings")
     thin = [condition(arm, run, cutoff, noise_of_run(arm, run, noise), thin=True) for run in shortened(even, notes)]
+    _check_filtered(thin, cutoff)
     moved = _moved(thin, arm.n)
     whole = fit_runs(arm, thin, moved, cutoff)
     progress("reading the friction curve")
@@ -92,6 +94,16 @@ def _even(runs: Sequence[Run], notes: list[str]) -> list[Run]:
             raise InputError(what, f"{len(even.t)} samples", f"record at least {LEAST_SAMPLES}")
         out.append(even)
     return out
+
+
+def _check_filtered(runs: Sequence[Conditioned], cutoff: float) -> None:
+    if any(len(run.analysis_index) for run in runs):
+        return
+    longest = max(runs, key=lambda run: float(np.ptp(run.time)))
+    found = f"the longest stretch without a gap, of {longest.name}, takes {np.ptp(longest.time):.3g} s"
+    step = float(np.ptp(longest.time)) / (len(longest.time) - 1)
+    least = f"the filter for {cutoff:.3g} Hz takes {step * len(longest.taps):.3g} s: record longer, or lose fewer rows"
+    raise InputError("too short to identify from", found, least)
 
 
 def _moved(runs: Sequence[Conditioned], n: int) -> list[tuple[bool, bool]]:

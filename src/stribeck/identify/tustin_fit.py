@@ -25,6 +25,7 @@ Floats = NDArray[np.float64]
 NAMES = ("C0", "C1", "C2", "alpha")
 LEAST_POINTS = 6
 LEAST_SPEEDS = 4
+APART = 1e-3  # relative: less is one speed
 ALPHA_REACH = (0.2, 1.0)  # alpha lies between this share of the slowest velocity and this of the fastest
 ALPHAS = 300  # trial values for the profiles
 ENOUGH, ZOOMS = 30, 5  # of them within an interval, else they are drawn together around it, so often at most
@@ -97,7 +98,9 @@ def fit_curve(speed: Floats, torque: Floats) -> CurveFit:
     favour those that came out low. Intervals are profiles of the sum of squares, with Student's t.
     """
     speed, torque = np.asarray(speed, dtype=float), np.asarray(torque, dtype=float)
-    if len(speed) < LEAST_POINTS or len(np.unique(np.round(speed, 4))) < LEAST_SPEEDS:
+    rising = np.sort(speed)
+    speeds = 1 + np.sum(np.diff(rising) > APART * rising[1:])
+    if len(speed) < LEAST_POINTS or speeds < LEAST_SPEEDS:
         return _none(len(speed), "too_few_readings")
     size = np.full(len(torque), float(np.mean(torque)))
     best, reach = _start(speed, torque, size)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-SAME = 0.1  # relative: trials at velocities no farther apart are trials at one velocity
+SAME = 0.1  # of the slowest of them, by which trials at one velocity may differ
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,8 @@ def average(speed: Floats, torque: Floats) -> Readings:
     at_rest = speed == 0.0
     order = np.argsort(speed[~at_rest], kind="stable")
     moving, level = speed[~at_rest][order], torque[~at_rest][order]
-    group = np.concatenate([[0], np.cumsum(np.diff(moving) > SAME * moving[:-1])]) if len(moving) else np.zeros(0, int)
-    count = int(group[-1]) + 1 if len(group) else 0
-    means = [np.array([values[group == k].mean() for k in range(count)]) for values in (moving, level)]
+    edges = [0]
+    while edges[-1] < len(moving):
+        edges.append(int(np.searchsorted(moving, (1.0 + SAME) * moving[edges[-1]], side="right")))
+    means = [np.array([values[i:j].mean() for i, j in pairwise(edges)]) for values in (moving, level)]
     return Readings(means[0], means[1], float(torque[at_rest].mean()) if at_rest.any() else None)
