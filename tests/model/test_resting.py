@@ -1,5 +1,6 @@
 """A bristle at rest holds what the torque leaves; in motion, what its own law says."""
 
+import casadi as ca
 import numpy as np
 import pytest
 
@@ -9,6 +10,7 @@ from stribeck.identify.conditioning import Conditioned, condition
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
+from stribeck.model.values import Signals
 from stribeck.run import Run
 
 LEVEL, STIFFNESS, SD, STEP = 2.0, 2000.0, 1e-5, 0.002  # N m, N m/rad, rad, s
@@ -78,3 +80,17 @@ def test_derivatives(law: str) -> None:
         step = 1e-5 * max(abs(p[i]), 1e-3)
         up, down = (residual.value(p + side * step * np.eye(len(p))[i]) for side in (1.0, -1.0))
         assert jacobian[..., k] == pytest.approx((up - down) / (2.0 * step), rel=1e-3, abs=2e-3), path.entries[i].key
+
+
+def test_noise_at_rest_lowers_the_level_of_no_law() -> None:
+    """Asked for at rest, Tustin's constants of the arm and those of an effect are the same friction."""
+    friction, with_it = Friction(LEVEL, 0.0, 0.0, 0.1), Friction(LEVEL, 1.5, 0.0, 0.06)
+    effect = Placed(laws()["negative_damping", "exponential"], 0, {"amount": 1.5, "velocity": 0.06})
+    levels = []
+    for own, placed in ((friction, (effect,)), (with_it, ())):
+        joint = Joint("A", "revolute", 0.3, 1.0, (0.0, 0.0), 0.01, 0.0, own, own, 10.0, SD)
+        path = SignalPath(Arm("one joint", (0.0, 0.0), (joint,)), placed)
+        signals = Signals(0.0, 0.0, 0.03, 0.0, 0.0, 0.03)
+        told = ca.Function("level", [path.p], [path.level(0, 0.0, 1.0, signals, path.x)])
+        levels.append(float(told(values_of(path.entries))))
+    assert levels == pytest.approx([LEVEL + 1.5] * 2)

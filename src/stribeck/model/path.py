@@ -109,11 +109,12 @@ class SignalPath(Sensors):
         """
         constants = self._constants(joint, direction, s, x)
         s = s.at(viscous=self.viscous(joint, s, x))
+        asked = s.at(velocity=direction * speed)
         for k, effect in self._friction(joint):
             speed = effect.speed(speed, s, self.states(k, x), self.parameters(k))
         level = tustin_level(speed, constants)
         for k, effect in self._friction(joint):
-            level = effect.level(level, direction, s, self.states(k, x), self.parameters(k))
+            level = effect.level(level, direction, asked, self.states(k, x), self.parameters(k))
         return level
 
     def present_level(self, joint: int, s: Signals, x: Any) -> Expression:
