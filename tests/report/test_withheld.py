@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stribeck.report.figures.confusion import confusion_figure
-from stribeck.report.figures.power import draw_power, power_figure
+from stribeck.report.figures.power import clearest, draw_power, power_figure
 from stribeck.report.figures.withheld import limits_figure, shrinkage_figure, strength_figure, strength_left_figure
 from stribeck.report.power import write_power_report
 from stribeck.report.style import finding_of, new_figure
@@ -183,3 +183,10 @@ def test_every_case_is_marked_by_what_was_said(score, power):
     ax = draw_power(new_figure(3.0).subplots(), ["delay", "payload"], score["rows"])
     marks = [(line.get_marker(), float(line.get_xdata()[0])) for line in ax.lines if line.get_marker() != "None"]
     assert marks == [("o", 4.0), ("X", 2.0)]
+
+
+@pytest.mark.parametrize(
+    ("levels", "told"), [(("clear", "weak"), "clear"), (("weak",), "weak"), (("weak", "medium"), "medium")]
+)
+def test_a_power_analysis_speaks_of_the_clearest_level_that_it_recorded(levels, told):
+    assert clearest({"effects": {"delay": {"levels": dict.fromkeys(levels)}}}) == told

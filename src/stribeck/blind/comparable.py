@@ -89,12 +89,20 @@ FURTHER = {
 
 def same_law(effect: str, parameters: Values, law: str | None) -> bool:
     """Return whether the plant's law of an effect is the library's one: an interval is then to hold the parameter."""
+    if effect == "actuator_lag":
+        return law == _lag(parameters)
     if effect in FURTHER:
         parameter, further = FURTHER[effect]
         if not _has(parameters, parameter):
             return law not in further
         return law == further[int(parameters[parameter]) - 1 if len(further) > 1 else 0]
     return effect not in RELATED
+
+
+def _lag(parameters: Values) -> str:
+    if _has(parameters, "damping"):
+        return "magnitude_optimum"
+    return "two_poles" if _has(parameters, "again") else "one_pole"
 
 
 def _has(parameters: Values, name: str) -> bool:

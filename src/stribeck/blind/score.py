@@ -110,10 +110,13 @@ def _both(rows: Sequence[Row]) -> dict[str, Any]:
 
 
 def _quiet(rows: Sequence[Row]) -> dict[str, Any]:
-    """Count false alarms: names where no effect is hidden; under coloured noise a disturbance may be named."""
+    """Count false alarms: names where no effect is hidden; under coloured noise a disturbance may be named.
+
+    What failed is none, but no silence either: it counts as one.
+    """
 
     def alarms(some: Sequence[Row]) -> dict[str, Any]:
-        return rate(bool(row["extra"]) for row in some)
+        return rate(bool(row["extra"] or row["error"]) for row in some)
 
     return {
         "false_alarms": alarms(rows),
@@ -125,7 +128,7 @@ def _quiet(rows: Sequence[Row]) -> dict[str, Any]:
 
 def _outside(rows: Sequence[Row]) -> dict[str, Any]:
     def silent(some: Sequence[Row]) -> dict[str, Any]:
-        return rate(not row["extra"] for row in some)
+        return rate(not row["extra"] and not row["error"] for row in some)
 
     effects = sorted({name for row in rows for name in row["effects"]})
     return {
@@ -186,11 +189,19 @@ def _limit(rows: Sequence[Row], key: str) -> dict[str, Any] | None:
 
 
 def _confusion(rows: Sequence[Row]) -> dict[str, Any]:
-    """Count what was said (columns) by what was hidden (rows); a name in the right class counts as right."""
-    counts = Counter((_hidden(row), row["answer"]) for row in rows)
+    """Count what was said (columns) by what was hidden (rows); a name in the right class counts as right.
+
+    So does the name of a disturbance where noise shakes an arm without an effect: nothing that was not there was said.
+    """
+    counts = Counter((_hidden(row), _said(row)) for row in rows)
     down = _ordered({true for true, _ in counts}, ("left_out", "none"))
     across = _ordered({said for _, said in counts}, ("none", "unknown", "failed"))
     return {"hidden": down, "said": across, "counts": [[counts[true, said] for said in across] for true in down]}
+
+
+def _said(row: Row) -> str:
+    shaken = not row["effects"] and row["named"] and not row["extra"]
+    return "none" if shaken else str(row["answer"])
 
 
 def _ordered(names: set[str], last: Sequence[str]) -> list[str]:
@@ -222,8 +233,8 @@ def targets(result: Row) -> list[dict[str, Any]]:
         ("named, strength 3 and more", single["strong"]["named"], 0.90, True),
         ("named, strength 1 to 3", single["fair"]["named"], 0.75, True),
         ("wrong name, of all single effects", single["all"]["wrong_name"], 0.03, False),
-        ("joint right, strength 3 and more", single["strong"]["joint"], 0.95, True),
-        ("channel right, strength 3 and more", single["strong"]["channel"], 0.92, True),
+        ("joint right where one is blamed, strength 3 and more", single["strong"]["joint"], 0.95, True),
+        ("channel right where one is blamed, strength 3 and more", single["strong"]["channel"], 0.92, True),
         ("false alarms", result["none"]["false_alarms"], 0.03, False),
         ("no wrong name outside the library", result["outside"]["abstained"], 0.90, True),
         ("both of a pair named", result["pairs"]["all"]["both"], 0.75, True),

@@ -9,7 +9,7 @@ from pathlib import Path
 # of the package: all that a diagnosis imports
 PARTS = (
     "arm", "compiler", "effects", "errors", "gap", "grid", "identify", "mirrored", "model", "outputs", "quantum",
-    "run", "simulate", "stopping", "textfile",
+    "rounding", "run", "simulate", "stopping", "textfile", "version",
 )  # fmt: skip
 SUFFIXES = (".c", ".h", ".py")  # what is compiled has its say, too
 

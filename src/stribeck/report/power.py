@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from stribeck.report import words
-from stribeck.report.figures.power import power_figure
+from stribeck.report.figures.power import clearest, power_figure
 from stribeck.report.numbers import number, with_unit
 from stribeck.report.page import Answer, Files, Row, Section, Table, footer_of, render
 from stribeck.report.withheld import PLOTS, Plot, pictures
@@ -53,8 +53,10 @@ def _answer(power: Power) -> Answer:
     weak = [name for name, row in effects.items() if row["revealed_from"] == "weak"]
     blind = [words.effect(name) for name in effects if name not in seen]
     missing = [words.effect(name) for name in power["not_recorded"]]
+    level = clearest(power)
+    even = f", {len(weak)} even where weak" if level != "weak" else ""
     sentences = [
-        ("Revealed?", f"{len(seen)} of {len(effects)} effects where they are clear, {len(weak)} even where weak."),
+        ("Revealed?", f"{len(seen)} of {len(effects)} effects where they are {level}{even}."),
         ("Blind to?", words.listing(blind) or "none of the effects that were tried"),
         *([("Not tried?", f"{words.listing(missing)}: could not be recorded.")] if missing else []),
         ("Trust?", f"False alarms: {share(power['false_alarms'])}. Wrong names: {share(power['wrong_names'])}."),

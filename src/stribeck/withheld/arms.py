@@ -59,6 +59,9 @@ def _friction(rng: np.random.Generator, torque: float) -> Friction:
     return Friction(_round(coulomb), _round(stribeck), _round(viscous), _round(_log(rng, 0.02, 0.12)))
 
 
+MOST_OFF = 0.3  # relative standard deviation of a value with a tolerance of its own, however large that is
+
+
 def misinformed(
     arm: Arm, rng: np.random.Generator, inertial: float = 0.1, friction: float = 0.2, tolerance: bool = True
 ) -> Arm:
@@ -71,7 +74,8 @@ def misinformed(
     rng : numpy.random.Generator
         Source of the errors.
     inertial, friction : float
-        Relative standard deviations; no value is off by more than two of them. Friction stays as symmetric as it was.
+        Relative standard deviations of values that have no tolerance of their own; no value is off by more than two of
+        them. Friction stays as symmetric as it was.
     tolerance : bool
         Whether the arm states these errors as its tolerance.
     """
@@ -80,17 +84,24 @@ def misinformed(
         return _round(value * math.exp(size * float(np.clip(rng.standard_normal(), -2.0, 2.0))))
 
     def joint(true: Joint) -> Joint:
-        errors = {name: off(1.0, friction) for name in ("C0", "C1", "C2", "alpha")}
+        def size(name: str, value: float, usual: float) -> float:
+            known = name not in true.tolerance or value == 0.0
+            return usual if known else min(true.tolerance[name] / abs(value), MOST_OFF)
+
+        errors = {n: off(1.0, size(n, getattr(true.friction, n), friction)) for n in ("C0", "C1", "C2", "alpha")}
         forward, backward = (
             Friction(**{name: _round(getattr(side, name) * error) for name, error in errors.items()})
             for side in (true.friction, true.backward)
         )
         return replace(
             true,
-            mass=off(true.mass, inertial),
-            com=(off(true.com[0], inertial), off(true.com[1], inertial)),
-            inertia=off(true.inertia, inertial),
-            rotor_inertia=off(true.rotor_inertia, inertial),
+            mass=off(true.mass, size("mass", true.mass, inertial)),
+            com=(
+                off(true.com[0], size("com_x", true.com[0], inertial)),
+                off(true.com[1], size("com_y", true.com[1], inertial)),
+            ),
+            inertia=off(true.inertia, size("inertia", true.inertia, inertial)),
+            rotor_inertia=off(true.rotor_inertia, size("rotor_inertia", true.rotor_inertia, inertial)),
             friction=forward,
             backward=backward,
         )

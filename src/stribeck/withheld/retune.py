@@ -88,21 +88,22 @@ def knobs(nominal: Arm, true: Arm) -> tuple[Knob, ...]:
     found = []
     for k, (stated, real) in enumerate(zip(nominal.joints, true.joints, strict=True)):
         for name, get in _INERTIAL.items():
-            found.append(_knob(k, name, (), nominal.tolerance.inertial, get(stated), get(real)))
+            sd = stated.tolerance.get(name, nominal.tolerance.inertial * abs(get(stated)))
+            found.append(_knob(k, name, (), sd, get(stated), get(real)))
         tied = stated.friction == stated.backward
         for side in ("friction",) if tied else ("friction", "backward"):
             for name in _FRICTION:
                 value, truth = (getattr(getattr(joint, side), name) for joint in (stated, real))
                 meaningless = name == "alpha" and getattr(stated, side).C1 == 0.0
-                tolerance = 0.0 if meaningless else nominal.tolerance.friction
-                found.append(_knob(k, name, ("friction", "backward") if tied else (side,), tolerance, value, truth))
+                sd = stated.tolerance.get(name, nominal.tolerance.friction * abs(value))
+                sides = ("friction", "backward") if tied else (side,)
+                found.append(_knob(k, name, sides, 0.0 if meaningless else sd, value, truth))
     return tuple(knob for knob in found if knob.sd > 0.0)
 
 
-def _knob(k: int, name: str, sides: tuple[str, ...], tolerance: float, value: float, truth: float) -> Knob:
-    sd = tolerance * abs(value)
+def _knob(k: int, name: str, sides: tuple[str, ...], sd: float, value: float, truth: float) -> Knob:
     off = (truth - value) / sd if sd > 0.0 else 0.0
-    least = -LIMIT if name.startswith("com") else max(-LIMIT, -1.0 / tolerance if tolerance > 0.0 else 0.0)
+    least = -LIMIT if name.startswith("com") else max(-LIMIT, -abs(value) / sd if sd > 0.0 else 0.0)
     return Knob(k, name, sides, sd, off, min(least, off), max(LIMIT, off))
 
 

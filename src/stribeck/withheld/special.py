@@ -110,7 +110,9 @@ def backlash(plant: Plant, k: int, p: Params) -> Plant:
     if p["gap"] == 0.0:
         return plant
     rotor = _rotor(plant, k, "backlash")
-    stiffness = rotor * (2.0 * math.pi * 100.0) ** 2 if math.isnan(p["stiffness"]) else p["stiffness"]
+    shaft = plant.get(k, "stiffness")
+    stiff = shaft if shaft > 0.0 else rotor * (2.0 * math.pi * 100.0) ** 2
+    stiffness = stiff if math.isnan(p["stiffness"]) else p["stiffness"]
     damping = _shaft_damping(plant, k, stiffness, 0.2) if math.isnan(p["damping"]) else p["damping"]
     return plant.with_joint(k, gap=p["gap"], stiffness=stiffness, damping=damping)
 

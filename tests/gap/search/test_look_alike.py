@@ -158,7 +158,8 @@ ENERGIES: dict[str, Callable[[Any], np.ndarray]] = {
     "an inertia at B that varies 1 time a turn": lambda m: 0.5 * np.cos(m.position[:, 1]) * m.velocity[:, 1] ** 2,
     "an inertia at A that varies 2 times a turn": lambda m: 0.5 * np.cos(2 * m.position[:, 0]) * m.velocity[:, 0] ** 2,
     "an inertia between A and B": lambda m: np.prod(m.velocity, axis=1),
-    "a spring between A and B": lambda m: np.prod(m.position, axis=1),
+    "a spring between A and B (an open": lambda m: 0.5 * np.diff(m.position, axis=1)[:, 0] ** 2,
+    "a spring between A and B (a crossed": lambda m: 0.5 * np.sum(m.position, axis=1) ** 2,
 }
 
 
@@ -212,8 +213,19 @@ def test_heat_takes_torque_as_the_winding_warms(slower: float) -> None:
 
 
 def test_a_spring_may_rest_anywhere() -> None:
-    constants = torques(smooth(), "a spring between A and B")[1:]
+    constants = torques(smooth(), "a spring between A and B (an open")[1:]
     assert [constant.mean(axis=0).tolist() for constant in constants] == [[1.0, 0.0], [0.0, 1.0]]
+
+
+@pytest.mark.parametrize(("way", "kind"), [(1.0, "a crossed"), (-1.0, "an open")])
+def test_a_spring_between_joints_pulls_at_both_by_what_it_is_stretched(way: float, kind: str) -> None:
+    """The torques are the slopes of k (q_1 +- q_2 - rest)^2 / 2."""
+    motion = smooth()
+    stretched = motion.position[:, 0] + way * motion.position[:, 1] - 0.3
+    pull = np.column_stack([stretched, way * stretched]).ravel()
+    terms = np.column_stack([term.ravel() for term in torques(motion, f"a spring between A and B ({kind}")])
+    left = pull - terms @ np.linalg.lstsq(terms, pull, rcond=None)[0]
+    assert np.abs(left).max() < 1e-9 * np.abs(pull).max()
 
 
 def test_a_tool_that_rings_is_a_mass_on_a_spring_across_the_last_link() -> None:

@@ -37,15 +37,18 @@ def bayesian_bootstrap(blocks: int, draws: int, rng: np.random.Generator) -> np.
     return np.asarray(rng.dirichlet(np.ones(blocks), draws) * blocks)
 
 
-def resampled(runs: Sequence[Conditioned], draws: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the block (M,) of every analysis row, and weights (draws, blocks) by which blocks are drawn again.
-
-    Blocks of a second; of less than LEAST_BLOCKS seconds in all, so many shorter ones.
-    """
+def enough_blocks(runs: Sequence[Conditioned]) -> np.ndarray:
+    """Return the block (M,) of every analysis row: blocks of a second, or shorter ones where these would be few."""
     seconds = sum(len(run.analysis_index) * run.decimation * run.sample_time for run in runs)
     length, row = min(BLOCK, seconds / (LEAST_BLOCKS + 1e-6)), min(run.decimation * run.sample_time for run in runs)
     block = block_of_rows(runs, length)
     while int(block.max()) + 1 < LEAST_BLOCKS and length > 2.0 * row:  # each run has whole ones
         length *= 0.8
         block = block_of_rows(runs, length)
+    return block
+
+
+def resampled(runs: Sequence[Conditioned], draws: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the block (M,) of every analysis row, and weights (draws, blocks) by which blocks are drawn again."""
+    block = enough_blocks(runs)
     return block, bayesian_bootstrap(int(block.max()) + 1, draws, np.random.default_rng(seed))

@@ -84,8 +84,9 @@ def decoys(arm: Arm) -> Iterator[Decoy]:
         pair = f"between {names[i]} and {names[j]}"
         yield Decoy(f"an inertia {pair} (a differential)", (_across(i, j, lambda run: run.acceleration),))
         yield Decoy(f"damping {pair}", (_across(i, j, lambda run: run.velocity),))
-        spring = _across(i, j, lambda run: run.position)
-        yield Decoy(f"a spring {pair}", (spring, _at(i, _constant), _at(j, _constant)))  # wherever it rests
+        rests = (_at(i, _constant), _at(j, _constant))  # wherever that is
+        for way, kind in ((-1.0, "an open tendon"), (1.0, "a crossed tendon")):
+            yield Decoy(f"a spring {pair} ({kind})", (_stretched(i, j, way), *rests))
         if turning[i] and turning[j]:
             yield Decoy(f"friction {pair}, in their common motion (an idler)", (_rubbing(i, j, 1.0),), True)
             yield Decoy(f"friction {pair}, in their relative motion", (_rubbing(i, j, -1.0),), True)
@@ -209,6 +210,18 @@ def _warmth(j: int, name: str, moved: Floats) -> Decoy:
 
 def _constant(run: Conditioned, j: int) -> Floats:
     return np.ones_like(run.position[:, j])
+
+
+def _stretched(i: int, j: int, way: float) -> Term:
+    """Return the term of a spring that two joints stretch by their sum or their difference: it pulls at both."""
+
+    def term(run: Conditioned) -> Floats:
+        out = np.zeros_like(run.position)
+        out[:, i] = run.position[:, i] + way * run.position[:, j]
+        out[:, j] = way * out[:, i]
+        return out
+
+    return term
 
 
 def _command(run: Conditioned, i: int, j: int) -> Floats:

@@ -62,15 +62,17 @@ def with_lags(
 
 
 def _lags(effect: Effect) -> bool:
-    """Return whether a law makes a drive late, and by more than a delay."""
-    return effect.channel == "actuator" and "late" in effect.kin and effect.delays is None
+    """Return whether a law of one constant makes a drive late, and by more than a delay."""
+    late = effect.channel == "actuator" and "late" in effect.kin and effect.delays is None
+    return late and len(effect.parameters) == 1
 
 
 def _at_each(effect: Effect, place: Placed, prepared: Prepared, others: Sequence[Placed]) -> tuple[Placed, ...]:
     """Return the other effects with a law at each joint, as late as ``place``; nothing where one has its place."""
     joints = place.joints(prepared.arm.n)
     taken = {(other.effect.name, j) for other in others for j in other.joints(prepared.arm.n)}
-    if any((effect.name, j) in taken or rival(effect, j, others) for j in joints):
+    fits = all(effect.applies(prepared.arm, j) for j in joints)
+    if not fits or any((effect.name, j) in taken or rival(effect, j, others) for j in joints):
         return ()
     (time,) = (parameter.name for parameter in effect.parameters)
     return (*others, *(Placed(effect, j, {time: place.values["time"]}) for j in joints))

@@ -9,7 +9,14 @@ import numpy as np
 
 from stribeck.gap.fitted.model import Model
 from stribeck.gap.fitted.noisy import put_back
-from stribeck.gap.records.blocks import bayesian_bootstrap, block_of_rows, block_sums, correlation_rows, t_value
+from stribeck.gap.records.blocks import (
+    bayesian_bootstrap,
+    block_of_rows,
+    block_sums,
+    correlation_rows,
+    enough_blocks,
+    t_value,
+)
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.records.spread import levels, noise_power
 from stribeck.identify.conditioning import Conditioned
@@ -149,7 +156,7 @@ def rank(prepared: Prepared, models: Sequence[Model], floor: np.ndarray, seed: i
     best = order[0] if order else 0
     loss = squares / np.maximum(total[reference] / squares.shape[1], 1e-300)
     t = np.array([t_value(log_ratio(loss[0], row)) for row in loss])
-    held = _squares([r[-len(models[0].held) :] for r in whole], block_of_rows(prepared.held), floor)
+    held = _squares([r[-len(models[0].held) :] for r in whole], enough_blocks(prepared.held), floor)
     draws = bayesian_bootstrap(held.shape[1], DRAWS, rng)
     held_logs = np.log(np.einsum("db,kbj->dkj", draws, held) + 1e-300)
     overall = 1.0 - np.exp(np.sum(np.log(total / total[0]), axis=1))

@@ -34,8 +34,14 @@ def power_figure(score: Mapping[str, Any]) -> Figure | None:
     figure = new_figure(1.4 + 0.26 * len(names))
     draw_power(figure.subplots(), names, score["rows"])
     seen = sum(row["revealed_from"] is not None for row in effects.values())
-    heading(figure, f"This experiment reveals {seen} of {len(names)} effects where they are clear")
+    heading(figure, f"This experiment reveals {seen} of {len(names)} effects where they are {clearest(score['power'])}")
     return figure
+
+
+def clearest(power: Mapping[str, Any]) -> str:
+    """Return the clearest level at which effects were recorded."""
+    levels = {level for row in power["effects"].values() for level in row["levels"]}
+    return max(levels, key=lambda level: RANK[level], default="clear")
 
 
 def draw_power(ax: Axes, names: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> Axes:

@@ -176,7 +176,7 @@ def draw_shrinkage(ax: Axes, rows: Sequence[Score]) -> Axes:
     ax.fill_between(
         [low, 1.05], [low - 0.05, 1.0], [low + 0.05, 1.1], color=RULE, alpha=0.6, linewidth=0, label="within 5 points"
     )
-    right = np.array([not row["extra"] and bool(row["found"]) for row in rows])
+    right = np.array([not row["extra"] for row in rows])
     for some, colour, text in ((right, RIGHT, "named right"), (~right, WRONG, "a wrong name")):
         below = some & (true < low)
         ax.plot(claimed[some & ~below], true[some & ~below], "o", color=colour, markersize=5, alpha=0.7, label=text)
