@@ -53,6 +53,14 @@ def bomb(path: Path, size: int = 2 << 30) -> Path:
     return path
 
 
+def slab(path: Path) -> Path:
+    """Zeros that bzip2 packs into a few bytes, said to be few as well: they come in one stretch."""
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("modelDescription.xml", DESCRIPTION)
+        archive.writestr("zeros", bytes(64 << 20), zipfile.ZIP_BZIP2)
+    return patched(path, struct.pack("<I", 64 << 20), struct.pack("<I", 1000))
+
+
 def liar(path: Path) -> Path:
     """64 MiB that the archive says are 10 bytes."""
     return bomb(path, 10)
@@ -122,6 +130,7 @@ HOSTILE: dict[str, tuple[Callable[[Path], Path], str]] = {
     "long name": (lambda path: raw(path, ("a" * 5000, b"x")), "has an absurdly long name"),
     "encrypted": (encrypted, "entry 'a' is encrypted"),
     "bomb": (bomb, "unpacks to too much for an FMU: found 2048 MiB; at most 1024 MiB"),
+    "slab": (slab, "entry 'zeros' is packed in no usual way: found method 12; pack it by deflate"),
     "lying size": (liar, "not a sound zip archive: found Bad CRC-32"),
     "long directory": (long_directory, "has too many files for an FMU: found a list of entries of 1024 MiB"),
     "zip64": (zip64, "a zip64 archive"),
@@ -162,7 +171,7 @@ def test_refused(tmp_path: Path, name: str) -> None:
     assert not Path("/tmp/evil").exists()
 
 
-@pytest.mark.parametrize("name", ["bomb", "lying size", "long directory", "entity bomb", "long XML"])
+@pytest.mark.parametrize("name", ["bomb", "slab", "lying size", "long directory", "entity bomb", "long XML"])
 def test_memory_stays_small(tmp_path: Path, name: str) -> None:
     path = HOSTILE[name][0](tmp_path / "model.fmu")
     tracemalloc.start()

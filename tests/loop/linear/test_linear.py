@@ -11,6 +11,7 @@ import pytest
 from stribeck.arm import Arm, EffectEntry, Friction, Joint
 from stribeck.errors import InputError
 from stribeck.loop.linear import (
+    Assembly,
     KpMax,
     OperatingPoint,
     assemble,
@@ -212,6 +213,21 @@ def test_continuous_pd_has_the_margins_of_the_textbook() -> None:
     value = exact(1j * omega)
     assert found.sensitivity_peak == pytest.approx(np.abs(1.0 / (1.0 + value)).max(), rel=1e-6)
     assert found.bandwidth == pytest.approx(omega[np.abs(value / (1.0 + value)) >= math.sqrt(0.5)].max(), rel=1e-3)
+
+
+@pytest.mark.parametrize("velocity", ["true", "finite_difference"])
+def test_a_sampled_loop_becomes_unstable_at_its_gain_margin(velocity: str) -> None:
+    """With true velocity a pole leaves through z = -1, at the Nyquist frequency, where a search ends."""
+    arm = one_joint()
+
+    def gained(times: float) -> Assembly:
+        given = loop(controlled(60.0 * times, kv=9.0 * times, velocity=velocity))
+        return assemble(arm, given, free(arm, given))
+
+    found = margins(gained(1.0), "A").gain_margin
+    assert 1.0 < found < 1000.0
+    assert [gained(found * part).is_stable("A") for part in (0.99, 1.01)] == [True, False]
+    assert margins(gained(1.0), "A").sensitivity_peak >= 0.999 / (1.0 - 1.0 / found)
 
 
 @pytest.mark.parametrize("late", [0, 7])

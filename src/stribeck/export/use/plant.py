@@ -77,13 +77,12 @@ class FmuPlant:
         return self._read()
 
     def close(self) -> None:
-        """End the simulation."""
+        """End the simulation. An FMU that has failed may refuse to terminate: that is no news by then."""
         if self._instance is not None:
-            try:
+            with suppress(Exception):
                 self._instance.terminate()
-            finally:
-                self._instance.freeInstance()
-                self._instance = None
+            self._instance.freeInstance()
+            self._instance = None
 
     def _begin(self, q: Floats) -> None:
         self.close()
@@ -119,8 +118,10 @@ class FmuPlant:
     def _read(self) -> Reading:
         with _speaking(self._fmu.source):
             reading = Reading(self._get("q"), self._get("dq"), self._get("sliding"), self._get("tau_friction"))
-        if not np.isfinite(reading.q).all():
-            raise StribeckError(f"{self._fmu.source}: the FMU gives a position that is not finite")
+        for values, what in ((reading.q, "position"), (reading.dq, "velocity")):
+            told = what == "position" or self.shows_velocity
+            if told and not np.isfinite(values).all():
+                raise StribeckError(f"{self._fmu.source}: the FMU gives a {what} that is not finite")
         return reading
 
 

@@ -19,6 +19,7 @@ MIB = 1 << 20
 LARGEST_FILE = 256 * MIB
 LARGEST_DIRECTORY = 4 * MIB  # of the archive's list of entries, which is read into memory whole
 LARGEST_UNPACKED = 1024 * MIB
+METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # that FMI allows
 _LONGEST_NAME = 500
 _CHUNK = MIB
 _END, _END64 = b"PK\5\6", b"PK\6\7"
@@ -99,6 +100,9 @@ def _check_entries(path: Path, entries: list[zipfile.ZipInfo]) -> None:
         fault = _fault(entry)
         if fault:
             _refuse(path, f"entry {_shown(entry.orig_filename)} {fault}", "", "do not trust this file")
+        if entry.compress_type not in METHODS:  # of others Python unpacks whole stretches, however large
+            found = f"method {entry.compress_type}"
+            _refuse(path, f"entry {_shown(entry.filename)} is packed in no usual way", found, "pack it by deflate")
         if entry.flag_bits & 0x1:
             _refuse(path, f"entry {_shown(entry.filename)} is encrypted", "", "pack the FMU without a password")
         if not entry.is_dir():

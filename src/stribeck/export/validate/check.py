@@ -75,8 +75,13 @@ def check_fmu(path: Path | str, *, run: bool = True) -> Validation:
         if arm is not None:
             declared = declaration_problems(fmu, arm)
             found += declared
-            if arm.n > MOST_JOINTS or any("is missing" in problem for problem in declared):
+            if any("is missing" in problem for problem in declared):
                 skipped.append("comparison with a simulator: the arm inside is not that of the FMU")
+                arm = None
+            elif arm.n > MOST_JOINTS:
+                skipped.append(
+                    f"comparison with a simulator: it is made for up to {MOST_JOINTS} joints, these are {arm.n}"
+                )
                 arm = None
         else:
             why = "the arm inside cannot be used" if fmu.ours else f"the FMU holds no {ARM}"
@@ -85,9 +90,7 @@ def check_fmu(path: Path | str, *, run: bool = True) -> Validation:
         if bare:
             text = f"{len(bare)} of the real variables without a unit, {bare[0]} among them"
             (found if fmu.ours else skipped).append(text)
-        again, left = (
-            ([], ["reproduction: it holds no arm that can be used"]) if arm is None else reproduction(fmu, arm)
-        )
+        again, left = ([], ["reproduction: there is no arm to build it of"]) if arm is None else reproduction(fmu, arm)
         found += again
         skipped += left
         with tempfile.TemporaryDirectory(prefix="stribeck.build.") as name:

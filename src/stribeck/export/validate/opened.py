@@ -83,12 +83,14 @@ def opened(path: Path | str) -> Iterator[Opened]:
         `stribeck.export.validate.markup`).
     """
     path = Path(path)
-    with tempfile.TemporaryDirectory(prefix="stribeck.fmu.") as name, open_archive(path) as archive:
+    with tempfile.TemporaryDirectory(prefix="stribeck.fmu.") as name:
         folder = Path(name)
-        files = tuple(entry.filename for entry in archive.infolist() if not entry.is_dir())
-        if DESCRIPTION not in files:
-            raise InputError(f"{path}: not an FMU", f"no {DESCRIPTION} in the archive", "give the path of a .fmu file")
-        unpack(path, archive, folder)
+        with open_archive(path) as archive:  # what fails later is no fault of the archive's
+            files = tuple(entry.filename for entry in archive.infolist() if not entry.is_dir())
+            if DESCRIPTION not in files:
+                do = "give the path of a .fmu file"
+                raise InputError(f"{path}: not an FMU", f"no {DESCRIPTION} in the archive", do)
+            unpack(path, archive, folder)
         check_markup(folder, [file for file in files if file.endswith(".xml")], str(path))
         _check_root(folder / DESCRIPTION, f"{path}: {DESCRIPTION}")
         description, problems = _described(folder)

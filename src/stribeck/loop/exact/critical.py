@@ -55,7 +55,7 @@ def k_critical(arm: Arm | RoundsEngine, loop: Loop, joint: str) -> float | None:
         return 0.0
     low, high = 0.0, 0.9
     while not moves(high):
-        low, high = high, max(high * _GROW, 1.02 if high < 1.0 else 0.0)
+        low, high = high, high * _GROW
         if high > _LARGEST:
             return None
     return _bisect(moves, low, high)

@@ -58,7 +58,7 @@ def margins(assembly: Assembly, joint: str, kp: float | None = None) -> Margins:
     omega = frequencies(assembly, joint, kp)
     value = response(loop, omega)
     gain, phase, _, _, crossing, _ = ct.stability_margins(ct.frd(value, omega), returnall=True)
-    upward = gain[gain > 1.0]
+    upward = np.append(gain[gain > 1.0], _upward_at_nyquist(loop, assembly.sample_time))
     delays = [math.radians(p % 360.0) / w for p, w in zip(phase, crossing, strict=True)]
     return Margins(
         True,
@@ -69,6 +69,14 @@ def margins(assembly: Assembly, joint: str, kp: float | None = None) -> Margins:
         _bandwidth(value, omega),
         damping,
     )
+
+
+def _upward_at_nyquist(loop: Broken, sample_time: float) -> Floats:
+    """Return the gain margin that a sampled loop has where a pole leaves through z = -1, the end of all frequencies."""
+    if not sample_time:
+        return np.empty(0)
+    end = float(np.real(response(loop, np.array([math.pi / sample_time]))[0]))
+    return np.array([-1.0 / end] if -1.0 < end < 0.0 else [])
 
 
 def sensitivity_peak(loop: Broken, omega: Floats) -> float:

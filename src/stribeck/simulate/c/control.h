@@ -148,7 +148,10 @@ static void sb_adapt(const sb_axis *a, const sb_seen *s, double *dtheta) {
     for (int i = 0; i < 3; i++) dtheta[i] = a->gain[i] * (y[i] * drive - a->leakage * s->theta[i]);
 }
 
-static double sb_limited(const sb_axis *a, double torque) { return fmax(-a->limit, fmin(a->limit, torque)); }
+/* What is no number stays none: fmin would make the limit of it. */
+static double sb_limited(const sb_axis *a, double torque) {
+    return torque > a->limit ? a->limit : torque < -a->limit ? -a->limit : torque;
+}
 
 /* The integral stands still where it would push a saturated command further. */
 static int sb_winds_up(const sb_axis *a, double torque, double error) {
