@@ -108,6 +108,17 @@ def as_they_come(runs: Sequence[Run]) -> list[Run]:
 
 
 @pytest.mark.long
+@pytest.mark.parametrize("a_turn", [20.0, 101.0])
+def test_friction_that_goes_with_the_fast_side_of_a_gear_is_named(a_turn: float) -> None:
+    """As often a turn as the motor turns, or the balls of its bearings pass."""
+    diagnosis = found(("position_dependent_friction", {"amplitude": 1.0, "harmonic": a_turn, "phase": 0.7}))
+    assert diagnosis.named == ("position_dependent_friction",)
+    (values,) = diagnosis.causes[0].parameters.values()
+    assert values["harmonic"].value == pytest.approx(a_turn, rel=2e-3)
+    assert np.hypot(values["sine"].value, values["cosine"].value) == pytest.approx(1.0 / 4.6, rel=0.1)
+
+
+@pytest.mark.long
 def test_logs_may_come_as_they_are() -> None:
     dirty = as_they_come(recorded((LATE[0], dict(LATE[1]))))
     told = diagnose(NOMINAL, dirty, jobs=1, leave_out=FEW)

@@ -14,6 +14,8 @@ from stribeck.model.scale import UNEVEN, Scale
 from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 from stribeck.model.waves import Trace, strongest_waves
 
+MOST = 12.0  # cycles a turn that are tried without a look at what is left
+
 
 @final
 class PositionDependentFriction(FrictionEffect):
@@ -36,16 +38,17 @@ class PositionDependentFriction(FrictionEffect):
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         # one trial a harmonic: the derivatives by both amplitudes find the phase
-        return tuple({"sine": 0.05, "cosine": 0.05, "harmonic": n} for n in (1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0))
+        return tuple({"sine": 0.05, "cosine": 0.05, "harmonic": n} for n in (1.0, 2.0, 3.0, 4.0, 6.0, 8.0, MOST))
 
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
-        if not scale.prismatic:
-            return self.starts(scale)
-        waves = strongest_waves(trace.position, np.sign(trace.velocity), trace, scale.rates())
+        # beyond those of a few a turn, the one that a gear's fast side would make
+        rates, count = (scale.rates(), 3) if scale.prismatic else ((MOST, scale.rates()[1]), 1)
+        waves = strongest_waves(trace.position, np.sign(trace.velocity), trace, rates, count)
         size = max(scale.friction, 0.02 * scale.torque)
-        return tuple(
+        found = tuple(
             {"sine": _inside(w.sine / size), "cosine": _inside(w.cosine / size), "harmonic": w.rate} for w in waves
         )
+        return found if scale.prismatic else (*self.starts(scale), *found)
 
     def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
         return math.hypot(values["sine"], values["cosine"]) < UNEVEN

@@ -16,6 +16,8 @@ from stribeck.model.waves import Trace, strongest_waves
 
 WAVES = ("", "second_", "third_")
 
+MOST = 4.0  # cycles a turn of the slowest that are tried without a look at what is left
+
 
 @final
 class PositionDependentFrictionHarmonics(FrictionEffect):
@@ -42,13 +44,15 @@ class PositionDependentFrictionHarmonics(FrictionEffect):
     )
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
-        return tuple(_from(n) for n in (1.0, 2.0, 3.0, 4.0))
+        return tuple(_from(n) for n in (1.0, 2.0, 3.0, MOST))
 
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
-        if not scale.prismatic:
-            return self.starts(scale)
-        waves = strongest_waves(trace.position, np.sign(trace.velocity), trace, scale.rates())
-        return tuple(_from(wave.rate / multiple) for wave in waves[:2] for multiple in (1.0, 2.0))
+        way = np.sign(trace.velocity)
+        if scale.prismatic:
+            waves = strongest_waves(trace.position, way, trace, scale.rates(), 2)
+            return tuple(_from(wave.rate / multiple) for wave in waves for multiple in (1.0, 2.0))
+        waves = strongest_waves(trace.position, way, trace, (MOST, scale.rates()[1]), 1)
+        return (*self.starts(scale), *(_from(wave.rate) for wave in waves))
 
     def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
         return math.hypot(*(value for name, value in values.items() if name != "harmonic")) < UNEVEN
