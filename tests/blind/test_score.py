@@ -153,6 +153,22 @@ def test_a_wall_in_the_plane_is_in_no_joint():
     assert outcome(stop, said, [*LIBRARY, "contact"])["joint"] is False
 
 
+@pytest.mark.parametrize(
+    ("parameters", "law"),
+    [({}, "one_pole"), ({"again": 0.01, "damping": 0.0}, "two_poles"), ({"damping": 0.7}, "magnitude_optimum")],
+)
+def test_a_lag_is_compared_with_the_same_lag(parameters, law):
+    for said in ("one_pole", "two_poles", "magnitude_optimum"):
+        assert same_law("actuator_lag", {"time": 0.01, **parameters}, said) == (said == law)
+
+
+def test_a_failure_is_no_silence():
+    failed = {"error": "ValueError: x", "leave_out": [], "seconds": 1.0, "processor_seconds": 1.0, "code": "2"}
+    result = score(opened((truth(), failed), (truth(effect("friction_jumps"), known=False), failed)), {})
+    assert result["none"]["false_alarms"]["value"] == 1.0
+    assert result["outside"]["abstained"]["value"] == 0.0
+
+
 @pytest.mark.parametrize(("parameters", "law"), [
     ({"stiffness": 9.0}, "rocking"), ({"stiffness": 9.0, "direction": 0.0}, "sliding"),
     ({"stiffness": 9.0, "direction": -2.0}, "sliding"),

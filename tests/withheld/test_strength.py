@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from stribeck.arm import Friction, Tolerance
+from stribeck.withheld.arms import misinformed
 from stribeck.withheld.bench import Bench
 from stribeck.withheld.injections import Injection
 from stribeck.withheld.motions import Motion, hold, multisine
@@ -113,3 +114,17 @@ def test_what_has_no_tolerance_is_not_turned_and_friction_stays_symmetric(arm, b
     knob = knobs(arm, arm)[5]
     turned = knob.turned(arm, 2.0).joints[0]
     assert turned.friction == turned.backward == replace(bench.A, C0=4.6 * 1.4)
+
+
+def test_a_tolerance_of_a_value_s_own_counts(arm):
+    """What is known exactly is not turned, and not off; what is known by itself is, by that."""
+    first = replace(arm.joints[0], tolerance={"mass": 0.0, "inertia": 0.0, "com_x": 0.02, "C2": 0.0})
+    own = replace(arm, joints=(first, *arm.joints[1:]))
+    turned = {k.name: k.sd for k in knobs(own, own) if k.joint == 0}
+    assert turned.keys() & {"mass", "inertia", "C2"} == set()
+    assert turned["com_x"] == 0.02
+    off = [misinformed(own, np.random.default_rng(k)).joints[0] for k in range(200)]
+    assert {(joint.mass, joint.inertia, joint.friction.C2) for joint in off} == {
+        (float(f"{first.mass:.4g}"), float(f"{first.inertia:.4g}"), float(f"{first.friction.C2:.4g}"))
+    }
+    assert np.std([joint.com[0] for joint in off]) == pytest.approx(0.02, rel=0.25)

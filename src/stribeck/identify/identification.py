@@ -101,9 +101,9 @@ def _check_filtered(runs: Sequence[Conditioned], cutoff: float) -> None:
         return
     longest = max(runs, key=lambda run: float(np.ptp(run.time)))
     found = f"the longest stretch without a gap, of {longest.name}, takes {np.ptp(longest.time):.3g} s"
-    step = float(np.ptp(longest.time)) / (len(longest.time) - 1)
-    least = f"the filter for {cutoff:.3g} Hz takes {step * len(longest.taps):.3g} s: record longer, or lose fewer rows"
-    raise InputError("too short to identify from", found, least)
+    takes = longest.sample_time * len(longest.taps)
+    do = f"the filter for {cutoff:.3g} Hz takes {takes:.3g} s: record longer, or lose fewer rows"
+    raise InputError("too short to identify from", found, do)
 
 
 def _moved(runs: Sequence[Conditioned], n: int) -> list[tuple[bool, bool]]:
