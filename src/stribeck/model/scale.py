@@ -45,6 +45,10 @@ LEAST_DRIVE = 0.4
 """Part of the torque that a motion needs (root mean square): a drive with a lower limit would hardly drive."""
 
 
+OVERTONES = 5
+"""Of a motion that swings, which friction and gravity make strong; those of friction fall as 1 / m."""
+
+
 @dataclass(frozen=True)
 class Scale:
     """Typical magnitudes of one joint in the data at hand, from which an effect takes its starting values.
@@ -70,6 +74,9 @@ class Scale:
     driven : bool
         Whether the joint has a drive that does anything; else the others' motion, or its weight, swings it, and
         ``torque`` is what that needs.
+    rhythm : (float, float)
+        Frequency at which the joint swings in all recordings, and how far from it others cannot be told, Hz; zeros
+        where it does more than swing.
     """
 
     torque: float
@@ -86,6 +93,7 @@ class Scale:
     covered: float = 0.0
     needed: float = math.inf
     driven: bool = True
+    rhythm: tuple[float, float] = (0.0, 0.0)
 
     def may_limit(self, torque: float) -> bool:
         """Return whether a drive that gives no more than a torque, N m, drives the motion.
@@ -93,6 +101,16 @@ class Scale:
         A controller whose drive is at its limit asks for ever more: its command alone would be no measure.
         """
         return torque > LEAST_DRIVE * min(self.torque, self.needed)
+
+    def keeps_time(self, frequency: float, waves: int = 1) -> bool:
+        """Return whether a torque of so many harmonics of a frequency, Hz, may be part of the joint's own swinging.
+
+        Whatever goes with the motion repeats as it does, with its overtones, of which OVERTONES may be strong.
+        """
+        own, apart = self.rhythm
+        return own > 0.0 and any(
+            abs(k * frequency - m * own) < apart for k in range(1, waves + 1) for m in range(1, OVERTONES + 1)
+        )
 
     def rates(self, most: float = MOST_A_TURN) -> tuple[float, float]:
         """Return the range of cycles per radian of phase, 1/rad, in which a periodic law may start.

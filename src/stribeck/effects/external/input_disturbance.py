@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import final
 
 import casadi as ca
@@ -43,6 +44,9 @@ class InputDisturbance(ExternalEffect):
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
         waves = tones(trace, (0.3, 25.0), count=2)
         return tuple({"sine": w.sine, "cosine": w.cosine, "frequency": w.rate} for w in waves)
+
+    def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
+        return not scale.keeps_time(values["frequency"], self.waves)
 
     def torque(self, s: Signals, x: States, p: Parameters) -> Expression:
         phase = 2.0 * math.pi * p["frequency"] * s.time

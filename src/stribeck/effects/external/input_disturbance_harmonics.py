@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import final
 
 import casadi as ca
@@ -49,6 +50,9 @@ class InputDisturbanceHarmonics(ExternalEffect):
     def starts_from(self, scale: Scale, trace: Trace) -> tuple[dict[str, float], ...]:
         waves = tones(trace, (0.1, 25.0), count=1)
         return tuple(_start(w.sine, w.cosine, w.rate) for w in waves)
+
+    def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
+        return not scale.keeps_time(values["frequency"], self.waves)
 
     def torque(self, s: Signals, x: States, p: Parameters) -> Expression:
         phase = 2.0 * math.pi * p["frequency"] * s.time

@@ -13,6 +13,7 @@ from stribeck.arm import Arm, doubtful_values
 from stribeck.errors import InputError
 from stribeck.gap.records.passed import Passed
 from stribeck.gap.records.rests import without_long_rests
+from stribeck.gap.records.rhythm import rhythm
 from stribeck.gap.records.sequence import distance_gone, in_sequence, order
 from stribeck.gap.records.split import split
 from stribeck.gap.records.spread import Noise
@@ -229,6 +230,7 @@ def typical(arm: Arm, runs: Sequence[Conditioned], inertia: np.ndarray, gone: np
             middle=float(np.median(np.concatenate([run.position[:, j] for run in runs]))),
             distance=float(gone[j]) + 1e-6,
             rotor=arm.joints[j].rotor_inertia,
+            rhythm=rhythm(runs, j),
         )
         for j in range(arm.n)
     )
