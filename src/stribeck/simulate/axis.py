@@ -119,10 +119,8 @@ def start_position(arm: Arm, loop: Loop) -> Floats:
     q = np.array([loop.clamp.get(name, 0.0) for name in arm.names])
     for entry in loop.joints:
         r, j = entry.reference, arm.names.index(entry.joint)
-        q[j] = entry.start
-        if r.kind == "regulate":
-            q[j] -= r.initial_error
-        elif r.kind == "sine":
+        q[j] = entry.start - r.error_at_start
+        if r.kind == "sine":
             q[j] += r.amplitude * math.sin(r.phase)
         elif r.kind == "file":
             q[j] = r.values[0]

@@ -68,7 +68,7 @@ class Reference:
     velocity : float
         ``ramp``: rad/s.
     initial_error : float
-        ``regulate``: reference less position at the start, rad.
+        ``regulate`` alone: reference less position at the start, rad.
     amplitude, frequency, phase : float
         ``sine``: rad, Hz, rad; the joint starts on the reference.
     times, values : tuple of floats
@@ -89,6 +89,11 @@ class Reference:
     times: Numbers = ()
     values: Numbers = ()
     file: str = ""
+
+    @property
+    def error_at_start(self) -> float:
+        """Reference less position at the start, rad: of one that regulates; on all others the joint starts."""
+        return self.initial_error if self.kind == "regulate" else 0.0
 
     def within(self, duration: float) -> Reference:
         """Return the reference without the steps that a duration (s) does not reach."""

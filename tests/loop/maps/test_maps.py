@@ -11,11 +11,14 @@ import pytest
 from stribeck.arm import EffectEntry, Friction
 from stribeck.errors import InputError
 from stribeck.loop.cycle import CYCLES, VERDICTS
+from stribeck.loop.exact.rounds import Rounds
 from stribeck.loop.maps import label as label_module
 from stribeck.loop.maps import label_map
-from stribeck.loop.maps.grid import loop_of_cell
+from stribeck.loop.maps.cells import cells_of, template_of
+from stribeck.loop.maps.grid import Axes, loop_of_cell
 from stribeck.loop.watched import watched
 from stribeck.simulate import Reference, simulate_loop
+from stribeck.simulate.axis import start_position
 
 RATIOS = (0.8, 1.2, 1.7)
 GAINS = (15.0, 80.0)
@@ -183,6 +186,18 @@ def test_how_far_a_map_is_gets_told(arm, loop_of, monkeypatch):
     shares = []
     label_map(arm, loop_of(), "A", {"k": np.linspace(0.8, 1.6, 40)}, told=shares.append)
     assert shares == [0.25, 0.5, 0.75]
+
+
+def test_the_error_of_a_loop_that_regulates_is_no_ramps(arm, loop_of):
+    """A ramp starts where the joint is, whatever the key says: the kernel and the events as the simulation."""
+    (entry,) = loop_of(velocity=0.02).joints
+    misread = Reference("ramp", velocity=0.02, initial_error=0.4)
+    loop = replace(loop_of(velocity=0.02), joints=(replace(entry, reference=misread, start=0.1),))
+    assert start_position(arm, loop) == pytest.approx([0.1])
+    template = template_of(Rounds(arm, loop), "A")
+    own = cells_of(template, Axes(("k",), (np.ones(1),)), 0, 1)["starts"][0, :2]
+    assert own == pytest.approx([0.0, 0.0])
+    assert template_of(Rounds(arm, loop_of()), "A").error == 0.5
 
 
 def test_what_the_kernel_cannot_take_is_labelled_by_events(arm, loop_of):

@@ -29,7 +29,7 @@ def starts(rounds: Rounds) -> dict[str, Place]:
         large[entry.joint] = LARGE * max(1.0, ratio) * max(size, 1e-3)
         small[entry.joint] = SMALL * max(size, 1e-3)
         if rate != 0.0:
-            large[entry.joint] = entry.reference.initial_error
+            large[entry.joint] = 0.0
             small[entry.joint] = 1.001 * _steady(rounds, j, entry.kp, ratio, rate)
             rates[entry.joint] = rate
     found = {"own": own_start(rounds), "small": rounds.start(small, rates), "large": rounds.start(large)}

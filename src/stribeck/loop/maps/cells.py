@@ -85,7 +85,7 @@ def template_of(rounds: Rounds, joint: str) -> Template:
     cell["inertia"], cell["sample"], cell["rate"] = rounds.inertia[j], rounds.loop.sample_time, rounds.rate(j)
     cell["kind"] = KINDS.index(entry.compensation.kind)
     cell["friction"] = axis.friction[:]
-    return Template(cell, entry.kv is None, entry.reference.initial_error)
+    return Template(cell, entry.kv is None, entry.reference.error_at_start)
 
 
 def cells_of(template: Template, axes: Axes, first: int, last: int) -> np.ndarray:
