@@ -87,6 +87,33 @@ def test_controller_is_a_sound_fmu(controller_fmu: Path, monkeypatch: pytest.Mon
     assert check_fmu(controller_fmu).problems == ()
 
 
+@pytest.mark.parametrize(
+    ("name", "wrong", "least"),
+    [
+        ("friction.alpha", 0.0, 1e-9),
+        ("torque_limit", -1.0, 0.0),
+        ("velocity_filter", -0.01, 0.0),
+        ("friction.C0", -1.0, 0.0),
+    ],
+)
+def test_controller_refuses_what_its_laws_cannot_take(
+    controller_fmu: Path, loop: Loop, name: str, wrong: float, least: float
+) -> None:
+    with slave(controller_fmu) as controller:
+        (described,) = (v for v in controller.description.modelVariables if v.name == f"joint[1].{name}")
+        assert float(described.min) == least
+        read, write = (
+            getattr(controller.fmu, f"{way}{'Real' if controller.two else 'Float64'}") for way in ("get", "set")
+        )
+        before = read([described.valueReference])
+        with pytest.raises(Exception, match=r"[sS]et(Real|Float64)"):
+            write([described.valueReference], [wrong])
+        assert read([described.valueReference]) == before
+        controller.begin()
+        controller.step(0.0, loop.sample_time)
+        assert np.all(np.isfinite(controller.get("tau", 2)))
+
+
 def test_controller_samples_in_any_communication_step(controller_fmu: Path, loop: Loop) -> None:
     """Torque of a motion q = 0.01 sin t seen in steps of the sample time and of a seventh of it."""
     step, outcomes = loop.sample_time, []

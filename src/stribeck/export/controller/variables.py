@@ -41,6 +41,18 @@ NUMBERS = (
         for i in range(4)
     ),
 )
+NOT_NEGATIVE = frozenset(
+    (
+        "kv",
+        "ki",
+        "velocity_filter",
+        "encoder_resolution",
+        "torque_limit",
+        "compensation.dead_band",
+        "compensation.inner",
+    )
+)
+LEAST_VELOCITY = 1e-9  # rad/s, over which the Stribeck part falls: it is divided by
 LARGEST = 1e300  # in place of an infinite limit, which XML cannot carry
 
 
@@ -50,11 +62,21 @@ def numbers_of(axis: Axis) -> list[float]:
     return [*head, *map(float, axis.gain), *map(float, axis.friction), *map(float, axis.reference)]
 
 
+def least(key: str) -> float | None:
+    """Return the least value that one of `NUMBERS` may take; None where the laws take any."""
+    name = key.rpartition(".")[2]
+    if name == "alpha":
+        return LEAST_VELOCITY
+    return 0.0 if key in NOT_NEGATIVE or name in ("C0", "C1", "C2") else None
+
+
 def variables_of(arm: Arm, sample_time: float, axes: list[Axis]) -> tuple[Variable, ...]:
     """Return all variables in the order of their value references."""
     return tuple(
-        Variable(name, vr, causality, variability, text, unit, initial, start)
-        for vr, (name, causality, variability, text, unit, initial, start) in enumerate(_rows(arm, sample_time, axes))
+        Variable(name, vr, causality, variability, text, unit, initial, start, lower)
+        for vr, (name, causality, variability, text, unit, initial, start, lower) in enumerate(
+            _rows(arm, sample_time, axes)
+        )
     )
 
 
@@ -71,13 +93,13 @@ def structure_of(variables: tuple[Variable, ...]) -> Structure:
     return Structure(tuple(outputs), (), (), tuple(initial))
 
 
-_Row = tuple[str, str, str, str, Unit, str, float | None]
+_Row = tuple[str, str, str, str, Unit, str, float | None, float | None]
 
 
 def _rows(arm: Arm, sample_time: float, axes: list[Axis]) -> Iterator[_Row]:
     straight = arm.joints[0].kind == "prismatic"
-    yield "time", "independent", "continuous", "time", unit_of("s"), "", None
-    yield "sample_time", "parameter", "fixed", "time between samples", unit_of("s"), "exact", sample_time
+    yield "time", "independent", "continuous", "time", unit_of("s"), "", None, None
+    yield "sample_time", "parameter", "fixed", "time between samples", unit_of("s"), "exact", sample_time, None
     signals = (
         ("q", "rad", "input", "measured position"),
         ("dq", "rad/s", "input", "measured velocity, used where the loop says so"),
@@ -91,9 +113,18 @@ def _rows(arm: Arm, sample_time: float, axes: list[Axis]) -> Iterator[_Row]:
             start = 0.0 if causality == "input" else None
             initial = "calculated" if causality == "output" else ""
             shown = unit_of(unit, prismatic=straight)
-            yield f"{key}[{j}]", causality, variability, f"{text} of joint {name}", shown, initial, start
+            yield f"{key}[{j}]", causality, variability, f"{text} of joint {name}", shown, initial, start, None
     for j, (name, axis) in enumerate(zip(arm.names, axes, strict=True), 1):
         for (key, unit, text), value in zip(NUMBERS, numbers_of(axis), strict=True):
             shown = unit_of(unit, prismatic=straight)
             value = min(value, LARGEST)
-            yield f"joint[{j}].{key}", "parameter", "tunable", f"{text} (joint {name})", shown, "exact", value
+            yield (
+                f"joint[{j}].{key}",
+                "parameter",
+                "tunable",
+                f"{text} (joint {name})",
+                shown,
+                "exact",
+                value,
+                least(key),
+            )

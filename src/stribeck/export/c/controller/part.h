@@ -2,7 +2,7 @@
  * ask of a part: the laws of control.h, an input for each measured signal, a torque for each joint.
  *
  * Included after the generated model.h, which defines CT_N (joints), CT_RING (commands kept for a delay), CT_SAMPLE
- * (sample time, s), FM_TOKEN, ct_axes and ct_tables.
+ * (sample time, s), FM_TOKEN, ct_axes, ct_tables and ct_least (the least that each parameter of a joint may be).
  */
 #ifndef FM_PART_H
 #define FM_PART_H
@@ -106,7 +106,13 @@ static int fm_set_real(fm_instance *f, unsigned vr, double value) {
     fm_core *c = &f->core;
     const int i = (int)vr;
     if (value - value != 0.0) return fm_refuse(f, vr, value, "it must be finite");
-    if (vr >= CT_P && vr < CT_END) return c->p[(i - CT_P) / CT_NUMBERS][(i - CT_P) % CT_NUMBERS] = value, FM_OK;
+    if (vr >= CT_P && vr < CT_END) {
+        const int k = (i - CT_P) % CT_NUMBERS;
+        if (value >= ct_least[k]) return c->p[(i - CT_P) / CT_NUMBERS][k] = value, FM_OK;
+        fm_log(f, FM_ERROR, FM_LOG_ERROR, "the parameter with value reference %u must be %g or more, not %g", vr,
+               ct_least[k], value);
+        return FM_ERROR;
+    }
     if (vr >= CT_Q && vr < CT_DQ) return c->q[i - CT_Q] = value, FM_OK;
     if (vr >= CT_DQ && vr < CT_TAU) return c->dq[i - CT_DQ] = value, FM_OK;
     if (vr != CT_SAMPLE_TIME) return fm_refuse(f, vr, value, "it is neither an input nor a parameter");
