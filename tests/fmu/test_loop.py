@@ -3,6 +3,7 @@
 import zipfile
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import fmpy
 import numpy as np
@@ -11,11 +12,11 @@ from fmpy.ssp.simulation import simulate_ssp
 
 from stribeck.arm import Arm, EffectEntry, load_arm, save_arm
 from stribeck.cli import main
-from stribeck.errors import InputError
+from stribeck.errors import InputError, StribeckError
 from stribeck.export import export_fmu
 from stribeck.export.controller import export_controller, export_system
 from stribeck.export.use import load_fmu_loop, simulate_fmu
-from stribeck.export.use.plant import FmuPlant
+from stribeck.export.use.plant import FmuPlant, fmu_plant
 from stribeck.export.validate import check_fmu
 from stribeck.export.validate.opened import ARM, opened
 from stribeck.run import load_run
@@ -64,6 +65,46 @@ def test_a_long_delay_and_a_short_lag_go_together(arm: Arm, tmp_path: Path) -> N
     found = simulate_fmu(tmp_path / "late.fmu", late, loop)
     assert (found.motion.status, found.ended) == ("ok", 0.4)
     np.testing.assert_allclose(found.measured, simulate_loop(late, loop).measured, rtol=0.0, atol=1e-5)
+
+
+class Failing:
+    """An FMU's instance that will not terminate, and some of whose values are no numbers."""
+
+    def __init__(self, inner: Any, mad: set[int]) -> None:
+        self.inner, self.mad, self.freed = inner, mad, False
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.inner, name)
+
+    def getReal(self, numbers: list[int]) -> list[float]:
+        return [
+            np.nan if n in self.mad else value for n, value in zip(numbers, self.inner.getReal(numbers), strict=True)
+        ]
+
+    def getFloat64(self, numbers: list[int]) -> list[float]:
+        return [np.nan if n in self.mad else x for n, x in zip(numbers, self.inner.getFloat64(numbers), strict=True)]
+
+    def terminate(self) -> None:
+        raise RuntimeError("no")
+
+    def freeInstance(self) -> None:
+        self.freed = True
+        self.inner.terminate()
+        self.inner.freeInstance()
+
+
+@pytest.mark.parametrize(("shown", "what"), [("q", "position"), ("dq", "velocity")])
+def test_what_an_fmu_gives_must_be_numbers_and_its_failure_is_the_last_word(
+    arm_fmu: Path, arm: Arm, shown: str, what: str
+) -> None:
+    with fmu_plant(arm_fmu, arm.n) as plant:
+        plant.start(np.zeros(arm.n))
+        broken = plant._instance = Failing(plant._instance, {plant._numbers[f"{shown}[1]"]})
+        with pytest.raises(StribeckError, match=f"gives a {what} that is not finite"):
+            plant.step(0.0, 1e-3, np.zeros(arm.n))
+        plant.close()
+        assert broken.freed
+        assert plant._instance is None
 
 
 def test_controller_first_then_the_arm_loses_no_time(arm_fmu: Path, controller_fmu: Path, loop: Loop) -> None:

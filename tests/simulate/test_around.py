@@ -54,6 +54,14 @@ class Counting(EnginePlant):
         return super().step(time, step, torque)
 
 
+class Blinded(EnginePlant):
+    """The engine, whose velocities are no numbers from a time on."""
+
+    def step(self, time: float, step: float, torque: np.ndarray) -> Reading:
+        seen = super().step(time, step, np.nan_to_num(torque))
+        return replace(seen, dq=np.full_like(seen.dq, np.nan)) if time > 1.0 else seen
+
+
 def joint(name: str, **values: object) -> JointLoop:
     settings = {"kp": 60.0, "ki": 20.0, "reference": Reference("sine", amplitude=0.2, frequency=0.6)}
     return JointLoop(name, **(settings | values))  # type: ignore[arg-type]
@@ -130,6 +138,17 @@ def test_time_stuck_and_failures(level_arm: Engine) -> None:
     assert broken.ended == pytest.approx(1.0125)
     assert np.isnan(broken.measured[broken.motion.filled :]).all()
     assert np.isfinite(broken.run("x").q).all()
+
+
+def test_a_velocity_that_is_no_number_is_no_torque_at_its_limit(level_arm: Engine) -> None:
+    loop = both(joint("A", velocity="true", kv=8.0, velocity_filter=0.0), joint("B"))
+    found = close_around(Blinded(level_arm), level_arm.path.arm, loop)
+    times = np.arange(len(found.command)) * loop.sample_time
+    late = times > 1.05
+    assert late.sum() > 50
+    assert np.isfinite(found.command[times < 1.0]).all()
+    assert np.isnan(found.command[late, 0]).all()
+    assert np.isfinite(found.command[late, 1]).all()  # which takes differences of positions
 
 
 def test_what_cannot_be_closed_from_outside(level_arm: Engine) -> None:
