@@ -188,6 +188,15 @@ def test_an_actuator_effect_delays_the_compensation_as_the_loops_own_lag_does() 
     assert ours.response(omega) == pytest.approx(theirs.response(omega), rel=1e-9)
 
 
+def test_slots_are_the_spring_that_they_are_about_a_pose() -> None:
+    slots = EffectEntry("cogging", ("A",), {"A": {"sine": -2.0, "cosine": 0.0, "harmonic": 5.0}})
+    spring = EffectEntry("cable_spring", ("A",), {"A": {"stiffness": 10.0, "rest": 0.0}})
+    omega = np.geomspace(0.1, 200.0, 20)
+    ours, theirs, without = (part(A, STEP, *effect).response(omega) for effect in ((slots,), (spring,), ()))
+    assert ours == pytest.approx(theirs, rel=1e-9)
+    assert np.abs(without / theirs - 1.0).max() > 0.1
+
+
 def test_what_it_does_not_take() -> None:
     with pytest.raises(InputError, match="does not control"):
         linear_part(arm(A), Loop(0.0, 1.0, (JointLoop("A", KP, Reference("regulate")),)), "B")

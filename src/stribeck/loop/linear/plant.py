@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from stribeck.arm import Arm
 from stribeck.effects.placing import placed_effects
 from stribeck.errors import StribeckError
+from stribeck.loop.linear.bends import adds
 from stribeck.loop.linear.operating import OperatingPoint
 from stribeck.model.effect import ActuatorEffect, FrictionEffect
 from stribeck.model.forward import Forward
@@ -60,7 +61,7 @@ def linearise(arm: Arm, point: OperatingPoint, *, at_motor: bool = False) -> Lin
         The command and the effects' states that keep it steady are found by Newton's method.
     at_motor : bool
         The input is the torque at the motor, where friction acts, in place of the command: actuator effects are left
-        out.
+        out, but what they add whatever the command.
 
     Raises
     ------
@@ -90,7 +91,7 @@ def _model(arm: Arm, point: OperatingPoint, at_motor: bool) -> tuple[Forward, Fl
     placed = []
     for place in placed_effects(arm):
         frictionless = isinstance(place.effect, FrictionEffect) and point.contact[place.joint] in ("free", "clamped")
-        passed = isinstance(place.effect, ActuatorEffect) and (at_motor or place.effect.zone)
+        passed = isinstance(place.effect, ActuatorEffect) and (place.effect.zone or (at_motor and not adds(place)))
         if not (vanishes(place) or frictionless or passed):
             placed.append(place)
     forward = Forward(SignalPath(replace(arm, effects=()), placed), touching=True)
