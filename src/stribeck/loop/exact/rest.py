@@ -31,10 +31,9 @@ _AWAY = 1000.0  # s in which an unstable place is left
 
 @dataclass(frozen=True)
 class Rest:
-    """Where a quiet loop ends: ``settled`` with the deviations (n,) in rad, or at ``place``, or leaving by itself."""
+    """Where a quiet loop ends: ``settled`` where it is, or at ``place``, or leaving by itself."""
 
     settled: bool
-    deviation: Floats
     place: Place | None = None
 
 
@@ -94,14 +93,13 @@ def winding(rounds: Rounds, place: Place, least: float) -> frozenset[int]:
 
 def judge(rounds: Rounds, place: Place) -> Rest:
     """Say what becomes of a loop in which nothing moves relative to the references any more."""
-    here = deviations(rounds, place)
     n = rounds.n
     modes, y = place.values[rounds.layout.modes], place.values[rounds.layout.state]
     sliding = [rounds.index(e.joint) for e in rounds.loop.joints if modes[rounds.index(e.joint)] != 0.0]
     if not sliding:
-        return Rest(True, here)
+        return Rest(True)
     if rounds.sampled:
-        return Rest(not _swings(rounds, place, sliding) and holds(rounds, place, sliding), here)
+        return Rest(not _swings(rounds, place, sliding) and holds(rounds, place, sliding))
     stuck = {rounds.index(e.joint) for e in rounds.loop.joints} - set(sliding)
     kept = [i for i in active_states(rounds) if i not in stuck and i - n not in stuck]
     rate, slopes = rounds.slopes(place)
@@ -113,9 +111,7 @@ def judge(rounds: Rounds, place: Place) -> Rest:
     back = [j for j in sliding if rounds.rate(j) == 0.0 and y[n + j] != 0.0]
     found = _first_return(matrix, f, [kept.index(j) for j in back], lead)
     if found is None:
-        left = np.zeros(n)
-        left[sliding] = -np.linalg.lstsq(matrix, f, rcond=None)[0][[kept.index(j) for j in sliding]]
-        return Rest(bool(lead.real < 0.0), here + left)
+        return Rest(bool(lead.real < 0.0))
     after, passed = found
     values = place.values.copy()
     moved = expm(_augmented(matrix, f) * after)[:-1, -1]
@@ -125,7 +121,7 @@ def judge(rounds: Rounds, place: Place) -> Rest:
         values[rounds.layout.state][j] += rounds.rate(j) * after
     values[rounds.layout.state][n + kept[passed]] = 0.0
     values[0], values[1] = values[0] + after, 1.0
-    return Rest(False, here, replace(place, values=values))
+    return Rest(False, replace(place, values=values))
 
 
 def _swings(rounds: Rounds, place: Place, sliding: list[int]) -> bool:
