@@ -351,6 +351,23 @@ def test_the_whole_score():
     assert "n" not in next(line for line in result["targets"] if line["what"] == "calibration error")
 
 
+def test_of_several_effects_each_is_counted_and_each_name():
+    hidden = truth(
+        effect("delay", left=5.0),
+        effect("payload", left=2.0),
+        effect("torque_offset", left=0.0),
+        effect("gravity_tilt"),
+    )
+    said = answer(cause("delay"), cause("torque_offset"), cause("actuator_lag"))
+    silent = answer(named=[], verdict="unexplained", none=0.0)
+    found = score(opened((hidden, said), (hidden, silent), (truth(effect()), said)))["several"]
+    counts = {name: (shown["k"], shown["n"]) for name, shown in found.items()}
+    assert counts == {
+        "found": (2, 8), "strong": (1, 2), "fair": (0, 2), "faint": (1, 2),  # one without a strength
+        "wrong": (1, 3), "wrong_name": (1, 2), "none_named": (1, 2),
+    }  # fmt: skip
+
+
 def test_what_is_named_is_counted_again_by_what_re_tuning_leaves():
     said = answer(cause("delay"))
     cases = [

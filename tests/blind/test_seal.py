@@ -64,6 +64,14 @@ def test_pairs_are_two_effects_that_can_be_in_one_arm():
     assert all(len(set(plan.effects)) == 2 and set(plan.effects) != CLASH for plan in made)
 
 
+def test_several_are_three_to_five_effects_that_can_be_in_one_arm():
+    made = plans(Order(several=300), np.random.default_rng(0))
+    assert {plan.kind for plan in made} == {"several"}
+    assert Counter(len(set(plan.effects)) for plan in made) == {3: 100, 4: 100, 5: 100}
+    assert not any(set(plan.effects) >= CLASH for plan in made)
+    assert {(len(plan.effects), plan.level) for plan in made} == {(n, level) for n in (3, 4, 5) for level in LEVELS}
+
+
 def test_what_is_left_out_hides_among_decoys():
     made = plans(Order(left_out=90), np.random.default_rng(0))
     assert all(plan.effects[0] in plan.leave_out and len(set(plan.leave_out)) == 3 for plan in made)
@@ -84,6 +92,7 @@ def test_a_third_of_the_quiet_cases_is_disturbed():
         ({"joints": (5,)}, "1 to 4 joints: found 5"),
         ({"single": 0}, "no cases to record"),
         ({"pairs": 1, "effects": ("delay",)}, "--pairs need two effects"),
+        ({"several": 1, "effects": ("delay", "payload")}, "--several need 6 effects to draw from"),
     ],
 )
 def test_an_order_that_cannot_be_recorded_is_refused(tmp_path, change, says):

@@ -11,7 +11,7 @@ from stribeck.report.figures.withheld import limits_figure, shrinkage_figure, st
 from stribeck.report.power import write_power_report
 from stribeck.report.style import finding_of, new_figure
 from stribeck.report.withheld import write_score_report
-from stribeck.report.withheld_tables import share
+from stribeck.report.withheld_tables import several, share
 
 
 def rate(k, n):
@@ -49,6 +49,8 @@ def score():
         "single_levels": {"clear": measures(2, 4), "medium": empty, "weak": empty},
         "pairs": {name: {key: rate(n // 2, n) for key in ("both", "at_least_one", "wrong_name")}
                   for name, n in (("all", 4), ("strong", 4), ("fair", 0), ("faint", 0))},
+        "several": {"found": rate(5, 9), "strong": rate(4, 5), "fair": rate(1, 2), "faint": rate(0, 2),
+                    "wrong": rate(1, 6), "wrong_name": rate(1, 3), "none_named": rate(0, 3)},
         "none": {"false_alarms": rate(0, 2)},
         "outside": {"abstained": rate(1, 2), "effects": {"friction_jumps": rate(1, 2)}},
         "calibration": {"likeliest": {"n": 3, "ece": 0.1, "ece_by_chance": 0.02, "ci95": [0.0, 0.2],
@@ -125,6 +127,14 @@ def test_a_shrinkage_far_below_nothing_stays_in_the_picture(score):
     assert np.all((shown > low) & (shown < high))
 
 
+def test_several_effects_are_counted_one_by_one(score):
+    table = several(score)
+    assert [row.cells[0] for row in table.rows][:2] == ["effects named", "effects named, strength 3 and more"]
+    assert table.rows[0].cells[1].startswith("5 of 9")
+    assert {row.cells[0]: row.cells[1][:6] for row in table.rows}["names that are wrong"] == "1 of 6"
+    assert several(score | {"several": dict.fromkeys(score["several"], rate(0, 0))}) is None
+
+
 def test_nothing_to_show_is_left_out(score, tmp_path):
     none = measures(0, 0)
     score |= {"single": dict.fromkeys(("all", "strong", "fair", "faint"), none), "effects": {}, "rows": []}
@@ -132,6 +142,7 @@ def test_nothing_to_show_is_left_out(score, tmp_path):
     score["calibration"] = {"likeliest": {"ece": None, "bins": []}}
     score["confusion"] = {"hidden": [], "said": [], "counts": []}
     score["pairs"] = {"all": dict.fromkeys(("both", "at_least_one", "wrong_name"), rate(0, 0))}
+    score["several"] = dict.fromkeys(score["several"], rate(0, 0))
     score["outside"] = {"abstained": rate(0, 0), "effects": {}}
     score["intervals"] = {"coverage": rate(0, 0), "parameters": []}
     write_score_report(score, tmp_path)

@@ -46,13 +46,14 @@ def outcome(truth: Json, answer: Json, library: Sequence[str]) -> dict[str, Any]
     Returns
     -------
     dict
-        ``kind``: ``single`` or ``pair`` (all effects in the library), ``none``, or ``outside`` (an effect is not, with
-        ``why``: ``unknown`` to any library, ``left_out`` or ``not_held``); ``first`` (the first named effect is the
-        hidden one), ``class`` (or lists it as equivalent), ``found`` (hidden effects in the class of a named one, each
-        of a name of its own), ``extra`` (names in whose class nothing hidden is), ``answer`` for the confusion matrix,
-        ``statements`` (probability, whether so), ``joint`` and ``channel`` right or not (null: nothing to judge),
-        ``intervals``. ``strength`` with its ``bin`` is that of the weakest hidden effect, ``strength_left`` with its
-        ``bin_left`` what re-tuning within the tolerances leaves of it (null: not recorded in the key).
+        ``kind``: ``single``, ``pair`` or ``several`` (all effects in the library), ``none``, or ``outside`` (an effect
+        is not, with ``why``: ``unknown`` to any library, ``left_out`` or ``not_held``); ``first`` (the first named
+        effect is the hidden one), ``class`` (or lists it as equivalent), ``found`` (hidden effects in the class of a
+        named one, each of a name of its own), ``extra`` (names in whose class nothing hidden is), ``answer`` for the
+        confusion matrix, ``statements`` (probability, whether so), ``joint`` and ``channel`` right or not (null:
+        nothing to judge), ``intervals``. ``strength`` with its ``bin`` is that of the weakest hidden effect,
+        ``strength_left`` with its ``bin_left`` what re-tuning within the tolerances leaves of it (null: not recorded
+        in the key), and ``each_left`` that of every one.
     """
     row: dict[str, Any] = {"kind": _kind(truth, answer, library), "why": _why(truth, answer, library)}
     row |= {"effects": [e["effect"] for e in truth["effects"]], "disturbed": bool(truth["disturbances"])}
@@ -60,6 +61,7 @@ def outcome(truth: Json, answer: Json, library: Sequence[str]) -> dict[str, Any]
     row["strength"] = min((e["strength"] for e in truth["effects"]), default=None)
     row["bin"] = None if row["strength"] is None else strength_bin(row["strength"])
     left = [e.get("strength_left") for e in truth["effects"]]  # older keys have none
+    row["each_left"] = left
     row["strength_left"] = min((s for s in left if s is not None), default=None) if None not in left else None
     row["bin_left"] = None if row["strength_left"] is None else strength_bin(row["strength_left"])
     row |= {
@@ -148,7 +150,7 @@ def _kind(truth: Json, answer: Json, library: Sequence[str]) -> str:
         return "none"
     if not all(held(e, answer, library) for e in truth["effects"]):
         return "outside"
-    return "single" if len(truth["effects"]) == 1 else "pair"
+    return {1: "single", 2: "pair"}.get(len(truth["effects"]), "several")
 
 
 def _why(truth: Json, answer: Json, library: Sequence[str]) -> str | None:

@@ -8,7 +8,7 @@ from statistics import median
 from typing import Any, TypeAlias
 
 from stribeck.blind.key import Opened
-from stribeck.blind.outcome import STRENGTHS, outcome
+from stribeck.blind.outcome import STRENGTHS, outcome, strength_bin
 from stribeck.blind.rates import calibration, detection_limit, rate
 from stribeck.version import package_version
 from stribeck.withheld.plan import LEVELS
@@ -35,7 +35,8 @@ def score(opened: Opened, shrinkage: Mapping[str, Row] | None = None) -> dict[st
         {"case": name, **outcome(opened.truths[name], answer, library), **(shrinkage or {}).get(name, {})}
         for name, answer in opened.answers.items()
     ]
-    kinds = {kind: [row for row in rows if row["kind"] == kind] for kind in ("single", "pair", "none", "outside")}
+    names = ("single", "pair", "several", "none", "outside")
+    kinds = {kind: [row for row in rows if row["kind"] == kind] for kind in names}
     result = {
         "schema": SCHEMA,
         "version": package_version(),
@@ -57,11 +58,12 @@ def score(opened: Opened, shrinkage: Mapping[str, Row] | None = None) -> dict[st
         "outside": _outside(kinds["outside"]),
         "pairs": _by_strength(kinds["pair"], _both),
         "pairs_left": _by_strength_left(kinds["pair"], _both),
+        "several": _several(kinds["several"]),
         "calibration": _calibrated(rows),
         "intervals": _intervals(rows),
         "shrinkage": _shrinkage(rows),
         "effects": _effects(kinds["single"]),
-        "confusion": _confusion([row for row in rows if row["kind"] != "pair"]),
+        "confusion": _confusion([row for row in rows if row["kind"] not in ("pair", "several")]),
         "time": {
             "median": _median(row["seconds"] for row in rows),
             "longest": max(row["seconds"] for row in rows),
@@ -106,6 +108,28 @@ def _both(rows: Sequence[Row]) -> dict[str, Any]:
         "both": rate(len(row["found"]) == 2 for row in rows),
         "at_least_one": rate(bool(row["found"]) for row in rows),
         "wrong_name": rate(bool(row["extra"]) for row in rows),
+    }
+
+
+def _several(rows: Sequence[Row]) -> dict[str, Any]:
+    """Count effects, and names: of arms with many an answer is right in part."""
+    effects = [
+        (effect, left, row) for row in rows for effect, left in zip(row["effects"], row["each_left"], strict=True)
+    ]
+    names = [name in row["extra"] for row in rows for name in row["named"]]
+    return {
+        "found": rate(effect in row["found"] for effect, _, row in effects),
+        **{
+            name: rate(
+                effect in row["found"]
+                for effect, left, row in effects
+                if left is not None and strength_bin(left) == name
+            )
+            for _, name in STRENGTHS
+        },
+        "wrong": rate(names),
+        "wrong_name": rate(bool(row["extra"]) for row in rows),
+        "none_named": rate(not row["named"] for row in rows),
     }
 
 

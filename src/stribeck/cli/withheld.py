@@ -55,6 +55,7 @@ def record(
     unknown: Annotated[int, typer.Option(min=0, help="Cases with an effect that no library holds.")] = 0,
     pairs: Annotated[int, typer.Option(min=0, help="Cases with two effects.")] = 0,
     left_out: Annotated[int, typer.Option(min=0, help="Cases whose effect is withheld from the library.")] = 0,
+    several: Annotated[int, typer.Option(min=0, help="Cases with three to five effects.")] = 0,
     effects: Annotated[Names, typer.Option("--effects", metavar="NAME...", help="To draw from; default: all.")] = None,
     levels: Annotated[
         Names,
@@ -86,7 +87,7 @@ def record(
     known = possible(own[0]) if own else tuple(KNOWN)
     order = Order(
         cases, pairs, none, unknown, left_out, tuple(effects or known), tuple(levels or LEVELS),
-        (joints,) if joints else JOINTS,
+        (joints,) if joints else JOINTS, several,
     )  # fmt: skip
     make = own_maker(*own) if own else drawn_case
     digest = record_sealed(order, out, key, seed=seed, jobs=jobs, make=make, progress=_told("recording"))

@@ -28,6 +28,7 @@ from stribeck.report.withheld_tables import (
     intervals,
     outside,
     pairs,
+    several,
     share,
 )
 
@@ -99,7 +100,7 @@ def write_score_report(score: Score, folder: Path | str) -> None:
     folder = Path(folder)
     sections: list[Section | None] = [
         _answer(score), asked(score), *by_strength(score), *pictures(PLOTS, score, folder), effect_by_effect(score),
-        pairs(score), outside(score), intervals(score), failures(score), _method(score),
+        pairs(score), several(score), outside(score), intervals(score), failures(score), _method(score),
     ]  # fmt: skip
     made = [section for section in sections if section is not None]
     shown = tuple((s.file, s.title) for s in made if isinstance(s, Picture))

@@ -94,6 +94,23 @@ def pairs(score: Score) -> Table | None:
     return _measured("Two effects by strength", found, {**BINS, "all": "all"}, note, OF_PAIRS)
 
 
+def several(score: Score) -> Table | None:
+    """Return what was named in arms with three to five effects, effect by effect and name by name."""
+    found = score["several"]
+    if not found["found"]["n"]:
+        return None
+    rows = (
+        ("effects named", found["found"]),
+        *((f"effects named, strength {text}", found[name]) for name, text in BINS.items()),
+        ("names that are wrong", found["wrong"]),
+        ("cases with a wrong name", found["wrong_name"]),
+        ("cases without a name", found["none_named"]),
+    )
+    note = "Strength: what re-tuning within the stated tolerances leaves of each effect's torque, over noise floor."
+    made = tuple(Row((text, _counted(counts))) for text, counts in rows)
+    return Table("Three to five effects in one arm", ("", "of all"), made, frozenset({1}), note)
+
+
 def _measured(
     title: str, found: Score, columns: Mapping[str, str], note: str, measures: Mapping[str, str] = MEASURES
 ) -> Table:

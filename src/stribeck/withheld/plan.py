@@ -16,6 +16,7 @@ JOINTS = (1, 2, 2, 2)  # of the arms, drawn from
 DISTURBED = 3  # every third case without an effect is shaken by coloured torque noise
 SMOOTH = 0.1  # of the cases without negative damping: a joint without falling friction, which would give that away
 LEFT_OUT = 3  # names that a case with its effect left out withholds from the library, the true one among them
+SEVERAL = (3, 4, 5)  # effects of a case that has several, in turn
 CLASH = frozenset({"encoder_offset", "torque_saturation"})  # one shows only under gravity, the other without
 
 
@@ -37,6 +38,8 @@ class Order:
         Drawn from, in turn.
     joints : tuple of int
         Numbers of joints, drawn from.
+    several : int
+        Cases with three to five effects, as worn arms have them.
     """
 
     single: int = 0
@@ -47,11 +50,12 @@ class Order:
     effects: tuple[str, ...] = tuple(KNOWN)
     levels: tuple[str, ...] = LEVELS
     joints: tuple[int, ...] = JOINTS
+    several: int = 0
 
     @property
     def total(self) -> int:
         """Number of cases."""
-        return self.single + self.pairs + self.none + self.unknown + self.left_out
+        return self.single + self.pairs + self.none + self.unknown + self.left_out + self.several
 
     def checked(self) -> Order:
         """Return the order itself; raise `InputError` for what cannot be recorded."""
@@ -65,9 +69,13 @@ class Order:
             if not 1 <= count <= 4:
                 raise InputError("--joints: the plant has 1 to 4 joints", str(count), "use 1 to 4")
         if self.total < 1:
-            raise InputError("no cases to record", "0", "give --cases, --none, --unknown, --pairs or --left-out")
+            options = "--cases, --none, --unknown, --pairs, --left-out or --several"
+            raise InputError("no cases to record", "0", f"give {options}")
         if self.pairs and len(self.effects) < 2:
             raise InputError("--pairs need two effects", ", ".join(self.effects), "give more --effects")
+        if self.several and len(self.effects) <= max(SEVERAL):
+            what = f"--several need {max(SEVERAL) + 1} effects to draw from"
+            raise InputError(what, ", ".join(self.effects), "give more --effects")
         return self
 
 
@@ -92,14 +100,17 @@ def plans(order: Order, rng: np.random.Generator) -> tuple[Plan, ...]:
     order : Order
         Checked.
     rng : numpy.random.Generator
-        Draws pairs, joints, decoys and the order.
+        Draws what goes together, joints, decoys and the order.
     """
     one, other, level = order.effects, tuple(UNKNOWN), order.levels
     cases = [Plan("single", (_in_turn(one, i),), _level(level, i, len(one))) for i in range(order.single)]
     cases += [Plan("unknown", (_in_turn(other, i),), _level(level, i, len(other))) for i in range(order.unknown)]
-    cases += [Plan("pair", _pair(one, rng), _level(level, i, 1)) for i in range(order.pairs)]
+    cases += [Plan("pair", _drawn(one, 2, rng), _level(level, i, 1)) for i in range(order.pairs)]
     cases += [Plan("none", disturbed=i % DISTURBED == 2) for i in range(order.none)]
     cases += [_left_out(i, order, rng) for i in range(order.left_out)]
+    for i in range(order.several):
+        names = _drawn(one, SEVERAL[i % len(SEVERAL)], rng)
+        cases.append(Plan("several", names, _level(level, i, len(SEVERAL))))
     cases = [_placed(case, order.joints, rng) for case in cases]
     return tuple(cases[i] for i in rng.permutation(len(cases)))
 
@@ -114,11 +125,12 @@ def _level(levels: Sequence[str], i: int, each: int) -> str:
     return levels[(i + shift) % len(levels)]
 
 
-def _pair(names: Sequence[str], rng: np.random.Generator) -> tuple[str, ...]:
+def _drawn(names: Sequence[str], count: int, rng: np.random.Generator) -> tuple[str, ...]:
+    """Return so many different names, that go together where there is a choice."""
     while True:
-        pair = tuple(str(name) for name in rng.choice(names, 2, replace=False))
-        if set(pair) != CLASH or len(names) == 2:
-            return pair
+        drawn = tuple(str(name) for name in rng.choice(names, count, replace=False))
+        if not set(drawn) >= CLASH or len(names) == count:
+            return drawn
 
 
 def _left_out(i: int, order: Order, rng: np.random.Generator) -> Plan:

@@ -763,9 +763,9 @@ def test_it_ends_at_what_every_arm_has_and_goes_on_from_there_when_told(monkeypa
 @pytest.mark.parametrize(
     ("names", "steps"),
     [
-        (["presliding", "presliding", "backlash", "cogging", "delay"], 4),  # one effect at two joints
-        (["presliding", "backlash", "cogging", "delay"], 3),
-        (["presliding"] * 6, 5),
+        (["presliding", "presliding", "backlash", "cogging", "delay", "contact", "payload", "history"], 7),
+        (["presliding", "backlash", "cogging", "delay", "contact", "payload", "history"], 6),
+        (["presliding"] * 10, 9),
     ],
 )
 def test_an_effect_at_further_joints_is_no_further_effect(
@@ -903,6 +903,7 @@ def test_a_search_made_anew_has_the_same_rivals_as_long_as_it_comes_to_the_same(
         asked.append(same)
         return {id(earlier[0]): earlier[0], id(earlier[1]): nothing}.get(id(same)) or taken(next(others), 0.95, 20.0)
 
+    monkeypatch.setattr(forward_module, "MOST_EFFECTS", 3)
     monkeypatch.setattr(forward_module, "Tryout", lambda *_: None)
     monkeypatch.setattr(forward_module, "_step", step)
     monkeypatch.setattr(forward_module, "relawed", lambda setting, floor, pool, model, *_: model)
