@@ -83,6 +83,14 @@ def test_two_effects_are_both_claimed(diagnosis):
     assert text == f"Presliding at joint A {first}; and cable spring at joint B {second}."
 
 
+def test_of_more_than_two_only_the_last_is_joined_by_and(diagnosis):
+    made = diagnosis(named=("presliding", "cable_spring"))
+    third = replace(words.cause_of(made, "cable_spring"), effect="delay", equivalent=("delay",))
+    text = sentences.which(replace(made, named=(*made.named, "delay"), causes=(*made.causes, third)))
+    assert text.count("; and ") == 1
+    assert [part.split(" at ")[0] for part in text.split("; ")] == ["Presliding", "cable spring", "and delay"]
+
+
 def test_how_far_without_anything_closable_claims_nothing(diagnosis):
     text = sentences.how_far(replace(diagnosis(), closed=None))
     assert text.startswith("No part of a torque gap counts as closed. Torque rms, as given → re-tuned → corrected: A ")

@@ -76,7 +76,8 @@ def which(diagnosis: Diagnosis) -> str:
         return (
             f"No cause is named: no known effect explains the gap{_chance(chance, 'that the cause is none of them')}."
         )
-    claims = "; and ".join(claim(diagnosis, words.cause_of(diagnosis, name)) for name in diagnosis.named)
+    *before, last = (claim(diagnosis, words.cause_of(diagnosis, name)) for name in diagnosis.named)
+    claims = f"{'; '.join(before)}; and {last}" if before else last
     claims = f"{claims[0].upper()}{claims[1:]}."
     if diagnosis.verdict == "explained":
         return claims
