@@ -119,6 +119,20 @@ def test_friction_that_goes_with_the_fast_side_of_a_gear_is_named(a_turn: float)
 
 
 @pytest.mark.long
+def test_each_of_several_effects_is_named() -> None:
+    """As worn arms have them: each is believed once the others are there, for what they leave speaks against it."""
+    hidden = (
+        ("delay", {"time": 0.012}),
+        ("cogging", {"amplitude": 1.0, "harmonic": 12.0, "phase": 0.3}),
+        ("quadratic_damping", {"coefficient": 0.8}),
+        ("load_dependent_friction", {"ratio": 0.15}),
+    )
+    diagnosis = found(*hidden, leave_out=SLOW)
+    assert sorted(diagnosis.named) == sorted(name for name, _ in hidden)
+    assert diagnosis.verdict == "explained"
+
+
+@pytest.mark.long
 def test_logs_may_come_as_they_are() -> None:
     dirty = as_they_come(recorded((LATE[0], dict(LATE[1]))))
     told = diagnose(NOMINAL, dirty, jobs=1, leave_out=FEW)
