@@ -22,7 +22,6 @@ from stribeck.identify.problem import Weights
 from stribeck.model.layout import Placed
 
 MUCH_LEFT = 2.5  # of the noise floor's power, beside an effect that alone was taken: another one may be the true one
-FAR_TOO_MUCH = 10.0  # of it, where several were taken and ought to have closed the gap
 NEARLY = 0.6  # of what it gains, in logarithms, that the other one gains
 WEIGHING = 40  # evaluations of the last model without one of its effects
 STANDS_IN = 1 / 3  # of what an effect gained, in logarithms: two of which each alone does the rest are one, twice
@@ -128,12 +127,12 @@ def stands_in(steps: Sequence[Step]) -> bool:
 
 
 def misleading(steps: Sequence[Step]) -> tuple[str, int] | None:
-    """Return the effect that was taken first where much is left in the end, and another came near it; or None.
+    """Return the one effect that was taken where it leaves much, nothing helps it, and another came near it; or None.
 
-    A lag that follows a delay in part leaves what hides the payload beside it. All that comes later builds upon it.
+    A lag that follows a delay in part leaves what hides the payload beside it.
     """
     taken = [step for step in steps if step.taken]
-    if not taken or taken[0].best is None or (len(taken) == 1 and steps[-1].taken):
+    if len(taken) != 1 or steps[-1].taken or taken[0].best is None:
         return None
     ranking, worth = taken[0].ranking, taken[0].worth
     left = ranking.power[ranking.best] if worth is None else worth.power[1]
@@ -142,5 +141,4 @@ def misleading(steps: Sequence[Step]) -> tuple[str, int] | None:
         taken[0].rivals[k - 1].placed[-1].effect.name for k in taken[0].passing if saved(ranking.overall[k]) > near
     }
     place = taken[0].best.placed[-1]
-    much = MUCH_LEFT if len(taken) == 1 else FAR_TOO_MUCH
-    return place.key if left.max() > much and names - {place.effect.name} else None
+    return place.key if left.max() > MUCH_LEFT and names - {place.effect.name} else None
