@@ -745,6 +745,26 @@ def test_the_search_ends_at_what_is_hardly_there(
     assert len(forward_module.forward(setting, SimpleNamespace(placed=()), {})) == steps  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize(
+    ("t", "kept"), [((20.0, 20.0, 20.0), 5), ((0.4, 20.0, 0.4), 4), ((0.4, 0.4, 0.4), 3), ((0.4,), 4)]
+)
+def test_beyond_the_third_effect_only_what_is_likely_is_kept(
+    t: tuple[float, ...], kept: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From the last on; and what was given up has left no lower floor behind."""
+    names = ("delay", "payload", "contact", "cogging", "backlash")
+    monkeypatch.setattr(search_module, "weighed", lambda prepared, steps, *rest: steps)
+    monkeypatch.setattr(search_module, "without_each", lambda *_: [])
+    worth = [20.0] * (len(names) - len(t)) + list(t)
+    steps = tuple(taken(name, 0.95 if own > 1.0 else 0.3, own) for name, own in zip(names, worth, strict=True))
+    setting: Any = SimpleNamespace(prepared=None, pool=None, seed=0)
+    ended = replace(steps[-1], passing=())
+    for given in (steps, (*steps, ended)):
+        found, _ = search_module._believed(setting, given)
+        assert [step.taken for step in found[:kept]] == [True] * kept
+        assert len(found) == (kept if kept < len(names) else len(given))
+
+
 def test_it_ends_at_what_every_arm_has_and_goes_on_from_there_when_told(monkeypatch: pytest.MonkeyPatch) -> None:
     late = taken("delay", 0.95, 20.0)
     assert late.best is not None

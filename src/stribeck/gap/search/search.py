@@ -18,6 +18,7 @@ from stribeck.gap.search.instead import SURELY, instead, outdone, with_as_good
 from stribeck.gap.search.look_alike import with_look_alikes
 from stribeck.gap.search.ordinary import is_ordinary, ordinary, retuned_with
 from stribeck.gap.search.pool import Pool
+from stribeck.gap.search.presence import evidence, presence
 from stribeck.gap.search.rank import rank
 from stribeck.gap.search.setting import Asked, Known, Setting
 from stribeck.gap.search.step import Step, last_model
@@ -25,6 +26,7 @@ from stribeck.gap.search.tuned import Retuned, asks_for_lower, in_lower_band
 from stribeck.model.layout import Placed
 from stribeck.model.scale import Scale
 
+FREELY, LIKELY = 3, 0.5  # effects that are kept whatever they are worth, and how likely a further one must be
 MOST_ROUNDS = 4  # of a search that starts anew from a model with more of what every arm has
 
 
@@ -90,18 +92,30 @@ def _setting(tuned: Retuned, asked: Asked, pool: Pool) -> Setting:
 def _believed(setting: Setting, steps: tuple[Step, ...]) -> tuple[tuple[Step, ...], list[Model]]:
     """Return the steps with what each effect is worth, without a last one that is hardly there beside the others.
 
-    Nor one that stands in for another: beside what does the same work as well, an effect is worth little. With them,
-    the last model without each effect.
+    Nor one that stands in for another: beside what does the same work as well, an effect is worth little. Nor beyond
+    the third one that is not likely: what is left of a law that nobody knows is made up of any number of others. With
+    the steps, the last model without each effect.
     """
-    prepared, pool, seed = setting.prepared, setting.pool, setting.seed
-    without = without_each(prepared, steps, pool)
-    steps = weighed(prepared, steps, without, seed)
-    taken = sum(step.taken for step in steps)
-    if taken > 1 and (hardly(steps[taken - 1]) or stands_in(steps[:taken])):
-        steps = (*steps[: taken - 1], replace(steps[taken - 1], passing=(), worth=None))
-        without = without_each(prepared, steps, pool)
-        steps = weighed(prepared, steps, without, seed)
+    steps, without = _weighed(setting, steps)
+    while _one_too_many(steps):  # as if it had not been tried: what follows the noise there would lower its floor
+        steps, without = _weighed(setting, steps[: sum(step.taken for step in steps) - 1])
+    taken = [step for step in steps if step.taken]
+    if len(taken) > 1 and (hardly(taken[-1]) or stands_in(taken)):
+        given_up = replace(steps[len(taken) - 1], passing=(), worth=None)
+        steps, without = _weighed(setting, (*steps[: len(taken) - 1], given_up))
     return steps, without
+
+
+def _weighed(setting: Setting, steps: tuple[Step, ...]) -> tuple[tuple[Step, ...], list[Model]]:
+    without = without_each(setting.prepared, steps, setting.pool)
+    return weighed(setting.prepared, steps, without, setting.seed), without
+
+
+def _one_too_many(steps: Sequence[Step]) -> bool:
+    """Return whether the last effect that was taken comes after three others, and is not likely to be there."""
+    taken = [step for step in steps if step.taken]
+    names = {step.best.placed[-1].effect.name for step in taken if step.best is not None}
+    return len(names) > FREELY and presence(evidence(taken[-1])) < LIKELY
 
 
 def _from_the_ordinary(
