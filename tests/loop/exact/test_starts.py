@@ -7,7 +7,7 @@ import pytest
 from stribeck.loop.analyse import _shown
 from stribeck.loop.exact.rounds import Rounds
 from stribeck.loop.exact.settle import settle
-from stribeck.loop.exact.starts import own_start
+from stribeck.loop.exact.starts import own_start, starts
 from stribeck.loop.linear.operating import pose
 from stribeck.loop.maps.cells import fits
 from stribeck.simulate import JointLoop, Loop, Reference, simulate_loop
@@ -63,3 +63,14 @@ def test_steps_that_the_duration_does_not_reach_are_none(loop_of):
 def test_the_quick_map_takes_one_step(loop_of):
     assert not fits(Rounds(one_joint(A), stepping(loop_of(), THERE_AND_BACK, 2.0)), "A")
     assert fits(Rounds(one_joint(A), stepping(loop_of(), THERE_AND_BACK)), "A") == "the reference steps more than once"
+
+
+def test_beside_one_that_regulates_a_ramp_starts_where_its_joint_is():
+    """An error at the start is none of a ramp's, whatever its key says."""
+    ramp = Reference("ramp", velocity=0.05, initial_error=0.4)
+    loop = Loop(0.0, 20.0, (JointLoop("A", 60.0, ramp, start=0.1), JointLoop("B", 30.0, Reference("regulate"))))
+    rounds = Rounds(two_links(), loop)
+    place = starts(rounds)["large"]
+    q = place.values[rounds.layout.state][: rounds.n]
+    assert q[0] == pytest.approx(0.1)
+    assert abs(q[1]) > 0.1
