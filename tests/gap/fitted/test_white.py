@@ -19,9 +19,9 @@ SIZE = 0.3  # N m
 
 
 @cache
-def still(seed: int = 0) -> Conditioned:
+def still(seed: int = 0, rate: float = 500.0) -> Conditioned:
     """A long recording, whose filter and rows are what matters here."""
-    t = np.arange(20000) / 500.0
+    t = np.arange(round(40.0 * rate)) / rate
     q = 0.5 * np.sin(t)[:, None] + 1e-5 * np.random.default_rng(seed).standard_normal((len(t), 1))
     return condition(TRUE, Run("still", t, q, np.zeros_like(q)), CUTOFF, thin=True)
 
@@ -59,6 +59,20 @@ def test_bursts_are_no_noise() -> None:
     torque = noise(7) * (np.floor(still().time) % 10 == 0)
     seen = rows(torque)
     assert white_rms(seen, [still()], CUTOFF, 0) < 0.2 * np.sqrt(np.mean(seen**2))
+
+
+@pytest.mark.parametrize("first", [70.0, 500.0])
+def test_runs_of_another_rate_have_other_rows(first: float) -> None:
+    """A slow tone in noise, recorded at 70 and at 500 Hz: either may come first."""
+    runs = [still(rate=first), still(rate=570.0 - first)]
+    parts, alone = [], []
+    for k, run in enumerate(runs):
+        torque = SIZE * np.random.default_rng(20 + k).standard_normal(len(run.time))
+        tone = 2.0 * SIZE * np.sin(2 * np.pi * 0.7 * run.time)
+        for into, values in ((alone, torque), (parts, torque + tone)):
+            into.append(run.filtered(values[:, None])[:, 0])
+    size = np.sqrt(np.mean(np.concatenate(alone) ** 2))
+    assert white_rms(np.concatenate(parts), runs, CUTOFF, 0) == pytest.approx(size, rel=0.15)
 
 
 def test_nothing_is_nothing() -> None:

@@ -6,8 +6,8 @@ residual without memory at every moment, so what is white through the filter is 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from itertools import pairwise
 
 import numpy as np
 from scipy import optimize, signal
@@ -22,6 +22,7 @@ NARROWER = (0.6, 0.35, 0.2, 0.1, 0.05, 0.02)  # bandwidths of residuals with a m
 SEGMENT = 16  # rows
 UPPER = (0.55, 0.95)  # of the cutoff: the band where motions leave least
 STEADY = 1.5  # a moment's violence (stops, knocks) is no noise: it may exceed the median moment's by this much
+ALIKE = 0.02  # of the time between rows, within which runs are told as one
 LEAST_MOTION = 200  # rows: less has no median that one could go by
 MOSTLY, PARTLY = 0.5, 0.1  # of a short stretch, and of a run, that must be motion
 
@@ -77,24 +78,33 @@ def white_rms(residual: np.ndarray, runs: Sequence[Conditioned], cutoff: float, 
     bounds the former, for bursts may look white as well. Of a joint that rests, they are those of motion, and count for
     as much of the time: stiction holds the torque's noise, too.
     """
-    pieces = _pieces(residual, runs)
-    if not pieces:
-        return 0.0
+    ends = np.cumsum([len(run.analysis_index) for run in runs])
+    parts = np.split(residual, ends)[:-1]
+    told = [(part, run) for part, run in zip(parts, runs, strict=True) if len(part) > 2 * SEGMENT]
+    rows, power = sum(len(part) for part, _ in told), 0.0
+    while told:  # runs of another rate have other rows
+        near = [abs(math.log(_row(run) / _row(told[0][1]))) < ALIKE for _, run in told]
+        power += _white_power([pair for pair, same in zip(told, near, strict=True) if same], cutoff, joint)
+        told = [pair for pair, same in zip(told, near, strict=True) if not same]
+    return math.sqrt(power / max(rows, 1))
+
+
+def _row(run: Conditioned) -> float:
+    """Return the time from one analysis sample to the next, s."""
+    return run.sample_time * run.decimation
+
+
+def _white_power(told: Sequence[tuple[np.ndarray, Conditioned]], cutoff: float, joint: int) -> float:
+    """Return the sum of squares of the white part of residuals, each with its run, whose rows are as far apart."""
+    pieces, runs = [part for part, _ in told], [run for _, run in told]
     correlation = np.sum([_lagged(piece) for piece in pieces], axis=0)
     power = float(correlation[0])
     if power <= 0.0:
         return 0.0
     share, _ = optimize.nnls(_atoms(runs[0], cutoff), correlation / power)
-    rms = float(np.sqrt(min(share[0], 1.0) * power / sum(map(len, pieces))))
-    resting = np.concatenate([run.stuck[run.analysis_index, joint] for run in runs])
-    return min(rms, STEADY * _steady_rms(pieces, _pieces(resting, runs), runs[0], cutoff))
-
-
-def _pieces(residual: np.ndarray, runs: Sequence[Conditioned]) -> list[np.ndarray]:
-    """Return the rows of each run that is long enough to tell."""
-    edges = np.cumsum([0, *(len(run.analysis_index) for run in runs)])
-    parts = [residual[start:stop] for start, stop in pairwise(edges)]
-    return [part for part in parts if len(part) > 2 * SEGMENT]
+    resting = [run.stuck[run.analysis_index, joint] for run in runs]
+    steady = STEADY * _steady_rms(pieces, resting, runs[0], cutoff)
+    return min(min(float(share[0]), 1.0) * power, steady**2 * sum(map(len, pieces)))
 
 
 def _lagged(values: np.ndarray) -> np.ndarray:
@@ -109,7 +119,7 @@ def _atoms(run: Conditioned, cutoff: float) -> np.ndarray:
     frequency = np.linspace(0.0, 0.5 / step, 4000)
     passed = np.abs(signal.freqz(run.taps, worN=2 * np.pi * frequency * step)[1]) ** 2
     spectra = [passed, *(passed * np.exp(-((frequency / (b * cutoff)) ** 2)) for b in NARROWER)]
-    waves = np.cos(2 * np.pi * step * run.decimation * np.outer(np.arange(LAGS), frequency))
+    waves = np.cos(2 * np.pi * _row(run) * np.outer(np.arange(LAGS), frequency))
     columns = [waves @ spectrum / spectrum.sum() for spectrum in spectra]
     return np.array([*columns, np.ones(LAGS)]).T
 
@@ -130,7 +140,7 @@ def _steady_rms(pieces: Sequence[np.ndarray], resting: Sequence[np.ndarray], run
         for piece, own in zip(pieces, moves, strict=True):
             length = rows or len(piece)
             frequency, _, power = signal.spectrogram(
-                piece, fs=1.0 / (step * run.decimation), window="hann", nperseg=length, noverlap=length // 2
+                piece, fs=1.0 / _row(run), window="hann", nperseg=length, noverlap=length // 2
             )
             band = (frequency >= UPPER[0] * cutoff) & (frequency <= UPPER[1] * cutoff)
             passed = np.abs(signal.freqz(run.taps, worN=2 * np.pi * frequency[band] * step)[1]) ** 2

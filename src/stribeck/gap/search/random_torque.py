@@ -199,4 +199,6 @@ def _edges(runs: Sequence[Conditioned]) -> np.ndarray:
 
 
 def _step(runs: Sequence[Conditioned]) -> float:
-    return float(runs[0].decimation * runs[0].sample_time)
+    """Return the time between rows, s; of runs of different rates, the middle one of all rows."""
+    steps = [run.decimation * run.sample_time for run in runs]
+    return float(np.median(np.repeat(steps, [len(run.analysis_index) for run in runs])))
