@@ -17,8 +17,8 @@ HERTZ = 1.6
 SCALE = Scale(torque=1.0, friction=0.1, speed=1.0, travel=1.0, inertia=1.0, sample_time=0.005)
 
 
-def swung(hertz: float, phase: float, q_ref: float | None = None) -> Conditioned:
-    t = np.arange(2000) * 0.005
+def swung(hertz: float, phase: float, q_ref: float | None = None, seconds: float = 10.0) -> Conditioned:
+    t = np.arange(round(seconds / 0.005)) * 0.005
     q = (np.sin(2 * np.pi * hertz * t + phase) + 0.02 * np.sin(2 * np.pi * 3 * hertz * t))[:, None]
     run = Run("swung", t, q, np.cos(2 * np.pi * hertz * t)[:, None])
     run = run if q_ref is None else replace(run, q_ref=np.full_like(q, q_ref))
@@ -29,6 +29,15 @@ def test_a_motion_that_swings_has_a_rhythm_whatever_the_phases_of_its_runs() -> 
     frequency, apart = rhythm([swung(HERTZ, phase) for phase in (0.0, 1.0, 4.0)], 0)
     assert abs(frequency - HERTZ) < 0.5 * apart
     assert apart == pytest.approx(0.1, rel=0.05)  # of 10 s
+
+
+@pytest.mark.parametrize(("hertz", "asked"), [(4.0, False), (4.0, True), (2.0, False)])
+def test_a_long_recording_swings_as_a_short_one_does(hertz: float, asked: bool) -> None:
+    """Taken every so many samples it would seem to swing at another frequency."""
+    run = swung(hertz, 0.3, seconds=400.0)
+    run = replace(run, run=replace(run.run, q_ref=run.run.q)) if asked else run
+    frequency, apart = rhythm([run], 0)
+    assert abs(frequency - hertz) < 0.5 * apart
 
 
 def test_runs_that_swing_each_at_its_own_frequency_and_other_motions_have_none() -> None:

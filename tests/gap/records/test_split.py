@@ -70,6 +70,22 @@ def test_a_run_that_goes_where_no_other_goes_is_fitted() -> None:
     assert [run.name for run in held] == ["2", "4"]
 
 
+@pytest.mark.parametrize("rest", [0.0, 0.2, 0.4])
+def test_of_a_single_run_a_part_is_held_out_in_which_the_arm_moves(rest: float) -> None:
+    run = sines(6.0)
+    still = round(rest * len(run.t))
+    q = run.q.copy()
+    q[len(q) - still :] = q[len(q) - still - 1]
+    notes: list[str] = []
+    (fit,), (held,) = split([replace(run, q=q)], notes)
+    assert len(fit.t) + len(held.t) == len(run.t)
+    way = [np.abs(np.diff(part.q, axis=0)).sum() for part in (fit, held)]
+    assert way[1] / sum(way) == pytest.approx(0.3, abs=0.06 if rest > 0.2 else 0.2)
+    (note,) = notes
+    assert f"the last {len(held.t) / len(run.t):.0%} is held out" in note
+    assert (f"{len(held.t) / len(run.t):.0%}" == "30%") == (rest < 0.3)
+
+
 def test_a_run_that_shows_what_no_other_does_is_fitted_however_it_moves() -> None:
     runs = [sines(3.0, seed=k, name=f"{k}") for k in range(6)]
     notes: list[str] = []

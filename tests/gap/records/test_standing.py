@@ -50,6 +50,21 @@ def test_a_motion_of_a_few_steps_is_one() -> None:
     check_motion(TRUE, (*moves.fit, *moves.held))
 
 
+@pytest.mark.parametrize("step", [0.0, STEP])
+def test_a_joint_that_moves_in_held_out_runs_alone_keeps_its_constants(step: float) -> None:
+    """At rest any friction will do: what the file says, or has as zero, is all that is known of it."""
+    rests = [beside(sines(5.0, seed=k, name=f"{k}"), stood(k, 2.0, step)) for k in range(2)]
+    moves = beside(sines(5.0, seed=3, name="3"), sines(5.0, seed=4, name="4"))
+    for constants in (JOINT.friction, replace(JOINT.friction, C0=0.0, C2=0.0)):
+        joint = replace(TWO.joints[1], friction=constants, backward=constants)
+        prepared = prepare(replace(TWO, joints=(TWO.joints[0], joint)), rests, [moves])
+        assert {"C0", "C2"}.isdisjoint(prepared.arm.joints[1].tolerance)
+        (text,) = [text for text in prepared.warnings if "alone" in text]
+        assert text.startswith("B: it moves in held-out runs alone: nothing of it can be learnt")
+    (text,) = [text for text in prepare(TWO, [moves], rests).warnings if "judges" in text]
+    assert text.startswith("B: it moves in no run that is held out")
+
+
 def test_a_joint_that_is_driven_in_vain_is_told_of() -> None:
     def told(torque: float, moved: float = 0.0) -> list[str]:
         runs = [beside(sines(5.0, seed=k, name=f"{k}"), stood(k, torque)) for k in range(2)]

@@ -47,8 +47,8 @@ def parameters_of(cause: Cause, model: Model, prepared: Prepared, floor: np.ndar
             if joint in cause.joints:
                 parameters.setdefault(joint, {})[entry.name] = estimate
                 limits.setdefault(joint, {})[entry.name] = entry.lower, entry.upper
-    step = prepared.fit[0].run.t
-    return {joint: widened(own, limits[joint], float(step[1] - step[0])) for joint, own in parameters.items()}
+    step = prepared.scales[0].sample_time
+    return {joint: widened(own, limits[joint], step) for joint, own in parameters.items()}
 
 
 def laws_of(cause: Cause, added: Sequence[Placed], arm: Arm) -> dict[str, str]:
@@ -90,7 +90,7 @@ def _of_effects(model: Model, prepared: Prepared, found: Mapping[str, Estimate])
 
     They have no tolerance: whether one has moved far is told by its effect's size in the file, or a typical one.
     """
-    arm, step = prepared.arm, prepared.fit[0].sample_time
+    arm, step = prepared.arm, prepared.scales[0].sample_time
     stated = {entry.key: entry.value for entry in layout(arm, placed_effects(arm))}
     typical = effect_scales(SignalPath(arm, model.placed), prepared)
     for k in range(len(model.placed)):  # what re-tuning took in beside them is told in a note

@@ -17,7 +17,7 @@ from stribeck.gap.records.rhythm import rhythm
 from stribeck.gap.records.sequence import distance_gone, in_sequence, order
 from stribeck.gap.records.split import split
 from stribeck.gap.records.spread import Noise
-from stribeck.gap.records.standing import driven_in_vain
+from stribeck.gap.records.standing import driven_in_vain, seen_on_one_side, standing
 from stribeck.gap.records.unsaid import with_unsaid
 from stribeck.grid import uniform
 from stribeck.identify.braked import DRIVEN
@@ -127,11 +127,12 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = (), fitted:
         _check_filtered(one, cutoff)
     notes += [f"{run.name}: {text}" for run in conditioned for text in _held(arm, run)]
     doubts = dict.fromkeys(f"{run.name}: {text}" for run in every for text in run.warnings)
-    warnings = (*doubtful_values(arm), *doubts, *driven_in_vain(arm, conditioned), *doubtful_torques(arm, every, noise))
+    unseen = (*driven_in_vain(arm, conditioned), *seen_on_one_side(arm, learnt, kept))
+    warnings = (*doubtful_values(arm), *doubts, *unseen, *doubtful_torques(arm, every, noise))
     gone = sum(distance_gone(run.q, run.sample_time) for run in [*even, *kept_back])
     scales = typical(arm, learnt, inertia, np.asarray(gone))
-    said = _together(notes)
-    return Prepared(with_unsaid(arm, scales), learnt, kept, scales, cutoff, said, warnings, stated=arm)
+    retunable, said = with_unsaid(arm, scales, standing(learnt)), _together(notes)
+    return Prepared(retunable, learnt, kept, scales, cutoff, said, warnings, stated=arm)
 
 
 def _even(runs: Sequence[Run], held_out: Sequence[Run], notes: list[str]) -> tuple[list[Run], list[Run]]:
@@ -224,7 +225,7 @@ def typical(arm: Arm, runs: Sequence[Conditioned], inertia: np.ndarray, gone: np
             travel=travel(j) + 1e-6,
             covered=float(np.ptp(np.concatenate([run.position[:, j] for run in runs]))),
             inertia=float(inertia[j]),
-            sample_time=runs[0].run.sample_time,
+            sample_time=max(run.run.sample_time for run in runs),
             length=arm.joints[j].length,
             prismatic=arm.joints[j].kind == "prismatic",
             middle=float(np.median(np.concatenate([run.position[:, j] for run in runs]))),

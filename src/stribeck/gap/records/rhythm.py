@@ -12,7 +12,8 @@ from stribeck.identify.conditioning import Conditioned
 MOSTLY = 0.9  # of the velocity's power in all runs, that one wave takes of a motion that has a rhythm
 SLOWEST, FASTEST = 0.05, 25.0  # Hz
 FINENESS = 4  # frequencies looked at, to one that the longest run can tell from the next
-ROWS = 2000  # samples of a run that are looked at, at most
+ROWS = 2000  # samples of a run that are looked at, at most: any ones, for even steps would fold what is faster
+LONGEST = 100.0  # s of a run, from its middle
 
 
 def rhythm(runs: Sequence[Conditioned], joint: int) -> tuple[float, float]:
@@ -51,10 +52,12 @@ def rhythm(runs: Sequence[Conditioned], joint: int) -> tuple[float, float]:
 
 def _asked(run: Conditioned, joint: int) -> tuple[np.ndarray, np.ndarray]:
     """Return times (M,), s, and the velocity about its mean (M,), rad/s, as asked for; else as it was."""
-    every = max(1, len(run.time) // ROWS)
     if run.run.q_ref is None:
-        time, velocity = run.time[::every], run.velocity[::every, joint]
+        time, velocity = run.time, run.velocity[:, joint]
     else:
-        time = run.run.t[::every]
-        velocity = np.gradient(run.run.q_ref[::every, joint], time)
-    return time, velocity - velocity.mean()
+        time = run.run.t
+        velocity = np.gradient(run.run.q_ref[:, joint], time)
+    rows = np.flatnonzero(np.abs(time - 0.5 * (time[0] + time[-1])) <= 0.5 * LONGEST)
+    if len(rows) > ROWS:
+        rows = np.sort(np.random.default_rng(0).choice(rows, ROWS, replace=False))
+    return time[rows], velocity[rows] - velocity[rows].mean()

@@ -34,8 +34,8 @@ def split(runs: Sequence[Run], notes: list[str], fitted: Collection[str] = ()) -
     """
     if len(runs) == 1:
         run = runs[0]
-        k = round((1.0 - HELD_SHARE) * len(run.t))
-        notes.append(f"{run.name}: the last {HELD_SHARE:.0%} is held out")
+        k = _cut(run)
+        notes.append(f"{run.name}: the last {1.0 - k / len(run.t):.0%} is held out")
         return [part(run, 0, k)], [part(run, k, len(run.t))]
     alone, asked = _alone(runs), _asked(runs)
     first = order(runs)[0]
@@ -49,6 +49,20 @@ def split(runs: Sequence[Run], notes: list[str], fitted: Collection[str] = ()) -
     held = _exchanged(held, asked, _moved(asked, runs[0].n), alone)
     notes.extend(f"{runs[i].name}: fitted, for it shows what no other fitted one does" for i in shown if i not in held)
     return [run for i, run in enumerate(runs) if i not in held], [runs[i] for i in held]
+
+
+def _cut(run: Run) -> int:
+    """Return the first sample of the part of a single run that is held out: its last part in time.
+
+    Where a joint as good as rests in that, the last part of the way that all joints go together.
+    """
+    way = np.cumsum(np.abs(_speed(run)), axis=0)
+    way /= way[-1] + np.finfo(float).tiny
+    cut = round((1.0 - HELD_SHARE) * len(run.t))
+    if np.all((1.0 - way[cut - 1] > MOVED * HELD_SHARE) | (way[-1] == 0.0)):
+        return cut
+    moved = int(np.searchsorted(way.sum(axis=1), (1.0 - HELD_SHARE) * way[-1].sum())) + 1
+    return max(moved, round(HELD_SHARE * len(run.t)))
 
 
 def _alone(runs: Sequence[Run]) -> np.ndarray:

@@ -14,7 +14,7 @@ from stribeck.identify.conditioning import Conditioned
 
 def check_motion(arm: Arm, runs: Sequence[Conditioned]) -> None:
     """Raise `InputError` where no joint moves in any run: a residual of nothing is no sign of a good model."""
-    if not _standing(runs).all():
+    if not standing(runs).all():
         return
     way, noise = np.max([np.ptp(run.run.q, axis=0) for run in runs], axis=0), runs[0].noise
     j = int(np.argmax(way / noise))
@@ -30,9 +30,22 @@ def driven_in_vain(arm: Arm, runs: Sequence[Conditioned]) -> list[str]:
     return [
         f"{arm.names[j]}: it is driven, but moves in no recording beyond its encoder's noise: little can be said of "
         "it; record it with more torque than its friction holds"
-        for j in np.flatnonzero(_standing(runs) & ~held)
+        for j in np.flatnonzero(standing(runs) & ~held)
     ]
 
 
-def _standing(runs: Sequence[Conditioned]) -> np.ndarray:
+def seen_on_one_side(arm: Arm, fit: Sequence[Conditioned], held: Sequence[Conditioned]) -> list[str]:
+    """Return a warning for each joint that moves in fitted runs alone, or in held-out ones alone."""
+    learnt, judged = ~standing(fit), ~standing(held)
+    do = "record it moving in several runs, or choose with --held-out which are kept back"
+    return [
+        f"{arm.names[j]}: it moves in no run that is held out: nothing judges what is learnt of it; {do}"
+        if learnt[j]
+        else f"{arm.names[j]}: it moves in held-out runs alone: nothing of it can be learnt; {do}"
+        for j in np.flatnonzero(learnt != judged)
+    ]
+
+
+def standing(runs: Sequence[Conditioned]) -> np.ndarray:
+    """Return which joints (n,) stand still in every run, at any torque."""
     return np.asarray(np.all([unmoved(run.run, run.noise) for run in runs], axis=0))

@@ -10,6 +10,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from stribeck.arm import Arm, Joint, with_unit
 from stribeck.gap.result import Tuned
 from stribeck.model.scale import Scale
@@ -19,16 +21,19 @@ NEXT_TO_NOTHING = 1e-6  # of that: what a fit left at its bound
 KEYS = ("C0", "C2", "rotor_inertia")
 
 
-def with_unsaid(arm: Arm, scales: Sequence[Scale]) -> Arm:
-    """Return the arm with a tolerance (one standard deviation, absolute) for each such value that has none."""
+def with_unsaid(arm: Arm, scales: Sequence[Scale], still: Sequence[bool] | np.ndarray) -> Arm:
+    """Return the arm with a tolerance (one standard deviation, absolute) for each such value that has none.
+
+    Not for the friction of joints that stand ``still`` (n,): at rest any constants will do.
+    """
     joints = (
-        replace(joint, tolerance={**_missing(arm, joint, scale), **joint.tolerance})
-        for joint, scale in zip(arm.joints, scales, strict=True)
+        replace(joint, tolerance={**_missing(arm, joint, scale, bool(rests)), **joint.tolerance})
+        for joint, scale, rests in zip(arm.joints, scales, still, strict=True)
     )
     return replace(arm, joints=tuple(joints))
 
 
-def _missing(arm: Arm, joint: Joint, scale: Scale) -> dict[str, float]:
+def _missing(arm: Arm, joint: Joint, scale: Scale, still: bool) -> dict[str, float]:
     torque = FRICTION * scale.torque
     spread = {"C0": torque, "C2": torque / scale.speed, "rotor_inertia": arm.tolerance.inertial * scale.inertia}
     said = {
@@ -36,7 +41,8 @@ def _missing(arm: Arm, joint: Joint, scale: Scale) -> dict[str, float]:
         "C2": max(joint.friction.C2, joint.backward.C2),
         "rotor_inertia": joint.rotor_inertia,
     }
-    return {key: spread[key] for key in KEYS if said[key] <= NEXT_TO_NOTHING * spread[key]}
+    keys = KEYS[-1:] if still else KEYS
+    return {key: spread[key] for key in keys if said[key] <= NEXT_TO_NOTHING * spread[key]}
 
 
 def told_of(tuned: Sequence[Tuned]) -> list[str]:
