@@ -48,6 +48,15 @@ def test_coarse_steps_are_seen_though_the_clock_jitters() -> None:
     assert found.values["resolution"][0] == pytest.approx(2e-3, rel=1e-6)
 
 
+@pytest.mark.parametrize(("step", "coarse"), [(1e-3, (False, True)), (2e-5, (False, False)), (2e-3, (True, True))])
+def test_what_is_coarse_where_the_file_says_nothing_is_told_of_a_turn_or_of_a_scale(
+    step: float, coarse: tuple[bool, bool]
+) -> None:
+    turning = record(step=step, resolution=None)
+    seen = [EncoderQuantisation().observed(one) for one in (turning, replace(turning, prismatic=True))]
+    assert tuple(one is not None for one in seen) == coarse
+
+
 def test_a_joint_that_rests_in_one_recording_is_coarse_in_the_others() -> None:
     seen = record(step=2e-3)
     rests, shakes = np.full(500, 0.4), np.where(np.arange(500) == 200, 0.402, 0.4)

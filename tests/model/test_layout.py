@@ -41,6 +41,15 @@ def test_priors_are_the_tolerances() -> None:
     assert entries["A.com_x"].lower == -math.inf
 
 
+def test_what_must_be_above_zero_may_be_as_small_as_it_is() -> None:
+    """An axis that creeps by micrometres has an alpha below any bound that would do for an arm."""
+    friction = replace(A.friction, alpha=1e-8)
+    arm = replace(ARM, joints=(replace(A, mass=1e-7, friction=friction, backward=friction),))
+    entries = {entry.key: entry for entry in layout(arm, ())}
+    for key in ("A.mass", "A.friction.alpha"):
+        assert 0.0 < entries[key].lower < 0.1 * entries[key].value
+
+
 def test_asymmetric_joint_has_constants_for_both_directions() -> None:
     back = replace(EVEN, C0=1.0)
     arm = replace(ARM, joints=(replace(A, backward=back), ARM.joints[1]))

@@ -210,3 +210,17 @@ def test_real_recordings(name: str) -> None:
         for values in (found.q, found.dq, found.tau):
             assert np.isfinite(values).all()
         assert (rms(found.q - even.q) < (0.1, 0.35)).all()
+
+
+def test_missing_samples_are_no_error_of_the_model() -> None:
+    """What is drawn across them has the accelerations of a blow; the same model is as good beside them as without."""
+    arm = two_links(gravity=(9.81, 0.0))
+    run = recorded(arm)
+    kept = np.delete(np.arange(len(run.t)), np.arange(1000, 1040))
+    lossy = replace(run, t=run.t[kept], q=run.q[kept], tau=run.tau[kept], dq=None)
+    whole, found = predict(arm, replace(run, dq=None), 0.5), predict(arm, lossy, 0.5)
+    for error in ("torque_error", "motion_error"):
+        assert np.all(getattr(found, error) < 1.5 * getattr(whole, error)), error
+    (text,) = [text for text in found.warnings if "missing samples" in text]
+    assert "1 of 25 windows lie across" in text
+    assert not any("missing samples" in text for text in whole.warnings)

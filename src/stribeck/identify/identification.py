@@ -28,6 +28,7 @@ from stribeck.identify.taken import taken_arm
 from stribeck.identify.tustin_fit import NAMES, fit_curve
 from stribeck.model.layout import values_of
 from stribeck.run import Run, check_apart
+from stribeck.run.checks import FEWEST_ROWS
 from stribeck.run.turns import in_one_turn
 from stribeck.simulate.engine import Engine, path_of
 
@@ -60,6 +61,10 @@ def identify_friction(
     check_apart(runs)
     notes: list[str] = []
     even = between_gaps(_even(runs, notes), notes)
+    for run in even:
+        if len(run.t) < FEWEST_ROWS:
+            found = f"{len(run.t)} samples between missing ones"
+            raise InputError(f"{run.name}: too short to identify from", found, "leave it out, or lose fewer rows")
     engine = Engine(path_of(arm))
     inertia = engine.moved_inertia(np.median(np.concatenate([run.q for run in even]), axis=0))
     noise = encoder_noise(arm, even, runs)

@@ -14,7 +14,7 @@ from stribeck.model.values import Parameter
 
 INERTIAL = {"mass": "kg", "com_x": "m", "com_y": "m", "inertia": "kg m^2", "rotor_inertia": "kg m^2"}
 FRICTION = {"C0": "N m", "C1": "N m", "C2": "N m s/rad", "alpha": "rad/s"}
-_POSITIVE = {"mass": 1e-6, "alpha": 1e-6}
+_POSITIVE = ("mass", "alpha")
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ def _inertial(arm: Arm, j: int, name: str) -> list[Entry]:
     entries = []
     for key, unit in INERTIAL.items():
         value, shown = nominal[key], unit_at(unit, joint.kind)
-        lower = -math.inf if key.startswith("com") else _POSITIVE.get(key, 0.0)
+        lower = -math.inf if key.startswith("com") else _least(key, value)
         sd = joint.tolerance.get(key, arm.tolerance.inertial * abs(value))
         entries.append(Entry(f"{name}.{key}", j, key, shown, value, sd, lower, math.inf, False, "inertial"))
     return entries
@@ -123,9 +123,14 @@ def _friction(arm: Arm, j: int, name: str) -> list[Entry]:
             sd = joint.tolerance.get(key, arm.tolerance.friction * abs(value))
             if key == "alpha" and constants.C1 == 0.0:
                 sd = 0.0  # without a bend the decay constant means nothing
-            lower = _POSITIVE.get(key, 0.0)
+            lower = _least(key, value)
             entries.append(Entry(f"{name}.{side}.{key}", j, key, shown, value, sd, lower, math.inf, False, "friction"))
     return entries
+
+
+def _least(key: str, value: float) -> float:
+    """Return the lower bound of a value: next to nothing for what is divided by, else nothing."""
+    return min(1e-6, 1e-3 * value) if key in _POSITIVE else 0.0
 
 
 def _effect(arm: Arm, k: int, place: Placed, middle: float | None) -> list[Entry]:

@@ -82,6 +82,8 @@ class Record:
         Of the encoder, as the arm file has it, rad.
     read : tuple of array (N,)
         Positions as the encoder gave them, rad, at whatever times; empty where these are uniform.
+    prismatic : bool
+        Whether the joint is an axis in m.
     """
 
     position: tuple[np.ndarray, ...]
@@ -89,6 +91,7 @@ class Record:
     sample_time: tuple[float, ...]
     resolution: float | None
     read: tuple[np.ndarray, ...] = ()
+    prismatic: bool = False
 
 
 @dataclass(frozen=True)

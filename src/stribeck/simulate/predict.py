@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
-from scipy.ndimage import convolve1d
+from scipy.ndimage import convolve1d, maximum_filter1d
 
 from stribeck.arm import Arm, doubtful_values
 from stribeck.errors import InputError
@@ -105,12 +105,24 @@ def predict(arm: Arm, run: Run, horizon: float) -> Prediction:
         *_beyond(run, horizon),
     )
     good = ~np.isin(found.window, found.failed)
+    across, near = _missing(run, found.window, thinned)
+    if across.any():
+        lost = f"{len(np.unique(found.window[across]))} of {found.window[-1] + 1} windows lie across missing samples"
+        warnings = (*warnings, f"{run.name}: {lost}; they count in no error, and their torque means nothing near these")
     errors = [
-        np.sqrt(np.mean((told - recorded)[good] ** 2, axis=0)) if good.any() else np.full(arm.n, np.nan)
-        for told, recorded in ((found.q, run.q), (found.tau, run.tau))
+        np.sqrt(np.mean((told - recorded)[used] ** 2, axis=0)) if used.any() else np.full(arm.n, np.nan)
+        for told, recorded, used in ((found.q, run.q, good & ~across), (found.tau, run.tau, good & ~near))
     ]
     t = found.t + (began - run.t[0] if abs(began) >= LONG_AGO else 0.0)
     return replace(found, t=t, notes=notes, warnings=warnings, motion_error=errors[0], torque_error=errors[1])
+
+
+def _missing(run: Run, window: NDArray[np.int64], filtered: Conditioned) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rows (N,) of windows with missing samples, and those that these reach through the filters."""
+    if run.gaps is None:
+        return np.zeros(len(run.t), dtype=bool), np.zeros(len(run.t), dtype=bool)
+    half = round(len(filtered.taps) // 2 * filtered.sample_time / run.sample_time)
+    return np.isin(window, window[run.gaps]), maximum_filter1d(run.gaps, 2 * half + 1)
 
 
 def _beyond(run: Run, horizon: float) -> list[str]:

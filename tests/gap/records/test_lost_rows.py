@@ -11,7 +11,7 @@ from stribeck.gap.records.observed import observe
 from stribeck.gap.records.prepare import prepare
 from stribeck.run import Run
 
-from ..conftest import NOMINAL, recorded
+from ..conftest import NOMINAL, TRUE, recorded, sines
 
 BURSTS = ((200, 208), (500, 508), (800, 808))
 
@@ -35,3 +35,12 @@ def test_they_are_no_filter_of_the_velocity() -> None:
     runs = recorded(channels=("dq",))
     runs = [runs[0], lossy(runs[1], ((300, 360), (700, 760))), *runs[2:]]
     assert not observe(NOMINAL, runs, prepare(NOMINAL, runs).scales).placed
+
+
+def test_a_stretch_too_short_for_what_slow_runs_leave_of_the_band_is_left_out() -> None:
+    """Runs at 20 Hz lower the cutoff of all: what is long enough at 1 kHz alone may not be beside them."""
+    slow = [sines(10.0, 20.0, seed, name=f"slow {seed}") for seed in range(2)]
+    fast = lossy(sines(8.0, 1000.0, 5, name="fast"), ((3000, 3020), (3900, 3920)))
+    prepared = prepare(TRUE, [*slow, fast], [sines(10.0, 20.0, 3, name="held")])
+    lengths = [round(np.ptp(run.time), 1) for run in prepared.fit if run.name == "fast"]
+    assert lengths == [3.0, 4.1]

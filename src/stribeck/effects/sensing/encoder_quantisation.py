@@ -12,6 +12,7 @@ from stribeck.quantum import smallest_step
 
 COARSER = 1.5  # than the arm file's resolution
 COARSE = 2.0 * math.pi / 4000  # rad, where the arm file has none: below twelve bits an encoder is news
+COARSE_SCALE = 1e-4  # m, of an axis that slides
 
 
 @final
@@ -36,6 +37,7 @@ class EncoderQuantisation(SensingEffect):
 
     def observed(self, record: Record) -> Observed | None:
         step, off = smallest_step(*(record.read or record.position))
-        if step <= (COARSER * record.resolution if record.resolution else COARSE):
+        coarse = COARSE_SCALE if record.prismatic else COARSE
+        if step <= (COARSER * record.resolution if record.resolution else coarse):
             return None
         return Observed({"resolution": (step, step - off, step + off)}, 1.0)

@@ -70,6 +70,7 @@ def _record(arm: Arm, read: Sequence[Run], runs: Sequence[Run], j: int) -> Recor
         sample_time=tuple(run.sample_time for run in runs),
         resolution=arm.joints[j].encoder_resolution,
         read=tuple(run.q[:, j] for run in read),
+        prismatic=arm.joints[j].kind == "prismatic",
     )
 
 
