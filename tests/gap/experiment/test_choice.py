@@ -127,7 +127,7 @@ def told_of_lateness(
     asked: list[tuple[int, bool]] = []
     placed = [Placed(effect_named(name), joint) for name, joint in (("time_shift", 0), ("delay", 0), ("delay", 1))]
     models = tuple(SimpleNamespace(placed=(place,)) for place in placed)
-    monkeypatch.setattr(assembly, "open_question", lambda steps, unexplained: models)
+    monkeypatch.setattr(assembly, "open_question", lambda steps, named: models)
     monkeypatch.setattr(assembly, "late_as_one", lambda steps, joints: late)
     monkeypatch.setattr(assembly, "next_experiment", lambda *given, as_it_is: asked.append((len(given[1]), as_it_is)))
     arm = SimpleNamespace(names=("x_axis", "B"), n=2)

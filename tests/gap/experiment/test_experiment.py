@@ -364,7 +364,7 @@ def step(overall: list[float], best: int = 0, alike: tuple[int, ...] = ()) -> St
 
 
 def asked(steps: list[Step], *, unexplained: bool) -> list[int]:
-    return [int(model.held[0, 0]) for model in open_question(steps, unexplained=unexplained)]
+    return [int(model.held[0, 0]) for model in open_question(steps, None if unexplained else set(late().names))]
 
 
 def test_question_is_asked_only_where_there_is_one() -> None:

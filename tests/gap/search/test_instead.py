@@ -114,7 +114,8 @@ def test_what_does_as_well_beside_the_others_is_named_along(
             first: (first, rival),
             second: (second,),
         }
-        assert open_question(found, unexplained=False) == found[0].as_good
+        assert open_question(found, {first}) == found[0].as_good
+        assert open_question(found, {second}) == ()  # what is not named is no question
         assert found[0].as_good[0].rms() == pytest.approx(steps[1].best.rms(), rel=0.02)  # type: ignore[union-attr]
 
 

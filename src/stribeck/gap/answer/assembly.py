@@ -252,9 +252,9 @@ class Assembly:
 
     def _experiment(self, causes: Sequence[Cause], *, unexplained: bool) -> tuple[Experiment | None, list[str]]:
         """Return what would tell apart what these data cannot, where there is such a question; a note if nothing is."""
-        ambiguous = any((c.presence or 0.0) > NAMED_OVER and len(c.equivalent) > 1 for c in causes)
+        ambiguous = {c.effect for c in causes if (c.presence or 0.0) > NAMED_OVER and len(c.equivalent) > 1}
         late = [] if unexplained else _as_late(causes, late_as_one(self.steps, self.prepared.arm.n))
-        asked = open_question(self.steps, unexplained=unexplained) if ambiguous or unexplained else ()
+        asked = open_question(self.steps, None if unexplained else ambiguous)
         models = without_twins(asked, late)
         several = len(models) > 1
         found = next_experiment(self.prepared, models, self.floor, as_it_is=unexplained) if several else None

@@ -81,23 +81,26 @@ class Experiment:
         }
 
 
-def open_question(steps: Sequence[Step], *, unexplained: bool) -> tuple[Model, ...]:
+def open_question(steps: Sequence[Step], named: Collection[str] | None = None) -> tuple[Model, ...]:
     """Return the models that are to be told apart, the best first; none where there is no question.
 
     Parameters
     ----------
     steps : sequence of Step
         Of the search.
-    unexplained : bool
-        Whether nothing is named: where no step has left a class, the question is which rival is on the right way.
+    named : collection of str, or None
+        The effects in question, those that are named. None: nothing is; where no step has left a class, the question is
+        then which rival is on the right way.
     """
-    for step in reversed([step for step in steps if step.taken and step.best is not None]):
+    for step in reversed([step for step in steps if step.taken]):
+        if step.best is None or (named is not None and step.best.placed[-1].effect.name not in named):
+            continue
         same = alike(step, steps)
         if len(same) > 1:
             return tuple(step.rivals[k - 1] for k in same[:MOST])
         if step.as_good:
             return step.as_good[:MOST]
-    if not unexplained:
+    if named is not None:
         return ()
     step = steps[0]
     gain = step.ranking.overall[1:]

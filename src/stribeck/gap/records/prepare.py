@@ -123,7 +123,7 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = (), fitted:
     notes.append(f"analysed up to {cutoff:.3g} Hz")
     conditioned = in_sequence([condition(arm, run, cutoff, noise, thin=True) for run in every], [*even, *kept_back])
     learnt, kept = (_filtered(group, cutoff) for group in (conditioned[: len(fit)], conditioned[len(fit) :]))
-    conditioned = [*learnt, *kept]
+    conditioned = (*learnt, *kept)
     notes += [f"{run.name}: {text}" for run in conditioned for text in _held(arm, run)]
     doubts = dict.fromkeys(f"{run.name}: {text}" for run in every for text in run.warnings)
     unseen = (*driven_in_vain(arm, conditioned), *seen_on_one_side(arm, learnt, kept))
@@ -153,13 +153,13 @@ def _check_length(name: str, samples: int, least: int) -> None:
         raise InputError(f"{name}: too short to be analysed", f"{samples} samples", "leave it out")
 
 
-def _filtered(runs: Sequence[Conditioned], cutoff: float) -> list[Conditioned]:
+def _filtered(runs: Sequence[Conditioned], cutoff: float) -> tuple[Conditioned, ...]:
     """Return runs without stretches that are too short for the filter, of those that longer ones are left of."""
     long = {run.name for run in runs if len(run.time) >= len(run.taps)}
     for run in runs:
         if run.name not in long:
             _check_filtered(run, cutoff)
-    return [run for run in runs if len(run.time) >= len(run.taps)]
+    return tuple(run for run in runs if len(run.time) >= len(run.taps))
 
 
 def _check_filtered(one: Conditioned, cutoff: float) -> None:
