@@ -12,13 +12,15 @@ import numpy as np
 import pytest
 from matplotlib.text import Text
 
-from stribeck.gap.result import Estimate, Stage
+from stribeck.gap.result import Estimate, Place, Stage
+from stribeck.report import sentences
 from stribeck.report.figures.candidates import MOST, _trouble, candidates_figure, partners, ranking
 from stribeck.report.figures.measured import measured_figure
 from stribeck.report.figures.residual import residual_figure
 from stribeck.report.figures.waterfall import waterfall_figure
 from stribeck.report.figures.where import map_rows, where_figure
 from stribeck.report.style import finding_of, png
+from stribeck.report.tables import stage_table
 
 DRAW = (measured_figure, residual_figure, waterfall_figure, candidates_figure, where_figure)
 
@@ -65,11 +67,58 @@ def test_titles_state_the_finding(diagnosis):
     assert re.fullmatch(r"B holds \d+ % of the gap; \d+ % of that lies at velocity reversals", findings[4])
 
 
+def test_the_joint_of_a_title_is_the_one_that_holds_most_of_the_gap(diagnosis):
+    """Not the one of the largest single place; and a region is none that holds no more than its part of the time."""
+    made = diagnosis(duration=3.0)
+    parts = (("B", "unknown", 0.4), ("A", "unknown", 0.3), ("A", "friction", 0.25))
+    places = tuple(Place(joint, stage, "medium velocity", Estimate(s, s, s)) for joint, stage, s in parts)
+    found = finding_of(where_figure(replace(made, where=places))).replace("\u00a0", " ")
+    assert found == "A holds 55 % of the gap, spread over its motion"
+    assert "A: 55 % of the gap" in words_of(where_figure(replace(made, where=places))).replace("\u00a0", " ")
+    said = sentences.where(replace(made, where=places)).replace("\u00a0", " ")
+    assert (
+        "25 % (25 to 25 %) at joint A, in the friction stage" in said
+    )  # where what is named acts, though two others hold more
+
+
+def test_a_cell_is_as_dark_as_what_it_holds_of_the_whole_gap(diagnosis):
+    made = diagnosis(duration=3.0)
+    places = tuple(
+        Place(joint, "unknown", "low velocity", Estimate(s, s, s)) for joint, s in (("A", 0.98), ("B", 0.02))
+    )
+    cells = where_figure(replace(made, where=places)).axes[0].patches
+    first, second = (min(sum(p.get_facecolor()[:3]) for p in cells if (p.get_x() > 0.0) == right) for right in (0, 1))
+    assert first < 2.9 < second  # of three channels, white
+
+
+def test_what_the_records_show_alone_is_no_bar_of_the_torque(diagnosis):
+    name = "encoder_quantisation"
+    made = diagnosis(named=(name,), equivalent=(name,), duration=3.0)
+    made = replace(
+        made, stages=tuple(s for s in made.stages if s.stage != name), where=(), closed=None,
+        candidates=tuple(replace(row, chosen=False) for row in made.candidates),
+    )  # fmt: skip
+    assert finding_of(waterfall_figure(made)).startswith(
+        "Re-tuning alone reaches the noise floor; encoder quantisation"
+    )
+    assert finding_of(candidates_figure(made)).endswith("encoder quantisation shows in the records")
+    assert finding_of(measured_figure(made)).endswith("down to the noise")
+    assert not any(row.mark == "strong" for row in stage_table(made).rows)
+    assert "shows in the records themselves" in sentences.how_far(made)
+
+
+def test_the_motions_floor_is_the_encoders_and_no_line(diagnosis):
+    torque, motion = waterfall_figure(diagnosis(joints=("A",))).axes
+    assert "the encoder's alone" in "".join(text.get_text() for text in motion.texts)
+    assert len(torque.lines) == len(motion.lines) + 1
+
+
 def test_title_of_the_first_figure_says_what_is_left_in_it(diagnosis):
     """Whatever the verdict: what is drawn decides."""
     made = diagnosis("partly_explained", duration=3.0)
     follows = "With presliding, the model follows run_0"
     assert finding_of(measured_figure(made)).startswith(follows)
+    assert finding_of(measured_figure(made)).endswith("here; what is left lies elsewhere")
     worse = tuple(
         replace(x, corrected=x.measured - np.array([0.1, 0.7]) * (x.measured - x.retuned)) for x in made.traces
     )
@@ -96,7 +145,9 @@ def test_what_was_named_after_a_first_choice_that_was_not(diagnosis):
     made = diagnosis(named=("cable_spring",), equivalent=("cable_spring",), duration=3.0)
     later = replace(made.candidates[0], step=2, effect="cable_spring", joint="B", gain=Estimate(0.3, 0.2, 0.4))
     figure = candidates_figure(replace(made, candidates=(*made.candidates, later)))
-    assert finding_of(figure).startswith("Cable spring at B removes 30")
+    assert (
+        finding_of(figure).replace("\u00a0", " ") == "Cable spring at B closes 91 % (88 to 93 %) of the gap, held-out"
+    )
 
 
 def test_a_stage_that_leaves_something_does_not_read_as_all_gone(diagnosis):

@@ -49,7 +49,7 @@ def test_change(part: float, text: str) -> None:
         (Estimate(0.0123456, 0.0119, 0.0127), ("0.01235", "0.01190 to 0.01270")),
         (Estimate(4.81, 0.0, 9.7), ("4.8", "0 to 9.7")),
         (Estimate(1234567.0, 1e6, 1.5e6), ("1.23 × 10⁶", "1.00 × 10⁶ to 1.50 × 10⁶")),
-        (Estimate(3.0, 3.0, 3.0), ("3.00", "3.00 to 3.00")),
+        (Estimate(3.0, 3.0, 3.0), ("3.00", "exact")),
         (Estimate(3.0, -math.inf, math.inf), ("3.00", "not bounded")),
         (Estimate(3.0, 1.0, math.inf), ("3.00", "1.00 to ∞")),
         (Estimate(3.0, math.nan, math.nan), ("3.00", "not known")),

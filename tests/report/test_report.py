@@ -117,9 +117,9 @@ def test_partly_explained_says_that_the_rest_has_no_cause(written):
 
 def test_a_single_recording_is_not_said_to_be_judged_on_another(written):
     text = read(written("single", drawn=False)[1]).text
-    assert "fitted to the first 70 % of a run, judged on the last 30 % of it." in text
+    assert "fitted to the first part of a run, judged on the last part of it." in text
     assert "above the noise floor, on a part that was not fitted." in text
-    assert "run_00.csv, the last 30 % of it" in text
+    assert "run_00.csv, the last part of it" in text
     assert "held-out run" not in text
     assert "runs that were" not in text
     several = read(written("explained")[1]).text

@@ -122,7 +122,8 @@ def test_what_the_records_show_is_there_by_its_own_chance_and_closes_nothing_of_
 
 
 def test_search_path_says_what_was_added_and_what_was_not(diagnosis):
-    first, second = tables.search_path(diagnosis()).items
+    first, second, gains = tables.search_path(diagnosis()).items
+    assert gains.endswith("multiplied over the joints.")
     assert first.startswith("Step 1, 26 candidates: presliding at A gains 91")
     assert "added; next best" in first
     assert "nothing was added; the best" in second

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from dataclasses import replace
 
 import pytest
@@ -94,6 +95,17 @@ def test_of_more_than_two_only_the_last_is_joined_by_and(diagnosis):
 def test_how_far_without_anything_closable_claims_nothing(diagnosis):
     text = sentences.how_far(replace(diagnosis(), closed=None))
     assert text.startswith("No part of a torque gap counts as closed. Torque rms, as given → re-tuned → corrected: A ")
+
+
+def test_how_far_says_what_becomes_of_the_motion(diagnosis):
+    made = diagnosis()
+    text = sentences.how_far(made).replace("\u00a0", " ")
+    assert re.search(r"Motion, simulated for 0\.50 s, re-tuned → corrected: A [\d.]+ → [\d.]+ rad; B", text)
+    assert "worse" not in text
+    stages = tuple(replace(s, motion={"A": 0.2, "B": 0.001}) if s.stage == "presliding" else s for s in made.stages)
+    assert "; at joint A it is worse for what is named." in sentences.how_far(replace(made, stages=stages))
+    without = tuple(replace(s, motion={}) for s in made.stages)
+    assert "Motion" not in sentences.how_far(replace(made, stages=without))
 
 
 @pytest.mark.parametrize(

@@ -112,8 +112,8 @@ class Candidate:
     """A row of the ranking at one step of the search.
 
     ``joint`` names all joints of a law that holds at several, with commas between; ``gain`` is the part of the
-    closable squared residual that the candidate closes on held-out data; ``t`` the block-robust t value of its gain;
-    ``status`` the solver's, or ``screened out``.
+    squared residual that the candidate removes on held-out data, what is left multiplied over the joints; ``t`` the
+    block-robust t value of its gain; ``status`` the solver's, or ``screened out``.
     """
 
     step: int

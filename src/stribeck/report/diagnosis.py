@@ -9,7 +9,6 @@ from typing import NamedTuple
 from matplotlib.figure import Figure
 
 from stribeck.gap.answer.files import NEXT_REFERENCE
-from stribeck.gap.records.split import HELD_SHARE
 from stribeck.gap.result import Diagnosis
 from stribeck.report import sentences, tables, words
 from stribeck.report.delivered import delivered_table
@@ -18,7 +17,6 @@ from stribeck.report.figures.measured import measured_figure
 from stribeck.report.figures.residual import residual_figure
 from stribeck.report.figures.waterfall import waterfall_figure
 from stribeck.report.figures.where import where_figure
-from stribeck.report.numbers import percent
 from stribeck.report.page import Answer, Bullets, Files, Picture, Section, footer_of, render
 from stribeck.report.recordings import recording_table
 from stribeck.report.style import data_uri, finding_of, png_and_svg
@@ -47,8 +45,8 @@ PLOTS = (
     _Plot(
         "waterfall.png",
         waterfall_figure,
-        "Each bar is what is left at that stage, the hatching what the stage took away, "
-        "the dotted line the noise floor.",
+        "Each bar is what is left at that stage, the hatching what the stage took away, the dotted line the noise "
+        "floor. No simulated motion reaches the encoder's noise: what the drive's noise does to it adds up.",
     ),
     _Plot(
         "where.png",
@@ -130,9 +128,7 @@ def _answer(diagnosis: Diagnosis) -> Answer:
     judged = f"judged on {held} held-out run{'s' * (held != 1)}"
     fit = f"fitted to {fitted} run{'s' * (fitted != 1)}, {judged}"
     if words.of_one(diagnosis):
-        fit = (
-            f"fitted to the first {percent(1.0 - HELD_SHARE)} of a run, judged on the last {percent(HELD_SHARE)} of it"
-        )
+        fit = "fitted to the first part of a run, judged on the last part of it"
     subtitle = f"Sim-to-real gap of {words.joints(diagnosis.joints)}: {fit}."
     badge = words.VERDICT.get(diagnosis.verdict, diagnosis.verdict)
     tone = TONE.get(diagnosis.verdict, "open")

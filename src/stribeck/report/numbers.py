@@ -55,6 +55,8 @@ def interval(value: Estimate) -> str:
         return "not known"
     if not (math.isfinite(value.low) or math.isfinite(value.high)):
         return "not bounded"
+    if value.low == value.value == value.high:
+        return "exact"
     places = _places(value)
     low, high = (number(x) if places is None or not math.isfinite(x) else _fixed(x, places)
                  for x in (value.low, value.high))  # fmt: skip

@@ -1,4 +1,4 @@
-"""The answer in three sentences: where, which and how far. Where the tool abstains, they claim no cause."""
+"""The answer in a few sentences: where, which, how far, and what next. Where the tool abstains, they claim no cause."""
 
 from __future__ import annotations
 
@@ -6,14 +6,16 @@ import math
 
 from stribeck.gap.result import Cause, Diagnosis, Estimate, Place
 from stribeck.report import words
-from stribeck.report.numbers import number, percent, percent_interval, probability, unit_text
+from stribeck.report.numbers import number, percent, percent_interval, probability, unit_text, with_unit
+from stribeck.report.what_next import what_next
 
 TOLD_FROM = 0.1  # of a joint's gap: less is not worth a sentence
+WORSE = 1.1  # of the motion error: more with a named effect than without it is worth a word
 NAMED_JOINTS = 3  # joints whose numbers a sentence still carries; more are in the table
 
 
 def where(diagnosis: Diagnosis) -> str:
-    """Return the joint and region that hold most of the gap; of an only joint, the stage."""
+    """Return where most of the gap is, and where what is named acts; of an only joint, the stage."""
     places = sorted(diagnosis.where, key=lambda place: -place.share.value)
     if diagnosis.verdict == "no_gap" or not places:
         return (
@@ -26,10 +28,11 @@ def where(diagnosis: Diagnosis) -> str:
     first = f"{percent_interval(places[0].share)} of {gap} {_place(diagnosis, places[0])}"
     if len(places) == 1 and not several:
         first = f"{gap.capitalize()} {_place(diagnosis, places[0])}"
-    if len(places) == 1:
-        return f"{first}.{_before_measurement(diagnosis)}"
-    second = f"; next, {percent_interval(places[1].share)} {_place(diagnosis, places[1])}."
-    return f"{first}{second}{_before_measurement(diagnosis)}"
+    said = {(place.joint, place.channel) for place in places[:2]} | {(place.joint, "unknown") for place in places}
+    named = [place for place in places[2:] if diagnosis.named and (place.joint, place.channel) not in said]
+    shares = [f"{percent_interval(place.share)} {_place(diagnosis, place)}" for place in (*places[1:2], *named)]
+    further = f"; next, {'; '.join(shares)}" if shares else ""
+    return f"{first}{further}.{_before_measurement(diagnosis)}"
 
 
 def _before_measurement(diagnosis: Diagnosis) -> str:
@@ -53,17 +56,31 @@ def _told(share: Estimate) -> bool:
 
 
 def finding(diagnosis: Diagnosis) -> str:
-    """Return where most of the gap lies as the title of a figure: the joint, and the region where it is densest."""
-    top = max(diagnosis.where, key=lambda place: place.share.value)
-    joint = words.short(top.joint)
-    whole = min(sum(place.share.value for place in diagnosis.where if place.joint == top.joint), 1.0)
+    """Return where most of the gap lies as the title of a figure: the joint, and the region where it is densest.
+
+    A region that holds no more than its part of the time is none that one would look at.
+    """
+    shares = share_of_joints(diagnosis)
+    most = max(shares, key=lambda name: shares[name])
+    top = max((place for place in diagnosis.where if place.joint == most), key=lambda place: place.share.value)
+    joint, whole = words.short(most), shares[most]
     head = f"{joint} holds {percent(whole)} of the gap" if len(diagnosis.joints) > 1 else f"{joint}: the gap"
     region = next((r for r in diagnosis.regions if (r.joint, r.region) == (top.joint, top.region)), None)
     if region is None:
         return f"{head}{',' if len(diagnosis.joints) > 1 else ' is'} densest {words.region(top.region)}"
+    if not region.share.low > region.time_share:
+        return f"{head}{', spread' if len(diagnosis.joints) > 1 else ' is spread'} over its motion"
     if len(diagnosis.joints) > 1:
         return f"{head}; {percent(region.share.value)} of that lies {words.region(top.region)}"
     return f"{joint}: {percent(region.share.value)} of the gap lies {words.region(top.region)}"
+
+
+def share_of_joints(diagnosis: Diagnosis) -> dict[str, float]:
+    """Return the part of the gap that each joint holds, of those that hold any."""
+    shares: dict[str, float] = {}
+    for place in diagnosis.where:
+        shares[place.joint] = shares.get(place.joint, 0.0) + place.share.value
+    return {joint: min(share, 1.0) for joint, share in shares.items()}
 
 
 def which(diagnosis: Diagnosis) -> str:
@@ -98,13 +115,15 @@ def claim(diagnosis: Diagnosis, cause: Cause) -> str:
 
 
 def how_far(diagnosis: Diagnosis) -> str:
-    """Return how much of the gap closes on held-out runs, with the torque rms per joint."""
-    rms = _rms(diagnosis)
+    """Return how much of the gap closes on held-out runs, with the rms of torque and motion per joint."""
+    rms = _rms(diagnosis) + _motion(diagnosis)
     random = _random(diagnosis)
     if diagnosis.verdict == "no_gap":
         return f"Re-tuning alone reaches the noise. {rms}{random}"
     if not diagnosis.named:
         return f"No effect was added, so the gap stays as re-tuning leaves it. {rms}{random}"
+    if diagnosis.closed is None and words.last_stage(diagnosis) == "retuned" and not diagnosis.where:
+        return f"Re-tuning alone reaches the noise: what is named shows in the records themselves. {rms}{random}"
     if diagnosis.closed is None:
         return f"No part of a {words.effort(diagnosis)} gap counts as closed. {rms}{random}"
     what = "it closes" if len(diagnosis.named) == 1 else "together they close"
@@ -128,7 +147,12 @@ def _random(diagnosis: Diagnosis) -> str:
 
 def answers(diagnosis: Diagnosis) -> tuple[tuple[str, str], ...]:
     """Return (question, sentence) for the first screen."""
-    return (("Where", where(diagnosis)), ("Which", which(diagnosis)), ("How far", how_far(diagnosis)))
+    return (
+        ("Where", where(diagnosis)),
+        ("Which", which(diagnosis)),
+        ("How far", how_far(diagnosis)),
+        ("Next", what_next(diagnosis)),
+    )
 
 
 def _rms(diagnosis: Diagnosis) -> str:
@@ -148,6 +172,22 @@ def _rms(diagnosis: Diagnosis) -> str:
     tail = f"; {more} more in the table below" if more > 0 else ""
     legend = " → ".join(("as given", "re-tuned", words.final(diagnosis))[: len(path)])
     return f"{words.effort(diagnosis).capitalize()} rms, {legend}: {'; '.join(parts)}{tail}."
+
+
+def _motion(diagnosis: Diagnosis) -> str:
+    """Return what is left of the simulated motion, re-tuned and with what is named; a sentence, or nothing."""
+    stages = {stage.stage: stage.motion for stage in diagnosis.stages}
+    path = list(dict.fromkeys(("retuned", words.last_stage(diagnosis))))
+    known = [j for j in diagnosis.joints if all(math.isfinite(stages.get(name, {}).get(j, math.nan)) for name in path)]
+    if not known:
+        return ""
+    values = {joint: [stages[name][joint] for name in path] for joint in known}
+    unit, horizon = unit_text(words.position_unit(diagnosis)), with_unit(diagnosis.horizon, "s", 2)
+    parts = [f"{words.short(j)} {' → '.join(map(number, values[j]))} {unit}" for j in known[:NAMED_JOINTS]]
+    worse = [joint for joint in known if values[joint][-1] > WORSE * values[joint][0]]
+    legend = " → ".join(("re-tuned", words.final(diagnosis))[: len(path)])
+    grows = f"; at {words.joints(worse)} it is worse for what is named" if worse else ""
+    return f" Motion, simulated for {horizon}, {legend}: {'; '.join(parts)}{grows}."
 
 
 def _place(diagnosis: Diagnosis, place: Place) -> str:

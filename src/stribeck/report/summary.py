@@ -17,7 +17,7 @@ STYLE = {"no_gap": "bold green", "explained": "bold cyan", "partly_explained": "
 
 
 def summary(diagnosis: Diagnosis, said: Collection[str] = ()) -> RenderableType:
-    """Return the verdict, the three sentences, the torque gap per stage, notes and warnings, for rich to print.
+    """Return the verdict, the sentences, the torque gap per stage, notes and warnings, for rich to print.
 
     Names go in as plain text: markup and control characters in them do nothing.
 

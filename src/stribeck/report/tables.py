@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping
 
 from stribeck.effects.registry import effect_named, registry
-from stribeck.gap.records.split import HELD_SHARE
 from stribeck.gap.result import Cause, Diagnosis
 from stribeck.model.effect import Effect
 from stribeck.report import words
@@ -16,7 +15,6 @@ from stribeck.report.numbers import (
     estimate,
     interval,
     number,
-    percent,
     percent_interval,
     probability,
     unit_text,
@@ -26,7 +24,7 @@ from stribeck.report.page import Bullets, Facts, Law, Laws, Row, Table
 from stribeck.report.symptom import symptom_picture
 
 LISTED_RUNS = 20
-LAST = f", the last {percent(HELD_SHARE)} of it"
+LAST = ", the last part of it"
 
 
 def stage_table(diagnosis: Diagnosis) -> Table:
@@ -40,10 +38,12 @@ def stage_table(diagnosis: Diagnosis) -> Table:
     for stage in diagnosis.stages:
         metrics = [stage.torque, stage.motion] if moving else [stage.torque]
         cells = [_cell(metric.get(joint)) for metric in metrics for joint in diagnosis.joints]
-        mark = "strong" if diagnosis.named and stage.stage == words.last_stage(diagnosis) else ""
+        last = words.last_stage(diagnosis)
+        mark = "strong" if diagnosis.named and stage.stage == last != "retuned" else ""
         rows.append(Row((words.stage(stage.stage), *cells), "muted" if stage.stage == "noise_floor" else mark))
     horizon = with_unit(diagnosis.horizon, "s", 2)
     note = f"Root mean square on the {words.held(diagnosis)}; motion is simulated for {horizon} from recorded states."
+    note += " Its noise floor is the encoder's alone, which none reaches: what the drive's noise does adds up." * moving
     return Table("The gap, stage by stage", tuple(columns), tuple(rows), frozenset(range(1, len(columns))), note)
 
 
@@ -70,7 +70,8 @@ def cause_table(diagnosis: Diagnosis) -> Table:
     note = (
         "Bold: named. Is there: the probability of this effect by itself, beside whatever else acts. Shares (in the "
         "JSON, “probability”) sum to one with “unknown”, an effect outside the list: effects that act together share "
-        "it by what each closes of the gap, those that the records show by themselves take even parts."
+        "it by how many times each makes less of what is left, in logarithms and over all joints, not by what it "
+        "closes; those that the records show by themselves take even parts."
         if diagnosis.named
         else "None of these is named: the probabilities say what was considered, not what was found."
     )
@@ -116,6 +117,9 @@ def search_path(diagnosis: Diagnosis) -> Bullets:
     """Return one sentence per step of the search."""
     steps = sorted({row.step for row in diagnosis.candidates})
     items = tuple(_step(diagnosis, step) for step in steps)
+    if items:
+        over = ", multiplied over the joints" if len(diagnosis.joints) > 1 else ""
+        items += (f"What one gains is the part of the squared residual that is gone on held-out data{over}.",)
     return Bullets("The search", items or ("No effect was tried: the re-tuned model already reaches the noise floor.",))
 
 

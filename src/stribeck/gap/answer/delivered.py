@@ -131,7 +131,7 @@ def _apart(asked: Sequence[Conditioned], given: Sequence[Conditioned]) -> Floats
 def _share(held: Sequence[Floats], floor: Floats, block: NDArray[np.int_], draws: Floats) -> Estimate:
     """Return the part of a gap that is gone with the measured torque, but for what gain and offset alone close.
 
-    Anything where the sensor surely adds more than is gone.
+    Anything where the sensor surely adds more than is gone, or a scale surely closes more.
 
     Parameters
     ----------
@@ -148,9 +148,10 @@ def _share(held: Sequence[Floats], floor: Floats, block: NDArray[np.int_], draws
     scaled, gone = (
         np.array([closure(base, other, floor), *closed_again(base, other, floor, block, draws)]) for other in others
     )
-    if with_interval(gone[0], gone[1:]).high < 0.0:
+    more = gone - np.maximum(scaled, 0.0)  # a scale that misleads has closed nothing
+    if with_interval(more[0], more[1:]).high < 0.0:
         return Estimate(0.0, 0.0, 1.0)
-    value, *drawn = np.maximum(gone - np.maximum(scaled, 0.0), 0.0)  # a scale that misleads has closed nothing
+    value, *drawn = np.maximum(more, 0.0)
     return with_interval(value, drawn)
 
 

@@ -34,7 +34,7 @@ def candidates_figure(diagnosis: Diagnosis) -> Figure | None:
     axes[-1].set_xlim(max(min(ends, default=0.0), LOWEST) - 0.02, min(max(ends, default=1.0), 1.5) + 0.05)
     axes[-1].xaxis.set_major_formatter(lambda x, _: percent(round(x, 3)))
     axes[-1].set_xlabel(
-        "part of the squared residual, each row by its scatter, that the candidate removes, held-out (95 % interval)"
+        f"part of the squared residual{_over(diagnosis)} that the candidate removes, held-out (95 % interval)"
     )
     heading(figure, _finding(diagnosis))
     return figure
@@ -135,8 +135,14 @@ def _panel(diagnosis: Diagnosis, step: int, shown: list[Candidate]) -> str:
     return f"Step {step}: {what} ({', '.join(counts)})"
 
 
+def _over(diagnosis: Diagnosis) -> str:
+    return ", multiplied over the joints," if len(diagnosis.joints) > 1 else ""
+
+
 def _finding(diagnosis: Diagnosis) -> str:
     chosen = [row for row in diagnosis.candidates if row.chosen]
+    if not chosen and diagnosis.named:
+        return f"No candidate shows enough to be added; {words.named(diagnosis).lower()} shows in the records"
     if not chosen:
         return "No candidate shows enough to be added"
     first = next((row for row in chosen if row.effect in diagnosis.named), None)
@@ -144,10 +150,10 @@ def _finding(diagnosis: Diagnosis) -> str:
         return "What was tried is not sure enough to be named"
     cause = words.cause_of(diagnosis, first.effect)
     names = [words.effect(name) for name in (cause.equivalent or (first.effect,))]
-    gain = percent_interval(first.gain)
+    closes = f" closes {percent_interval(cause.closes)} of the gap" if cause.closes else ""
     if len(names) > 1:
         either = words.listing(names, "or")
-        return f"{either[0].upper()}{either[1:]}: these data cannot tell; the first removes {gain}"
+        return f"{either[0].upper()}{either[1:]}: these data cannot tell{'; the first' * bool(closes)}{closes}"
     if len(diagnosis.named) > 1:
         return f"{words.named(diagnosis)}: all runs together decided; here, what each removes on held-out ones"
-    return f"{words.named(diagnosis)} at {words.short(first.joint)} removes {gain} of the squared residual, held-out"
+    return f"{words.named(diagnosis)} at {words.short(first.joint)}{closes or ' is added'}, held-out"

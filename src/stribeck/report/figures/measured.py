@@ -63,12 +63,14 @@ def draw_measured(ax: Axes, diagnosis: Diagnosis, joint: int, window: Window) ->
 
 def _finding(diagnosis: Diagnosis, window: Window) -> str:
     run = words.short(window[0].run, 30)
-    if diagnosis.verdict == "no_gap":
+    if diagnosis.verdict == "no_gap" or (diagnosis.closed is None and not diagnosis.where):
         return f"The re-tuned nominal model follows {run} down to the noise"
     if not diagnosis.named:
         return f"The re-tuned model still misses {run}, and no cause is named"
     named = words.listing([words.effect(name) for name in diagnosis.named])
     left = _left(diagnosis, window)
+    if not left and diagnosis.verdict == "partly_explained":
+        return f"With {named}, the model follows {run} here; what is left lies elsewhere"
     if not left:
         return f"With {named}, the model follows {run} where re-tuning misses most"
     return f"With {named}, the model still misses {run} by {left} where re-tuning misses most"

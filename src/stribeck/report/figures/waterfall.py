@@ -13,6 +13,7 @@ from stribeck.report.numbers import change, number, percent_interval
 from stribeck.report.style import COLOUR, INK, MUTED, RULE, WIDTH, drawn, heading, new_figure, title
 
 Step = tuple[str, float]
+ENCODER = "  (the encoder's alone)"
 
 
 @drawn
@@ -29,23 +30,23 @@ def waterfall_figure(diagnosis: Diagnosis) -> Figure | None:
     for j, joint in enumerate(diagnosis.joints):
         for k, metric in enumerate(metrics):
             steps = [(stage.stage, getattr(stage, metric).get(joint, math.nan)) for stage in diagnosis.stages]
-            draw_steps(axes[j, k], steps)
+            draw_steps(axes[j, k], steps, line=metric == "torque")
             title(axes[j, k], f"{words.short(joint)}: {names[metric]} gap", 3.5)
             axes[j, k].set_xlabel(f"{units[metric]} rms, held-out" if j == n - 1 else "")
     heading(figure, _finding(diagnosis), WIDTH)
     return figure
 
 
-def draw_steps(ax: Axes, steps: list[Step]) -> Axes:
-    """Draw one bar per stage, what the stage took away hatched, the floor as a line; return ``ax``."""
+def draw_steps(ax: Axes, steps: list[Step], *, line: bool = True) -> Axes:
+    """Draw one bar per stage, what the stage took away hatched, the floor as a ``line``; return ``ax``."""
     known = [value for _, value in steps if math.isfinite(value)]
     limit = 1.32 * max(known, default=1.0) or 1.0
     previous = math.nan
     for row, (stage, value) in enumerate(steps):
-        _draw_step(ax, row, stage, value, previous)
+        _draw_step(ax, row, stage, value, previous if stage != "noise_floor" else math.nan, "" if line else ENCODER)
         previous = value
     floor = dict(steps).get("noise_floor", math.nan)
-    if math.isfinite(floor):
+    if line and math.isfinite(floor):
         ax.axvline(floor, color=COLOUR["noise_floor"], linewidth=1.0, linestyle=(0, (2, 2)))
     ax.set_yticks(range(len(steps)), [words.stage(stage) for stage, _ in steps])
     ax.set_ylim(len(steps) - 0.45, -0.6)
@@ -56,15 +57,15 @@ def draw_steps(ax: Axes, steps: list[Step]) -> Axes:
     return ax
 
 
-def _draw_step(ax: Axes, row: int, stage: str, value: float, previous: float) -> None:
+def _draw_step(ax: Axes, row: int, stage: str, value: float, previous: float, floor: str) -> None:
     if not math.isfinite(value):
         ax.annotate(
             "not simulated", (0.01, row), xycoords=("axes fraction", "data"), va="center", color=MUTED, fontsize=9
         )
         return
     ax.barh(row, value, height=0.62, color=COLOUR.get(stage, COLOUR["corrected"]))
-    by = ""
-    if stage != "noise_floor" and previous > 0:
+    by = floor if stage == "noise_floor" else ""
+    if previous > 0:
         part = value / previous - 1.0
         by = f"  ({change(part)})"
         if value < previous:
@@ -96,6 +97,8 @@ def _finding(diagnosis: Diagnosis) -> str:
     if not diagnosis.named:
         return "Re-tuning leaves a gap above the noise floor that no known effect explains"
     named = words.named(diagnosis)
+    if diagnosis.closed is None and words.last_stage(diagnosis) == "retuned" and not diagnosis.where:
+        return f"Re-tuning alone reaches the noise floor; {named.lower()} shows in the records themselves"
     if diagnosis.closed is None:
         return f"{named}: the gap before and after"
     closes = "closes" if len(diagnosis.named) == 1 else "close"

@@ -70,10 +70,12 @@ def _family_rows(diagnosis: Diagnosis, family: str) -> list[tuple[str, tuple[Reg
 
 
 def draw_map(ax: Axes, diagnosis: Diagnosis, rows: list[MapRow]) -> Axes:
-    """Draw one cell per joint and region, its share as shade and as number; return ``ax``."""
+    """Draw one cell per joint and region, its share as number and, of the whole gap, as shade; return ``ax``."""
+    shares = sentences.share_of_joints(diagnosis)
+    part = {joint: share / max(shares.values()) for joint, share in shares.items()}
     for row in rows:
         for region in row.cells:
-            _draw_cell(ax, diagnosis, region, row)
+            _draw_cell(ax, diagnosis, region, row, part.get(region.joint, 0.0))
     for family in dict.fromkeys(row.family for row in rows):
         top = min(row.y for row in rows if row.family == family)
         name = words.clean(family).replace("_", " ")
@@ -82,7 +84,14 @@ def draw_map(ax: Axes, diagnosis: Diagnosis, rows: list[MapRow]) -> Axes:
     ax.set_xlim(-0.5, len(diagnosis.joints) - 0.5)
     ax.set_ylim(rows[-1].y + 0.5, 0.1)
     for column, joint in enumerate(diagnosis.joints):
-        ax.text(column, 0.05, words.short(joint, 22), ha="center", va="bottom", fontsize=10, fontweight="bold")
+        name = words.short(joint, 22)
+        if len(diagnosis.joints) > 1 and joint in shares:
+            name += (
+                f": {percent(shares[joint])} of the gap"
+                if len(diagnosis.joints) <= ROOMY
+                else f"\n{percent(shares[joint])}"
+            )
+        ax.text(column, 0.05, name, ha="center", va="bottom", fontsize=10, fontweight="bold")
     ax.set_xticks([])
     ax.tick_params(length=0, labelcolor=INK, labelsize=9.5)
     for spine in ax.spines.values():
@@ -91,11 +100,11 @@ def draw_map(ax: Axes, diagnosis: Diagnosis, rows: list[MapRow]) -> Axes:
     return ax
 
 
-def _draw_cell(ax: Axes, diagnosis: Diagnosis, region: Region, row: MapRow) -> None:
+def _draw_cell(ax: Axes, diagnosis: Diagnosis, region: Region, row: MapRow, part: float) -> None:
     if region.joint not in diagnosis.joints:
         return
     column = diagnosis.joints.index(region.joint)
-    share = min(max(region.share.value, 0.0), 1.0)
+    share = part * min(max(region.share.value, 0.0), 1.0)
     ax.add_patch(
         Rectangle((column - 0.48, row.y - 0.47), 0.96, 0.94, facecolor=SHADES(share), edgecolor=RULE, linewidth=0.6)
     )
@@ -125,7 +134,7 @@ def _legend(diagnosis: Diagnosis) -> str:
     rms = f"; below: rms, {unit}, re-tuned → corrected" if diagnosis.named else f"; below: rms, {unit}"
     rms = "" if len(diagnosis.joints) > ROOMY else rms
     bold = "" if diagnosis.verdict == "no_gap" else "bold: clearly more than its share of the time"
-    share = "share of the joint's squared residual beyond noise (re-tuned, held-out)"
+    share = "share of the joint's squared residual beyond noise (re-tuned, held-out); shade: of the whole gap"
     noise = "by frequency: noise included" if any(one.family == "frequency" for one in diagnosis.regions) else ""
     return "\n".join(filter(None, (f"{share}{rms}", "; ".join(filter(None, (noise, bold))))))
 
