@@ -131,12 +131,12 @@ def _cell_lines(diagnosis: Diagnosis, region: Region, named: bool) -> list[tuple
 
 def _legend(diagnosis: Diagnosis) -> str:
     unit = words.torque_unit(diagnosis)
-    rms = f"; below: rms, {unit}, re-tuned → corrected" if diagnosis.named else f"; below: rms, {unit}"
+    rms = f"below: rms, {unit}, re-tuned → corrected" if diagnosis.named else f"below: rms, {unit}"
     rms = "" if len(diagnosis.joints) > ROOMY else rms
     bold = "" if diagnosis.verdict == "no_gap" else "bold: clearly more than its share of the time"
     share = "share of the joint's squared residual beyond noise (re-tuned, held-out); shade: of the whole gap"
     noise = "by frequency: noise included" if any(one.family == "frequency" for one in diagnosis.regions) else ""
-    return "\n".join(filter(None, (f"{share}{rms}", "; ".join(filter(None, (noise, bold))))))
+    return "\n".join(filter(None, (share, "; ".join(filter(None, (rms, noise, bold))))))
 
 
 def _finding(diagnosis: Diagnosis) -> str:
