@@ -12,7 +12,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from stribeck.arm import EffectEntry
-from stribeck.effects.placing import placed_effects
+from stribeck.effects.placing import placed_effects, vanishes
 from stribeck.effects.registry import laws, registry
 from stribeck.identify.conditioning import Conditioned
 from stribeck.identify.residual import Residual
@@ -21,7 +21,7 @@ from stribeck.model.forward import Forward
 from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
 from stribeck.model.values import Parameter, Signals
-from stribeck.simulate.engine import path_of, vanishes
+from stribeck.simulate.engine import path_of
 
 from .bench import arm_for, clean, everywhere, nominal_arm, smooth, starts
 

@@ -218,3 +218,8 @@ def test_a_run_that_hardly_moves_does_not_widen_the_interval() -> None:
 
 def test_without_a_velocity_nothing_can_be_seen() -> None:
     assert VelocityFilter().observed(record(lag=0.05, velocity=False)) is None
+
+
+def test_steps_of_more_than_a_radian_are_counts_and_no_encoder() -> None:
+    """No arm file could state such a one."""
+    assert EncoderQuantisation().observed(record(step=1.5, resolution=None)) is None

@@ -231,3 +231,14 @@ def test_an_arm_that_is_none(old: str, new: str, says: str, capsys: pytest.Captu
     assert says in error
     assert error.count("\n") == 1
     assert not Path("out").exists()
+
+
+def test_a_disturbance_of_the_arm_file_is_left_out_and_told() -> None:
+    """No file says at what phase a run meets it."""
+    wave = EffectEntry("input_disturbance", ("A",), {"A": {"sine": 2.0, "cosine": 0.0, "frequency": 2.0}}, "one_wave")
+    run = recorded(noise=1e-6)
+    plain, found = (identify_friction(arm, [run]) for arm in (pendulum(), replace(pendulum(), effects=(wave,))))
+    assert found.arm.joints == plain.arm.joints
+    assert found.arm.effects == found.nominal.effects == (wave,)
+    assert any("input_disturbance drives the arm in time" in text for text in found.warnings)
+    assert not any("drives the arm" in text for text in plain.warnings)

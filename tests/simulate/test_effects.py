@@ -150,3 +150,12 @@ def test_a_spring_between_motor_and_link_needs_a_motor() -> None:
         path_of(light)
     assert path_of(replace(light, effects=())).n == 2
     assert path_of(arm).flexible == (1,)
+
+
+def test_inertia_is_that_of_the_pose_which_the_sensors_mean() -> None:
+    """An encoder that is off by a quarter turn has the arm outstretched where it reads a right angle."""
+    plain = Engine(path_of(two_links()))
+    off = Engine(path_of(two_links(entry("encoder_offset", ("B",), offset=0.5 * np.pi))))
+    pose = np.array([0.3, 0.0])
+    assert off.moved_inertia(off.measured(np.append(pose, np.zeros(2)))) == pytest.approx(plain.moved_inertia(pose))
+    assert off.moved_inertia(pose)[0] != pytest.approx(plain.moved_inertia(pose)[0], rel=0.05)

@@ -1,5 +1,6 @@
 """The loop file: read strictly, refused in one line."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from stribeck.errors import InputError
 from stribeck.run import Run, save_run
 from stribeck.simulate import Compensation, Reference, load_loop
+from stribeck.simulate.foresight import without_foresight
 
 from .conftest import entry, two_links
 
@@ -148,3 +150,15 @@ def test_a_followed_file(tmp_path: Path) -> None:
     assert loop.joints[0].reference.values[:2] == (0.0, 0.002)
     with pytest.raises(InputError, match=r"missing\.csv"):
         load_loop(_write(tmp_path, LOOP.replace('kind = "ramp"', 'kind = "file"\nfile = "missing.csv"')), two_links())
+
+
+def test_an_arm_that_looks_ahead_by_as_little_as_any_is_simulated_without() -> None:
+    """Re-tuning takes such lateness in, of either sign: what a diagnosis delivers is to be used."""
+    kept = replace(entry("actuator_lag", ("A",), time_constant=0.02), law="one_pole")
+    arm = two_links(entry("time_shift", ("A", "B"), time=-0.0003), kept)
+    prompt, (first, second) = without_foresight(arm)
+    assert prompt.effects == (kept,)
+    assert first.startswith("A: a record that is 0.3 ms early is left out here")
+    assert second.startswith("B:")
+    for other in (two_links(kept), two_links(entry("time_shift", ("B",), time=-0.01))):
+        assert without_foresight(other) == (other, [])

@@ -43,12 +43,14 @@ def export(
     For Model Exchange and Co-Simulation; an arm with a pure delay for Co-Simulation alone.
     """
     check_keeps(out, [model])
-    arm = load_model(model)
+    whole = load_model(model)
 
     from stribeck.export import export_fmu
     from stribeck.simulate.engine import left_at_null, left_out
+    from stribeck.simulate.foresight import without_foresight
 
-    warn([*left_out(arm, "it belongs to what reads q and dq from the FMU"), *left_at_null(arm)])
+    arm, early = without_foresight(whole)
+    warn([*early, *left_out(arm, "it belongs to what reads q and dq from the FMU"), *left_at_null(arm)])
     with progress("exporting") as told:
         only_steps = export_fmu(arm, out, fmi=fmi, platforms=platforms or None, progress=told)
     if only_steps:

@@ -54,12 +54,13 @@ def simulate(
     from stribeck.simulate import load_loop
     from stribeck.simulate import simulate_loop as run_loop
     from stribeck.simulate.engine import left_out
+    from stribeck.simulate.foresight import without_foresight
     from stribeck.simulate.metrics import limited, stopped, told, write_simulation
 
     if fmu is None:
-        controlled = load_model(files[0])
+        controlled, early = without_foresight(load_model(files[0]))
         settings = load_loop(files[1], controlled)
-        warn(left_out(controlled))
+        warn([*left_out(controlled), *early])
         result = run_loop(controlled, settings)
     else:
         from stribeck.export.use import load_fmu_loop, simulate_fmu
@@ -98,18 +99,20 @@ def limit_cycle(
     Writes limit_cycle.json, report.html and the figures.
     """
     check_free(out)
-    controlled = load_model(arm)
+    model = load_model(arm)
 
+    from stribeck.effects.undriven import undriven
     from stribeck.loop.analyse import analyse_loop
     from stribeck.loop.files import write_limit_cycle
     from stribeck.loop.surroundings import grid_of
-    from stribeck.loop.undriven import undriven
     from stribeck.report.limit_cycle import summary, write_report
     from stribeck.simulate import load_loop
     from stribeck.simulate.engine import left_out
+    from stribeck.simulate.foresight import without_foresight
 
+    controlled, early = without_foresight(model)
     settings, cells = load_loop(loop, controlled), grid_of(grid)
-    warn([*left_out(controlled), *undriven(controlled)[1]])
+    warn([*left_out(controlled), *early, *undriven(controlled)[1]])
     with whole_folder(out) as folder, progress("analysing") as told:
         found = analyse_loop(controlled, settings, grid=cells, progress=told)
         told("drawing the report")

@@ -46,6 +46,19 @@ def placed_effects(arm: Arm, source: str = "") -> tuple[Placed, ...]:
     return tuple(placed)
 
 
+def acting_effects(arm: Arm) -> tuple[Placed, ...]:
+    """Return the effects of an arm, each at its joints, but for those whose values make them vanish."""
+    return tuple(place for place in placed_effects(arm) if not vanishes(place))
+
+
+def vanishes(place: Placed) -> bool:
+    """Tell whether an effect's values make it vanish."""
+    values = {parameter.name: place.values.get(parameter.name, parameter.null) for parameter in place.effect.parameters}
+    at_null = {parameter: values[parameter.name] == parameter.null for parameter in place.effect.parameters}
+    infinite = [flag for parameter, flag in at_null.items() if not math.isfinite(parameter.null)]
+    return any(infinite) or all(at_null.values())
+
+
 def _place(arm: Arm, entry: EffectEntry, joint: str, where: str) -> Placed:
     effect = effect_named(entry.effect, entry.law, f"{where}.")
     place = arm.names.index(joint)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.arm import Arm, doubtful_values
+from stribeck.effects.undriven import undriven
 from stribeck.errors import InputError
 from stribeck.grid import uniform
 from stribeck.identify.asymmetry import common_curve, compare_curves
@@ -60,6 +61,8 @@ def identify_friction(
     """
     check_apart(runs)
     notes: list[str] = []
+    stated = arm.effects
+    arm, driven = undriven(arm)  # no file says at what phase a run meets a disturbance
     even = between_gaps(_even(runs, notes), notes)
     for run in even:
         if len(run.t) < FEWEST_ROWS:
@@ -82,11 +85,12 @@ def identify_friction(
     apart = Beyond(Residual(body, full, ())).apart(p, full)
     joints = tuple(_joint(arm, j, moved[j], points, whole, apart=apart[j]) for j in range(arm.n))
     doubts = dict.fromkeys(f"{run.name}: {text}" for run in even for text in run.warnings)
-    warnings = [*doubtful_values(arm), *doubts]
+    warnings = [*driven, *doubtful_values(arm), *doubts]
     warnings += doubtful_torques(arm, even, noise) + doubtful_commands(engine.path, engine.p, thin)
     warnings += left_open(joints, whole)
     names = tuple(run.name for run in runs)
-    return Identification(arm, taken_arm(arm, joints, whole), joints, whole, names, tuple(notes), tuple(warnings))
+    nominal, taken = (replace(one, effects=stated) for one in (arm, taken_arm(arm, joints, whole)))
+    return Identification(nominal, taken, joints, whole, names, tuple(notes), tuple(warnings))
 
 
 def _even(runs: Sequence[Run], notes: list[str]) -> list[Run]:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.arm import Arm, unit_at
+from stribeck.effects.undriven import undriven
 from stribeck.errors import StribeckError
 from stribeck.loop.answers import Analysis, JointAnswer, Method
 from stribeck.loop.approximate import Approximation, approximate
@@ -25,7 +26,6 @@ from stribeck.loop.linear import Assembly, assemble, free, kp_max, margins
 from stribeck.loop.linear.controller import derivative_gain
 from stribeck.loop.ripple import GRAVITY, Passage, forced_by, passages
 from stribeck.loop.surroundings import Grid, alone, branch_of, locus_of, map_of
-from stribeck.loop.undriven import undriven
 from stribeck.loop.watched import watched
 from stribeck.simulate import Closed, JointLoop, Loop, close_loop
 

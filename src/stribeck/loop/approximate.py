@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.arm import Arm, Friction
-from stribeck.effects.placing import placed_effects
+from stribeck.effects.placing import placed_effects, vanishes
 from stribeck.loop.answers import Method, Nyquist
 from stribeck.loop.cycle import WORDS, Cycle
 from stribeck.loop.describing import (
@@ -26,7 +26,6 @@ from stribeck.loop.describing import (
 from stribeck.loop.describing.roots import compensation
 from stribeck.loop.linear.bends import bends
 from stribeck.model.effect import FrictionEffect
-from stribeck.simulate.engine import vanishes
 from stribeck.simulate.loop import JointLoop, Loop
 
 Floats = NDArray[np.float64]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from stribeck.arm import Arm
 from stribeck.compiler import build, load
-from stribeck.effects.placing import placed_effects
+from stribeck.effects.placing import acting_effects, placed_effects, vanishes
 from stribeck.errors import InputError, StribeckError
 from stribeck.model.effect import TransmissionEffect
 from stribeck.model.forward import Forward
@@ -42,7 +42,7 @@ def path_of(arm: Arm) -> SignalPath:
 
 def simulated(arm: Arm) -> list[Placed]:
     """Return the effects of an arm's file that a simulation of it has."""
-    return [place for place in placed_effects(arm) if not (place.effect.direct or vanishes(place))]
+    return [place for place in acting_effects(arm) if not place.effect.direct]
 
 
 def left_out(arm: Arm, instead: str = "the loop file says what its controllers are given") -> list[str]:
@@ -50,7 +50,7 @@ def left_out(arm: Arm, instead: str = "the loop file says what its controllers a
 
     ``instead`` says where what it does to a controller belongs.
     """
-    direct = (place for place in placed_effects(arm) if place.effect.direct and not vanishes(place))
+    direct = (place for place in acting_effects(arm) if place.effect.direct)
     return [
         f"{arm.names[place.joint]}: {place.effect.name} is of records alone and left out here; {instead}"
         for place in direct
@@ -65,14 +65,6 @@ def left_at_null(arm: Arm) -> list[str]:
         "to tune them, give another value"
         for place in gone
     ]
-
-
-def vanishes(place: Placed) -> bool:
-    """Tell whether an effect's values make it vanish."""
-    values = {parameter.name: place.values.get(parameter.name, parameter.null) for parameter in place.effect.parameters}
-    at_null = {parameter: values[parameter.name] == parameter.null for parameter in place.effect.parameters}
-    infinite = [flag for parameter, flag in at_null.items() if not np.isfinite(parameter.null)]
-    return any(infinite) or all(at_null.values())
 
 
 class Engine:
@@ -101,8 +93,9 @@ class Engine:
         return library
 
     def moved_inertia(self, q: Floats) -> Floats:
-        """Return the inertia (n,) that each joint moves in a pose (n,), the others held, kg m^2."""
-        return np.asarray(self.forward.inertia(q, self.p).full().ravel(), dtype=float)
+        """Return the inertia (n,) that each joint moves in a recorded pose (n,), the others held, kg m^2."""
+        true, _ = self.forward.true_motion(q, np.zeros(self.n), self.p)
+        return np.asarray(self.forward.inertia(true, self.p).full().ravel(), dtype=float)
 
     def measured(self, state: Floats) -> Floats:
         """Return the positions (n,) that the sensors give in a state (s,), rad."""

@@ -6,12 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stribeck.arm import Arm, EffectEntry
 from stribeck.effects.registry import effect_named
 from stribeck.gap.diagnose import diagnose
 from stribeck.gap.fitted.clocks import in_step, in_step_beside
 from stribeck.gap.fitted.model import Model, retune
 from stribeck.gap.records.floor import noise_floor
 from stribeck.gap.records.prepare import Prepared, prepare
+from stribeck.gap.search.setting import Asked
+from stribeck.gap.search.tuned import retuned
 from stribeck.identify.conditioning import Conditioned
 from stribeck.identify.conditioning import shaken as noisier
 from stribeck.model.layout import Placed, values_of
@@ -163,3 +166,30 @@ def test_noise_is_told_on_the_clock_of_its_run(apart: tuple[Prepared, Model]) ->
     by_clock = floor(replace(plain, clock=float(plain.time[0]) + late), 3.0, 0.0)
     by_phase = floor(plain, 3.0 * np.cos(turn), 3.0 * np.sin(turn))
     assert by_clock == pytest.approx(by_phase, rel=1e-3, abs=1e-6)
+
+
+def stated(effect: str, values: dict[str, float], law: str | None = None) -> Arm:
+    return replace(NOMINAL, effects=(EffectEntry(effect, ("A",), {"A": values}, law),))
+
+
+@pytest.mark.parametrize("phases", [APART, (0.0,) * 4])
+def test_a_disturbance_that_the_arm_file_states_keeps_the_clocks_that_it_asks_for(phases: Sequence[float]) -> None:
+    """What is left beside it has waves as well, of no size: they set no clock."""
+    arm = stated(
+        "input_disturbance", {"sine": np.cos(APART[0]), "cosine": np.sin(APART[0]), "frequency": HERTZ}, "one_wave"
+    )
+    tuned = retuned(prepare(arm, shaken(phases)), Asked(jobs=1))
+    left = np.sqrt(np.mean(tuned.base.held**2))
+    assert left < 3.0 * float(tuned.noise.rms[0])
+    plain = retuned(prepare(NOMINAL, recorded()), Asked(jobs=1)).given
+    assert np.mean(tuned.given**2) < np.mean(plain**2) + 0.1  # as given, too, by these clocks; the wave has 0.5
+
+
+@pytest.mark.parametrize(
+    ("effect", "law"), [("presliding", "lugre"), ("joint_flexibility", None), ("actuator_lag", None)]
+)
+def test_an_effect_without_values_is_as_if_it_were_not_there(effect: str, law: str | None) -> None:
+    runs, asked = recorded(), Asked(jobs=1)
+    plain, empty = (retuned(prepare(arm, runs), asked) for arm in (NOMINAL, stated(effect, {}, law)))
+    assert empty.base.placed == plain.base.placed
+    assert empty.base.rms() == pytest.approx(plain.base.rms())

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from stribeck.arm import EffectEntry
+from stribeck.effects.undriven import undriven
 from stribeck.errors import InputError
 from stribeck.loop.analyse import analyse_loop
 from stribeck.loop.exact.branch import continue_in
 from stribeck.loop.exact.settle import settle
 from stribeck.loop.exact.shooting import shoot
 from stribeck.loop.surroundings import Grid
-from stribeck.loop.undriven import undriven
 from stribeck.simulate import Compensation, JointLoop, Loop, Reference
 
 

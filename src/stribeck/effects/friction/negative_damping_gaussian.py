@@ -11,6 +11,8 @@ from stribeck.model.effect import FrictionEffect
 from stribeck.model.scale import Scale
 from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 
+NONE = 1e-6  # of the Coulomb friction: a falling part of less is none
+
 
 @final
 class NegativeDampingGaussian(FrictionEffect):
@@ -33,8 +35,8 @@ class NegativeDampingGaussian(FrictionEffect):
     )
 
     def applies(self, arm: Any, joint: int) -> bool:
-        nominal = arm.joints[joint]
-        return bool(nominal.friction.C1 == 0.0 and nominal.backward.C1 == 0.0)
+        nominal = arm.joints[joint]  # a fit may have left next to nothing
+        return all(own.C1 <= NONE * own.C0 for own in (nominal.friction, nominal.backward))
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         size = 0.3 * max(scale.friction, 0.02 * scale.torque)

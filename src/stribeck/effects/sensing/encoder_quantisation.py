@@ -37,6 +37,8 @@ class EncoderQuantisation(SensingEffect):
 
     def observed(self, record: Record) -> Observed | None:
         step, off = smallest_step(*(record.read or record.position))
+        if step > self.parameters[0].upper:
+            return None  # counts, or degrees
         coarse = COARSE_SCALE if record.prismatic else COARSE
         if step <= (COARSER * record.resolution if record.resolution else coarse):
             return None

@@ -37,7 +37,7 @@ def in_step(prepared: Prepared, rows: Floats) -> Prepared:
     ----------
     prepared : Prepared
     rows : array (M, n)
-        The model's residual on all runs, N m: at first the re-tuned model's.
+        What the re-tuned model leaves of all runs, N m, without the waves in time that it has.
 
     Notes
     -----
@@ -78,15 +78,23 @@ def in_step_beside(prepared: Prepared, model: Model) -> Prepared:
     By what it leaves without that wave; the same ``prepared`` where no clock was far off.
     """
     waves = [place for place in model.placed if place.effect.patternless]
-    rest = [place for place in model.placed if not place.effect.patternless]
-    if not waves or not rest:
+    if not waves or len(waves) == len(model.placed):
         return prepared
-    path, before = SignalPath(prepared.arm, rest), (*prepared.fit, *prepared.held)
-    left, _ = Residual(path, before, ())(start_values(path, model.fit, None))
-    anew = in_step(prepared, left)
+    before = (*prepared.fit, *prepared.held)
+    anew = in_step(prepared, without_waves(prepared, model))
     moved = [run.told_time[0] - old.told_time[0] for run, old in zip((*anew.fit, *anew.held), before, strict=True)]
     turned = np.array([[place.values["frequency"] for place in waves]]).T * np.array(moved)
     return anew if np.any(np.abs(turned - np.round(turned)) > ASTRAY) else prepared
+
+
+def without_waves(prepared: Prepared, model: Model) -> Floats:
+    """Return what a model leaves of all runs (M, n), N m, without the waves in time that it has."""
+    rest = [place for place in model.placed if not place.effect.patternless]
+    if len(rest) == len(model.placed):
+        return model.whole
+    path = SignalPath(prepared.arm, rest)
+    left, _ = Residual(path, (*prepared.fit, *prepared.held), ())(start_values(path, model.fit, None))
+    return np.asarray(left)
 
 
 def _repeats(runs: Sequence[Conditioned], grid: Floats, frequency: float) -> bool:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stribeck.arm import Arm, unit_at
-from stribeck.effects.placing import placed_effects
+from stribeck.effects.placing import acting_effects
 from stribeck.effects.registry import registry
 from stribeck.gap.records.usual import no_more_than_any
 from stribeck.gap.result import Cause, Estimate
@@ -16,9 +16,11 @@ from stribeck.grid import uniform
 from stribeck.identify.stretches import between_gaps
 from stribeck.model.layout import Placed
 from stribeck.model.scale import Scale
-from stribeck.model.values import Record
+from stribeck.model.values import Observed, Record
 from stribeck.run import Run
 from stribeck.run.reading import as_read
+
+FAR = 0.3  # of what is seen: the arm file's value is another one
 
 
 @dataclass(frozen=True)
@@ -37,7 +39,7 @@ def observe(arm: Arm, runs: Sequence[Run], scales: Sequence[Scale], *, leave_out
     """
     read = [as_read(run)[0] for run in runs]
     runs = between_gaps([uniform(run)[0] for run in runs], [])
-    known = {place.key for place in placed_effects(arm)}
+    known = {place.key: place for place in acting_effects(arm)}
     placed: list[Placed] = []
     causes: list[Cause] = []
     notes: list[str] = []
@@ -47,6 +49,7 @@ def observe(arm: Arm, runs: Sequence[Run], scales: Sequence[Scale], *, leave_out
         seen = {j: found for j, record in records.items() if (found := effect.observed(record)) is not None}
         here = [Placed(effect, j, {name: value for name, (value, _, _) in seen[j].values.items()}) for j in seen]
         habit = len(here) == arm.n and all(effect.ordinary(place.values, scales[place.joint]) for place in here)
+        notes += [text for j, found in seen.items() for text in _unlike(arm, known.get((effect.name, j)), found)]
         here = [place for place in here if place.key not in known]
         if habit:
             notes += [f"{arm.names[place.joint]}: {no_more_than_any(place, arm)}" for place in here]
@@ -61,6 +64,17 @@ def observe(arm: Arm, runs: Sequence[Run], scales: Sequence[Scale], *, leave_out
             cause = Cause(effect.name, presence, tuple(parameters), (effect.name,), parameters, nothing, presence)
             causes.append(cause)
     return Observation(tuple(placed), tuple(causes), tuple(notes))
+
+
+def _unlike(arm: Arm, stated: Placed | None, seen: Observed) -> list[str]:
+    """Return a note on each value that the records surely show to be another than the arm file has."""
+    values = stated.values if stated else {}
+    return [
+        f"{arm.names[stated.joint]}: {stated.effect.name} has {name} {value:.3g} by the records, "
+        f"{values[name]:.3g} in the arm file; this is what corrected.toml keeps"
+        for name, (value, low, high) in seen.values.items()
+        if stated and name in values and not low <= values[name] <= high and abs(value - values[name]) > FAR * value
+    ]
 
 
 def _record(arm: Arm, read: Sequence[Run], runs: Sequence[Run], j: int) -> Record:

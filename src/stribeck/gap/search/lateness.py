@@ -50,6 +50,11 @@ def on_time(prepared: Prepared, base: Model, floor: np.ndarray, seed: int, leave
     if not kept:
         return base
     model = retune(prepared, floor, (*base.placed, *kept))
+    lasting = [place for place in model.placed[len(base.placed) :] if place.values["time"] > LEAST]
+    if not lasting:
+        return base
+    if len(lasting) < len(kept):
+        model = retune(prepared, floor, (*base.placed, *lasting))
     if not all(is_ordinary(place, prepared.scales) for place in model.placed[len(base.placed) :]):
         return base
     ranking = rank(prepared, [base, model], floor, seed)

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stribeck.effects.placing import placed_effects
+from stribeck.effects.placing import acting_effects
 from stribeck.gap.fitted.band import corner_of, rolled_off
-from stribeck.gap.fitted.clocks import in_step
+from stribeck.gap.fitted.clocks import in_step, without_waves
 from stribeck.gap.fitted.model import Model, noise_in_rows, retune
 from stribeck.gap.records.floor import noise_of_rows
 from stribeck.gap.records.prepare import Prepared
@@ -50,15 +50,15 @@ def asks_for_lower(prepared: Prepared, model: Model) -> bool:
 
 def _retuned(prepared: Prepared, asked: Asked) -> Retuned:
     arm = prepared.arm
-    own = tuple(place for place in placed_effects(arm) if not place.effect.direct)
+    own = tuple(place for place in acting_effects(arm) if not place.effect.direct)
     path = SignalPath(arm, own)
-    given = Residual(path, prepared.held, ())(values_of(path.entries))[0]
     noise = _noise_along(path, values_of(path.entries), prepared, asked.seed)
     base = retune(replace(prepared, noise=noise), noise.rms, own)
-    told = in_step(prepared, base.whole)
+    told = in_step(prepared, without_waves(prepared, base))
     if own and told is not prepared:  # one of them may read the clock
         base = retune(replace(told, noise=noise), noise.rms, own)
     prepared = told
+    given = Residual(path, prepared.held, ())(values_of(path.entries))[0]
     noise = _noise_along(path, base.fit.p, prepared, asked.seed)
     drawn = noise_in_rows(Residual(path, prepared.held, ()), base.fit.p, base.whole, prepared.moved)
     prepared = replace(prepared, noise=replace(noise, drawn=drawn))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.arm import Arm
-from stribeck.effects.placing import placed_effects
+from stribeck.effects.placing import placed_effects, vanishes
 from stribeck.errors import StribeckError
 from stribeck.loop.linear.bends import adds
 from stribeck.loop.linear.operating import OperatingPoint
@@ -18,7 +18,6 @@ from stribeck.model.effect import ActuatorEffect, FrictionEffect
 from stribeck.model.forward import Forward
 from stribeck.model.layout import values_of
 from stribeck.model.path import SignalPath
-from stribeck.simulate.engine import vanishes
 
 Floats = NDArray[np.float64]
 
