@@ -16,7 +16,7 @@ from stribeck.gap.experiment import proposal
 from stribeck.gap.experiment.changes import Change, changes
 from stribeck.gap.experiment.choice import Choice, SoFar
 from stribeck.gap.experiment.programme import Programme
-from stribeck.gap.experiment.proposal import resolved, without_twins
+from stribeck.gap.experiment.proposal import _words, resolved, without_twins
 from stribeck.gap.experiment.separation import AS_IT_IS
 from stribeck.gap.result import Cause
 from stribeck.gap.search.rank import ALIKE
@@ -169,3 +169,29 @@ def test_reversed_leads_turn_what_the_drive_adds_and_not_the_pull_of_the_magnets
         got = float(ca.Function("torque", [path.p], [torque])(values_of(path.entries)))
         assert got == pytest.approx(2.0 - 0.5 + 0.2 * np.sin(4.0 * 0.3))
     assert "same arm file" in turned.known_by
+
+
+@pytest.mark.parametrize(
+    ("end", "says"), [(1.5, "make sure that the arm has room (B 0.00 to 1.50 rad)"), (0.9, "speed.")]
+)
+def test_room_is_asked_for_where_the_reference_goes_further_than_the_recordings(end: float, says: str) -> None:
+    """Not where it might have gone: a joint that it holds still needs none."""
+    seen = [SimpleNamespace(low=-1.0, high=1.0), SimpleNamespace(low=-1.0, high=1.0)]
+    joints = tuple(SimpleNamespace(name=name, kind="revolute") for name in "AB")
+    plan: Any = SimpleNamespace(
+        prepared=SimpleNamespace(arm=SimpleNamespace(joints=joints, names=("A", "B"), n=2)),
+        seen=seen,
+        models=(),
+        duration=lambda choice: 6.0,
+    )
+    choice: Any = SimpleNamespace(
+        options=SimpleNamespace(wider=1.5),
+        prospect=SimpleNamespace(pairs=np.full((1, 1), 9.0)),
+        programme=SimpleNamespace(words=lambda arm: "a chirp, at B alone"),
+        change=AS_IT_IS,
+    )
+    reference: Any = SimpleNamespace(q=np.array([[0.5, 0.0], [0.5, end]]))
+    told = _words(plan, choice, reference)
+    assert told.startswith("Record a chirp, at B alone (6 s in all)")
+    assert says in told
+    assert "A " not in told.split("beyond")[1]

@@ -221,8 +221,8 @@ class Motion:
     def words(self, arm: Arm) -> str:
         """Return the motion in words."""
         if len(self.joints) == arm.n:
-            return f"{self.kind}, {'all joints together' if arm.n > 1 else f'joint {arm.names[0]}'}"
-        return f"{self.kind}, joint {' and '.join(arm.names[j] for j in self.joints)} alone"
+            return f"{self.kind}, {'all joints together' if arm.n > 1 else f'at {arm.names[0]}'}"
+        return f"{self.kind}, at {' and '.join(arm.names[j] for j in self.joints)} alone"
 
 
 def family(reach: Sequence[Reach], joints: Sequence[int]) -> tuple[Motion, ...]:

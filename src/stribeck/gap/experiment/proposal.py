@@ -154,9 +154,10 @@ def _better(choice: Choice, best: Choice) -> bool:
 
 
 def _experiment(plan: Plan, choice: Choice) -> Experiment:
+    reference = plan.reference(choice)
     return Experiment(
         kind="motion" if choice.change is AS_IT_IS else "change",
-        what=_words(plan, choice),
+        what=_words(plan, choice, reference),
         separates=_names(plan.models, plan.prepared.arm.names),
         apart=choice.apart,
         resolved=_promise(choice),
@@ -164,24 +165,27 @@ def _experiment(plan: Plan, choice: Choice) -> Experiment:
             "d_optimal": plan.classic(choice.options).apart,
             "random": float(np.mean([other.apart for other in plan.at_random(choice.options)])),
         },
-        reference=plan.reference(choice),
+        reference=reference,
         programme=choice.programme,
         change=choice.change,
         wider=choice.options.wider,
     )
 
 
-def _words(plan: Plan, choice: Choice) -> str:
+def _words(plan: Plan, choice: Choice, reference: Run) -> str:
     """Return what to do as a sentence."""
-    arm, reach = plan.prepared.arm, choice.options.reach
+    arm = plan.prepared.arm
     path = f"{choice.programme.words(arm)} ({plan.duration(choice):.3g} s in all)"
     room = ""
     if choice.options.wider > 1.0:
+        low, high = reference.q.min(axis=0), reference.q.max(axis=0)
         ranges = [
-            f"{joint.name} {r.low:.2f} to {r.high:.2f} {unit_at('rad', joint.kind)}"
-            for joint, r in zip(arm.joints, reach, strict=True)
+            f"{joint.name} {low[j]:.2f} to {high[j]:.2f} {unit_at('rad', joint.kind)}"
+            for j, (joint, seen) in enumerate(zip(arm.joints, plan.seen, strict=True))
+            if low[j] < seen.low or high[j] > seen.high
         ]
-        room = f" This goes beyond the recorded range and speed: make sure that the arm has room ({', '.join(ranges)})."
+        beyond = f"range and speed: make sure that the arm has room ({', '.join(ranges)})" if ranges else "speed"
+        room = f" This goes beyond the recorded {beyond}."
     same = [i for i, row in enumerate(choice.prospect.pairs <= FAINT) if np.sum(row) > 1]  # each is as near to itself
     if same:
         names = _names(plan.models, arm.names)
