@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from stribeck.arm import EffectEntry
 from stribeck.report.what_next import what_next
 
 EXPERIMENT = {
@@ -39,7 +40,7 @@ def test_a_joint_at_its_floor_is_not_where_one_looks(diagnosis):
 
 @pytest.mark.parametrize(
     ("verdict", "does"),
-    [("explained", "tells apart what these data cannot"), ("unexplained", "may bring the cause out")],
+    [("explained", "is meant to tell apart what these data cannot"), ("unexplained", "may bring the cause out")],
 )
 def test_an_experiment_is_said_to_be_poor_where_it_is(diagnosis, verdict, does):
     made = replace(diagnosis(verdict), next_experiment=EXPERIMENT)
@@ -48,3 +49,11 @@ def test_an_experiment_is_said_to_be_poor_where_it_is(diagnosis, verdict, does):
     text = what_next(replace(made, next_experiment=poor)).replace("\u00a0", " ")
     assert f"{does}, though it is unlikely to (probability 5 %)." in text
     assert does not in what_next(replace(made, next_experiment=None))
+
+
+def test_a_model_of_a_record_that_is_early_is_for_predict_alone(diagnosis):
+    made = diagnosis()
+    shift = EffectEntry("time_shift", ("A",), {"A": {"time": -0.004}})
+    early = replace(made.models["corrected"], effects=(shift,))
+    assert "predict takes it; no loop" in what_next(replace(made, models={**made.models, "corrected": early}))
+    assert "predict, simulate, limit-cycle and export-fmu take it" in what_next(made)

@@ -12,10 +12,10 @@ from stribeck.effects.registry import effect_named
 def undriven(arm: Arm) -> tuple[Arm, tuple[str, ...]]:
     """Return an arm without the effects that drive it in time, and a note for each joint that one would drive.
 
-    A limit cycle is what a loop does of itself; a corrected model may hold a disturbance all the same.
+    A limit cycle is what a loop does of itself, and no file says at what phase a recording met a disturbance.
     """
     notes = [
-        f"{arm.names[place.joint]}: {place.effect.name} drives the arm in time and is left out; simulate shows it"
+        f"{arm.names[place.joint]}: {place.effect.name} drives the arm in time, at its own phase: left out here"
         for place in placed_effects(arm)
         if place.effect.waves
     ]

@@ -38,8 +38,9 @@ class Stage:
 
 @dataclass(frozen=True)
 class Place:
-    """A share of the squared residual of the re-tuned model: one joint, one stage of the path, one region.
+    """A share of what re-tuning leaves beyond noise: one joint, one stage of the path, one region.
 
+    Of the squares, each joint's by its noise floor.
     ``channels`` are all stages in which it may be, ``channel`` first: those of the effects that the data cannot tell
     from the one that takes the share.
     """
@@ -55,8 +56,9 @@ class Place:
 class Region:
     """The residual of one joint in one region, for the map of where.
 
-    ``share`` is of that joint's squared residual, ``time_share`` of the time, ``rms`` in N m before and
-    ``rms_corrected`` after the named effects; ``family`` groups the regions that partition the same samples.
+    ``share`` is of that joint's squared residual beyond noise (by frequency: of all of it), ``time_share`` of the time,
+    ``rms`` in N m before and ``rms_corrected`` after the named effects; ``family`` groups the regions that partition
+    the same samples.
     """
 
     joint: str
@@ -87,10 +89,10 @@ class Recording:
 class Cause:
     """One candidate explanation; ``effect`` may be ``none`` or ``unknown``.
 
-    ``probability`` sums to 1 over the causes: where several effects are named together they share it by what each
-    closes; those that the records show by themselves close nothing and take even parts. ``presence`` is the
-    probability that this effect is there at all, beside whatever else is. ``parameters`` is joint -> parameter ->
-    Estimate; ``closes`` the part of the closable gap that it closes; ``law`` is joint -> law, where the effect is a
+    ``probability`` sums to 1 over the causes: where several effects are named together they share it by how
+    many times each makes less of what is left, in logarithms; those that the records show by themselves close nothing
+    and take even parts. ``presence`` is the probability that this effect is there at all, beside whatever else is.
+    ``parameters`` is joint -> parameter -> Estimate; ``closes`` the part of the closable gap that it closes; ``law`` is joint -> law, where the effect is a
     family with several. ``alike`` is joint -> those of ``equivalent`` that the data cannot tell from it there.
     ``anywhere``: it is at one of the joints at least, and the data cannot tell at which.
     """

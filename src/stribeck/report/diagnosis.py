@@ -139,7 +139,10 @@ def _files(pictures: list[Picture], diagnosis: Diagnosis) -> Files:
     further = [(NEXT_REFERENCE, "what a controller is to follow next")] if diagnosis.next_reference else []
     files = [
         ("diagnosis.json", "all of the above for programs"),
-        ("corrected.toml", "the re-tuned arm with the named effects, for simulate, predict and export-fmu"),
+        (
+            "corrected.toml",
+            "the re-tuned arm with the named effects, an arm file for the other commands",
+        ),
         *further,
         *((picture.file, picture.title) for picture in pictures),
     ]

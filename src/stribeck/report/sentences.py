@@ -19,7 +19,7 @@ def where(diagnosis: Diagnosis) -> str:
     places = sorted(diagnosis.where, key=lambda place: -place.share.value)
     if diagnosis.verdict == "no_gap" or not places:
         return (
-            "Nowhere beyond the noise: once the nominal values are re-tuned within their tolerances, "
+            "Nowhere beyond the noise: once the nominal values are re-tuned, as far as their tolerances allow, "
             f"what is left on the {words.held(diagnosis)} cannot be told from noise."
             f"{_before_measurement(diagnosis)}"
         )

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 from stribeck.gap.answer.verdict import AT_FLOOR
 from stribeck.gap.result import Diagnosis
+from stribeck.model.scale import PROMPT
 from stribeck.report import words
 from stribeck.report.numbers import probability
 
@@ -15,7 +16,7 @@ UNLIKELY = 0.2  # probability below which an experiment is not said to tell anyt
 
 def what_next(diagnosis: Diagnosis) -> str:
     """Return what an engineer does next: which model to use, where to look, what to record."""
-    use = "simulate, predict and export-fmu take it"
+    use = _use(diagnosis)
     if diagnosis.verdict == "no_gap":
         return f"Use corrected.toml, the arm file with its values re-tuned: {use}."
     if not diagnosis.named:
@@ -23,11 +24,22 @@ def what_next(diagnosis: Diagnosis) -> str:
             diagnosis, "the recording below, diagnosed together with these, may bring the cause out"
         )
         look = "" if experiment else f" {_look(diagnosis)}"
-        return f"corrected.toml is the arm file with its values re-tuned, no more.{experiment}{look}"
-    experiment = _experiment(diagnosis, "the experiment below tells apart what these data cannot")
+        return f"corrected.toml is the arm file with its values re-tuned; no cause is added.{experiment}{look}"
+    experiment = _experiment(diagnosis, "the experiment below is meant to tell apart what these data cannot")
     if diagnosis.verdict == "explained":
         return f"Use corrected.toml, in which the model has what is named: {use}.{experiment}"
     return f"corrected.toml has what is named, and is as wrong as the figures show. {_look(diagnosis)}{experiment}"
+
+
+def _use(diagnosis: Diagnosis) -> str:
+    """Return which commands take the corrected arm."""
+    arm = diagnosis.models.get("corrected")
+    early = arm is not None and any(
+        values.get("time", 0.0) <= -PROMPT for entry in arm.effects for values in entry.parameters.values()
+    )
+    if early:
+        return "predict takes it; no loop and no FMU can have a record that is early"
+    return "predict, simulate, limit-cycle and export-fmu take it"
 
 
 def _experiment(diagnosis: Diagnosis, does: str) -> str:

@@ -52,6 +52,7 @@ class Prediction:
         What there is to doubt of the arm, the recording and the horizon.
     motion_error, torque_error : array (n,) or None
         Rms difference of ``q`` and ``tau`` from what was recorded, rad and N m; windows that ended early are left out.
+        So are those with missing samples in the one, and rows near these in the other.
     """
 
     t: Floats
@@ -108,7 +109,10 @@ def predict(arm: Arm, run: Run, horizon: float) -> Prediction:
     across, near = _missing(run, found.window, thinned)
     if across.any():
         lost = f"{len(np.unique(found.window[across]))} of {found.window[-1] + 1} windows lie across missing samples"
-        warnings = (*warnings, f"{run.name}: {lost}; they count in no error, and their torque means nothing near these")
+        warnings = (
+            *warnings,
+            f"{run.name}: {lost}; they count in no motion error, and rows near them in no torque error",
+        )
     errors = [
         np.sqrt(np.mean((told - recorded)[used] ** 2, axis=0)) if used.any() else np.full(arm.n, np.nan)
         for told, recorded, used in ((found.q, run.q, good & ~across), (found.tau, run.tau, good & ~near))

@@ -94,7 +94,7 @@ def test_what_drives_an_arm_in_time_is_left_out_with_a_warning(joint_a):
     wave = EffectEntry("input_disturbance", ("A",), {"A": {"sine": 12.0, "cosine": 0.0, "frequency": 2.0}})
     alone, warnings = undriven(replace(joint_a.arm, effects=(wave, bristles)))
     assert alone == replace(joint_a.arm, effects=(bristles,))
-    assert warnings == ("A: input_disturbance drives the arm in time and is left out; simulate shows it",)
+    assert warnings == ("A: input_disturbance drives the arm in time, at its own phase: left out here",)
     assert undriven(joint_a.arm) == (joint_a.arm, ())
 
 

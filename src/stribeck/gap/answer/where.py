@@ -1,4 +1,4 @@
-"""Where the gap lies: the squared residual by joint and region of the motion, with block-bootstrap intervals."""
+"""Where the gap lies: the squared residual beyond noise by joint and region, with block-bootstrap intervals."""
 
 from __future__ import annotations
 
