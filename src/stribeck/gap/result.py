@@ -92,8 +92,9 @@ class Cause:
     ``probability`` sums to 1 over the causes: where several effects are named together they share it by how
     many times each makes less of what is left, in logarithms; those that the records show by themselves close nothing
     and take even parts. ``presence`` is the probability that this effect is there at all, beside whatever else is.
-    ``parameters`` is joint -> parameter -> Estimate; ``closes`` the part of the closable gap that it closes; ``law`` is joint -> law, where the effect is a
-    family with several. ``alike`` is joint -> those of ``equivalent`` that the data cannot tell from it there.
+    ``parameters`` is joint -> parameter -> Estimate; ``closes`` the part of the closable gap that it closes;
+    ``law`` is joint -> law, where the effect is a family with several. ``alike`` is joint -> those of ``equivalent``
+    that the data cannot tell from it there.
     ``anywhere``: it is at one of the joints at least, and the data cannot tell at which.
     """
 
