@@ -49,7 +49,7 @@ def answered(case: Poor) -> dict[str, Any]:
     exact = row["before"]["right"]  # and a class: no motion will tell more
     began = time.process_time()
     unexplained = first.verdict == "unexplained"
-    models = open_question(found.steps, unexplained=unexplained)
+    models = open_question(found.steps, None if unexplained else first.named)
     experiment = next_experiment(prepared, models, floor, as_it_is=unexplained)
     row["seconds"]["design"] = time.process_time() - began
     if experiment is None:

@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from stribeck.arm import EffectEntry, load_arm, save_arm
+from stribeck.arm import Arm, EffectEntry, Friction, Joint, load_arm, save_arm
 from stribeck.effects import registry as module
 from stribeck.effects.declared import CHANNELS, STAGES
 from stribeck.effects.placing import entries_of, placed_effects
@@ -482,3 +482,16 @@ def test_a_rotor_does_not_stiffen_the_starts(name: str) -> None:
     geared = replace(direct, inertia=5.5, rotor=5.0)
     first, second = ([start["stiffness"] for start in registry()[name].starts(scale)] for scale in (direct, geared))
     assert second == pytest.approx(first)
+
+
+@pytest.mark.parametrize(("C1", "C2", "which"), [(0.5, 0.3, "all"), (0.0, 0.3, "whole"), (0.0, 0.0, "none")])
+def test_without_a_falling_part_it_is_the_viscous_one_that_trails(C1: float, C2: float, which: str) -> None:
+    """Only in the laws of the whole curve: nothing else depends on the speed there."""
+    friction = Friction(2.0, C1, C2, 0.05)
+    joint = Joint("A", "revolute", 0.3, 2.0, (0.15, 0.0), 0.03, 0.05, friction, friction)
+    arm = Arm("one", (0.0, 0.0), (joint,))
+    trailing = {effect.law for effect in laws().values() if effect.name == "frictional_lag"}
+    whole = {"delay", "whole_curve"}
+    wanted = {"all": trailing, "whole": whole, "none": set()}[which]
+    assert whole < trailing
+    assert {law for law in trailing if effect_named("frictional_lag", law).applies(arm, 0)} == wanted

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any
+from typing import Any, ClassVar
 
 import casadi as ca
 
@@ -26,11 +26,12 @@ class TrailingFriction(FrictionEffect):
     shows = "velocity"
     kin = ("speed", "rest")
     elusive = True
+    whole: ClassVar[bool] = False  # the viscous part trails as well
 
     def applies(self, arm: Any, joint: int) -> bool:
-        """Return whether friction has a part that falls with the speed: without one, little trails."""
-        nominal = arm.joints[joint]
-        return bool(nominal.friction.C1 > 0.0 or nominal.backward.C1 > 0.0)
+        """Return whether friction has a part that trails: one that falls with the speed, or else a viscous one."""
+        sides = (arm.joints[joint].friction, arm.joints[joint].backward)
+        return any(own.C1 > 0.0 or (self.whole and own.C2 > 0.0) for own in sides)
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         """Return a short and a long lag, s."""

@@ -13,6 +13,7 @@ class FrictionalLagDelay(TrailingFriction):
     """All friction, its viscous part too, follows the speed by a delay: the source's own law."""
 
     law = "delay"
+    whole = True
     equation = r"G = C_0 + C_1 e^{-w/\alpha} + C_2 w, \quad B = 0, \quad w(t) \approx |v(t - T)|"
     symptom = "a residual that differs between speeding up and slowing down, at low and at high speed"
     source = "Hess & Soom (1990)"

@@ -17,6 +17,7 @@ class FrictionalLagWholeCurve(TrailingFriction):
     """
 
     law = "whole_curve"
+    whole = True
     equation = r"G = C_0 + C_1 e^{-w/\alpha} + C_2 w, \quad B = 0, \quad T \dot w = |v| - w"
     symptom = "a residual that differs between speeding up and slowing down and dies out after every change of speed"
     source = "Hess & Soom (1990), the delay as one pole"
