@@ -13,7 +13,7 @@ from joblib import Parallel, delayed
 
 from stribeck.arm import Arm, load_arm
 from stribeck.blind.key import Opened
-from stribeck.effects.placing import acting_effects
+from stribeck.effects.placing import stated_effects
 from stribeck.gap.records.floor import noise_floor
 from stribeck.grid import uniform
 from stribeck.identify.conditioning import Conditioned, condition
@@ -95,12 +95,12 @@ def closed_on(
 
 
 def _noise(arm: Arm, runs: Sequence[Conditioned], cutoff: float) -> np.ndarray:
-    path = SignalPath(arm, acting_effects(arm))
+    path = SignalPath(arm, stated_effects(arm))
     return np.asarray(np.mean(noise_floor(arm, path, values_of(path.entries), runs, cutoff, 0) ** 2, axis=0))
 
 
 def _mean_square(arm: Arm, runs: Sequence[Conditioned]) -> np.ndarray:
-    path = SignalPath(arm, acting_effects(arm))
+    path = SignalPath(arm, stated_effects(arm))
     residual, _ = Residual(path, runs, ())(values_of(path.entries))
     return np.asarray(np.mean(residual**2, axis=0))
 

@@ -51,12 +51,26 @@ def acting_effects(arm: Arm) -> tuple[Placed, ...]:
     return tuple(place for place in placed_effects(arm) if not vanishes(place))
 
 
+def stated_effects(arm: Arm) -> tuple[Placed, ...]:
+    """Return the effects of an arm that its file gives values, each at its joints: those that a fit may start from.
+
+    A value at its null is one, but for an infinite one, which no fit leaves.
+    """
+    return tuple(place for place in placed_effects(arm) if place.values and not _infinite(place))
+
+
 def vanishes(place: Placed) -> bool:
     """Tell whether an effect's values make it vanish."""
     values = {parameter.name: place.values.get(parameter.name, parameter.null) for parameter in place.effect.parameters}
     at_null = {parameter: values[parameter.name] == parameter.null for parameter in place.effect.parameters}
-    infinite = [flag for parameter, flag in at_null.items() if not math.isfinite(parameter.null)]
-    return any(infinite) or all(at_null.values())
+    return _infinite(place) or all(at_null.values())
+
+
+def _infinite(place: Placed) -> bool:
+    return any(
+        not math.isfinite(parameter.null) and place.values.get(parameter.name, parameter.null) == parameter.null
+        for parameter in place.effect.parameters
+    )
 
 
 def _place(arm: Arm, entry: EffectEntry, joint: str, where: str) -> Placed:

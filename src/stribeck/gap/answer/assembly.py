@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from stribeck.effects.placing import acting_effects
+from stribeck.effects.placing import stated_effects
 from stribeck.gap.answer.commands import told_commands
 from stribeck.gap.answer.delivered import delivered, told_lacking
 from stribeck.gap.answer.listing import candidates_of, traces_of
@@ -161,7 +161,7 @@ class Assembly:
                 *prepared.notes,
                 *told_band(prepared),
                 *self.seen.notes,
-                *told_ordinary(self.base, acting_effects(arm), arm),
+                *told_ordinary(self.base, stated_effects(arm), arm),
                 *told_unnamed(self.steps, prepared.scales, arm),
                 *told_off_the_line(arm, causes, named),
                 *inseparable,

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from stribeck.arm import Arm
-from stribeck.effects.placing import acting_effects
+from stribeck.effects.placing import stated_effects
 from stribeck.gap.answer.margins import widened
 from stribeck.gap.answer.nominal import nominal_intervals
 from stribeck.gap.fitted.model import Model, weights_of
@@ -91,7 +91,7 @@ def _of_effects(model: Model, prepared: Prepared, found: Mapping[str, Estimate])
     They have no tolerance: whether one has moved far is told by its effect's size in the file, or a typical one.
     """
     arm, step = prepared.arm, prepared.scales[0].sample_time
-    stated = {entry.key: entry.value for entry in layout(arm, acting_effects(arm))}
+    stated = {entry.key: entry.value for entry in layout(arm, stated_effects(arm))}
     typical = effect_scales(SignalPath(arm, model.placed), prepared)
     for k in range(len(model.placed)):  # what re-tuning took in beside them is told in a note
         own = [entry for entry in model.fit.entries if entry.owner == k and entry.key in stated]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from stribeck.arm import Arm
-from stribeck.effects.placing import acting_effects, entries_of
+from stribeck.effects.placing import entries_of, stated_effects
 from stribeck.identify.fitted import arm_with
 from stribeck.identify.map_fit import Fit
 from stribeck.model.layout import Placed
@@ -23,5 +23,5 @@ def arm_of(arm: Arm, fit: Fit, placed: Sequence[Placed]) -> Arm:
     placed : sequence of Placed
         Effects with the values found.
     """
-    stated = (place for place in acting_effects(arm) if place.effect.direct)
+    stated = (place for place in stated_effects(arm) if place.effect.direct)
     return replace(arm_with(arm, fit), effects=entries_of(arm, (*placed, *stated)))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stribeck.arm import Arm, unit_at
-from stribeck.effects.placing import acting_effects
+from stribeck.effects.placing import stated_effects
 from stribeck.effects.registry import registry
 from stribeck.gap.records.usual import no_more_than_any
 from stribeck.gap.result import Cause, Estimate
@@ -39,7 +39,7 @@ def observe(arm: Arm, runs: Sequence[Run], scales: Sequence[Scale], *, leave_out
     """
     read = [as_read(run)[0] for run in runs]
     runs = between_gaps([uniform(run)[0] for run in runs], [])
-    known = {place.key: place for place in acting_effects(arm)}
+    known = {place.key: place for place in stated_effects(arm)}
     placed: list[Placed] = []
     causes: list[Cause] = []
     notes: list[str] = []

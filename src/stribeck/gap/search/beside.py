@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from joblib import delayed
 
-from stribeck.effects.placing import acting_effects
+from stribeck.effects.placing import stated_effects
 from stribeck.gap.fitted.model import Model, finite, fit_model, weights_of
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.search.families import left_by
@@ -39,7 +39,7 @@ def without_each(prepared: Prepared, steps: Sequence[Step], pool: Any) -> list[M
     floor = steps[-1].floor
     weights = weights_of(final, prepared, floor)
     rests = [(*final.placed[:i], *final.placed[i + 1 :]) for i in range(own, own + count)]
-    stated = {place.key for place in acting_effects(prepared.arm)}
+    stated = {place.key for place in stated_effects(prepared.arm)}
     little = {place.key for place in final.placed if is_ordinary(place, prepared.scales)} - stated
     *others, last = pool(delayed(_kept_little)(prepared, rest, weights, little) for rest in rests)
     seen = steps[count - 1].base

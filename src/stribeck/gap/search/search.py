@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
-from stribeck.effects.placing import acting_effects
+from stribeck.effects.placing import stated_effects
 from stribeck.gap.fitted.clocks import in_step_beside
 from stribeck.gap.fitted.model import Model, referred, retune
 from stribeck.gap.records.prepare import Prepared
@@ -84,7 +84,7 @@ def search(tuned: Retuned, asked: Asked) -> tuple[Retuned, tuple[Step, ...]]:
 
 def _setting(tuned: Retuned, asked: Asked, pool: Pool) -> Setting:
     prepared = referred(tuned.prepared, tuned.base)
-    stated = sum(not place.effect.direct for place in acting_effects(prepared.arm))
+    stated = sum(not place.effect.direct for place in stated_effects(prepared.arm))
     nothing: frozenset[tuple[str, int]] = frozenset()
     return Setting(prepared, tuned.noise.rms, asked.seed, pool, asked.leave_out, nothing, asked.progress, stated)
 

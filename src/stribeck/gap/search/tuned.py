@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stribeck.effects.placing import acting_effects
+from stribeck.effects.placing import stated_effects
 from stribeck.gap.fitted.band import corner_of, rolled_off
 from stribeck.gap.fitted.clocks import in_step, without_waves
 from stribeck.gap.fitted.model import Model, noise_in_rows, retune
@@ -50,7 +50,7 @@ def asks_for_lower(prepared: Prepared, model: Model) -> bool:
 
 def _retuned(prepared: Prepared, asked: Asked) -> Retuned:
     arm = prepared.arm
-    own = tuple(place for place in acting_effects(arm) if not place.effect.direct)
+    own = tuple(place for place in stated_effects(arm) if not place.effect.direct)
     path = SignalPath(arm, own)
     noise = _noise_along(path, values_of(path.entries), prepared, asked.seed)
     base = retune(replace(prepared, noise=noise), noise.rms, own)
