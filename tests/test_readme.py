@@ -66,7 +66,7 @@ def test_the_picture_is_of_the_example_as_it_is() -> None:
     prepared = prepare(arm, load_runs([str(example / f"run_0{k}.csv") for k in range(6)], arm.n))
     text = " ".join((ROOT / "README.md").read_text(encoding="utf-8").split())
     joints = r"joint A ([\d.]+) N m as given, [\d.]+ N m corrected; joint B ([\d.]+) and [\d.]+ N m"
-    told = re.search(joints + r", rolled off from ([\d.]+) Hz", text)
+    told = re.search(joints + r", counted below ([\d.]+) Hz", text)
     assert told is not None
     *given, corner = (float(value) for value in told.groups())
     path = SignalPath(arm, ())
