@@ -10,6 +10,7 @@ from stribeck.effects.registry import effect_named
 from stribeck.errors import InputError
 from stribeck.model.effect import Effect, RigidBodyEffect, SensingEffect
 from stribeck.model.layout import Placed, rival, sole
+from stribeck.model.values import Parameter
 
 
 def placed_effects(arm: Arm, source: str = "") -> tuple[Placed, ...]:
@@ -61,16 +62,15 @@ def stated_effects(arm: Arm) -> tuple[Placed, ...]:
 
 def vanishes(place: Placed) -> bool:
     """Tell whether an effect's values make it vanish."""
-    values = {parameter.name: place.values.get(parameter.name, parameter.null) for parameter in place.effect.parameters}
-    at_null = {parameter: values[parameter.name] == parameter.null for parameter in place.effect.parameters}
-    return _infinite(place) or all(at_null.values())
+    return _infinite(place) or all(_at_null(place).values())
 
 
 def _infinite(place: Placed) -> bool:
-    return any(
-        not math.isfinite(parameter.null) and place.values.get(parameter.name, parameter.null) == parameter.null
-        for parameter in place.effect.parameters
-    )
+    return any(flag for parameter, flag in _at_null(place).items() if not math.isfinite(parameter.null))
+
+
+def _at_null(place: Placed) -> dict[Parameter, bool]:
+    return {p: place.values.get(p.name, p.null) == p.null for p in place.effect.parameters}
 
 
 def _place(arm: Arm, entry: EffectEntry, joint: str, where: str) -> Placed:

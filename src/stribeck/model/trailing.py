@@ -10,6 +10,7 @@ import casadi as ca
 
 from stribeck.model.effect import FrictionEffect
 from stribeck.model.scale import Scale
+from stribeck.model.tustin import falls
 from stribeck.model.values import Expression, Parameters, Signals, States
 
 # poles that stand for a delay of the same mean: simulation, linearisation and export have states and no memory
@@ -31,7 +32,7 @@ class TrailingFriction(FrictionEffect):
     def applies(self, arm: Any, joint: int) -> bool:
         """Return whether friction has a part that trails: one that falls with the speed, or else a viscous one."""
         sides = (arm.joints[joint].friction, arm.joints[joint].backward)
-        return any(own.C1 > 0.0 or (self.whole and own.C2 > 0.0) for own in sides)
+        return any(falls(own) or (self.whole and own.C2 > 0.0) for own in sides)
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         """Return a short and a long lag, s."""

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import casadi as ca
 
+from stribeck.arm import Friction
 from stribeck.model.values import Expression, Parameters
+
+NONE = 1e-6  # of the Coulomb friction: a falling part of less is what a fit has left at its bound
 
 
 def tustin_level(speed: Expression, constants: Parameters) -> Expression:
@@ -23,3 +26,8 @@ def tustin_level(speed: Expression, constants: Parameters) -> Expression:
 def tustin_viscous(velocity: Expression, forward: Expression, backward: Expression) -> Expression:
     """Return the viscous torque C2 v (N m), with its own C2 (N m s/rad) for each direction."""
     return forward * ca.fmax(velocity, 0.0) + backward * ca.fmin(velocity, 0.0)
+
+
+def falls(friction: Friction) -> bool:
+    """Return whether friction has a part that falls with the speed."""
+    return friction.C1 > NONE * friction.C0

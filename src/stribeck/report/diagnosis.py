@@ -139,10 +139,7 @@ def _files(pictures: list[Picture], diagnosis: Diagnosis) -> Files:
     further = [(NEXT_REFERENCE, "what a controller is to follow next")] if diagnosis.next_reference else []
     files = [
         ("diagnosis.json", "all of the above for programs"),
-        (
-            "corrected.toml",
-            "the re-tuned arm with the named effects, an arm file for the other commands",
-        ),
+        ("corrected.toml", "the re-tuned arm with the named effects, an arm file for the other commands"),
         *further,
         *((picture.file, picture.title) for picture in pictures),
     ]

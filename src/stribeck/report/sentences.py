@@ -122,7 +122,7 @@ def how_far(diagnosis: Diagnosis) -> str:
         return f"Re-tuning alone reaches the noise. {rms}{random}"
     if not diagnosis.named:
         return f"No effect was added, so the gap stays as re-tuning leaves it. {rms}{random}"
-    if diagnosis.closed is None and words.last_stage(diagnosis) == "retuned" and not diagnosis.where:
+    if words.in_records_alone(diagnosis):
         return f"Re-tuning alone reaches the noise: what is named shows in the records themselves. {rms}{random}"
     if diagnosis.closed is None:
         return f"No part of a {words.effort(diagnosis)} gap counts as closed. {rms}{random}"

@@ -126,6 +126,11 @@ def last_stage(diagnosis: Diagnosis) -> str:
     return added[-1] if added else "retuned"
 
 
+def in_records_alone(diagnosis: Diagnosis) -> bool:
+    """Return whether what is named shows in the records alone: re-tuning leaves no gap of torque."""
+    return diagnosis.closed is None and last_stage(diagnosis) == "retuned" and not diagnosis.where
+
+
 def final(diagnosis: Diagnosis) -> str:
     """Return what the last model is called: "corrected", or "re-tuned" where no effect was added to it."""
     return "corrected" if diagnosis.named else "re-tuned"

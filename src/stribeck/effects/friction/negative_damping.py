@@ -9,9 +9,8 @@ import casadi as ca
 
 from stribeck.model.effect import FrictionEffect
 from stribeck.model.scale import Scale
+from stribeck.model.tustin import falls
 from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
-
-NONE = 1e-6  # of the Coulomb friction: a falling part of less is none
 
 
 @final
@@ -35,8 +34,8 @@ class NegativeDamping(FrictionEffect):
     )
 
     def applies(self, arm: Any, joint: int) -> bool:
-        nominal = arm.joints[joint]  # a fit may have left next to nothing
-        return all(own.C1 <= NONE * own.C0 for own in (nominal.friction, nominal.backward))
+        nominal = arm.joints[joint]
+        return not (falls(nominal.friction) or falls(nominal.backward))
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         size = 0.3 * max(scale.friction, 0.02 * scale.torque)

@@ -63,7 +63,7 @@ def draw_measured(ax: Axes, diagnosis: Diagnosis, joint: int, window: Window) ->
 
 def _finding(diagnosis: Diagnosis, window: Window) -> str:
     run = words.short(window[0].run, 30)
-    if diagnosis.verdict == "no_gap" or (diagnosis.closed is None and not diagnosis.where):
+    if diagnosis.verdict == "no_gap" or words.in_records_alone(diagnosis):
         return f"The re-tuned nominal model follows {run} down to the noise"
     if not diagnosis.named:
         return f"The re-tuned model still misses {run}, and no cause is named"

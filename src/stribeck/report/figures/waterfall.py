@@ -97,7 +97,7 @@ def _finding(diagnosis: Diagnosis) -> str:
     if not diagnosis.named:
         return "Re-tuning leaves a gap above the noise floor that no known effect explains"
     named = words.named(diagnosis)
-    if diagnosis.closed is None and words.last_stage(diagnosis) == "retuned" and not diagnosis.where:
+    if words.in_records_alone(diagnosis):
         return f"Re-tuning alone reaches the noise floor; {named.lower()} shows in the records themselves"
     if diagnosis.closed is None:
         return f"{named}: the gap before and after"
