@@ -73,3 +73,14 @@ def test_a_counter_that_begins_anew_trails_nothing() -> None:
     around = tuple(replace(run, q=(run.q - run.q.mean()) % (2.0 * np.pi)) for run in plain)
     assert any(np.ptp(run.q) > 6.0 for run in around)
     assert not seen(around).causes
+
+
+def test_one_that_the_arm_file_has_otherwise_is_told_of() -> None:
+    """Named it is not, for the file has it; an entry without values is as if it were not there."""
+    runs = filtered(0.02)
+    for stated, named, told in (({"time": 0.006}, 0, 1), ({"time": 0.02}, 0, 0), ({}, 1, 0)):
+        arm = replace(NOMINAL, effects=(EffectEntry("velocity_filter", ("A",), {"A": stated}),))
+        found = observe(arm, runs, prepare(arm, runs).scales)
+        assert len(found.causes) == named
+        assert len([note for note in found.notes if "by the records, 0.006 in the arm file" in note]) == told
+        assert len(found.notes) == told

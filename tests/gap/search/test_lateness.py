@@ -1,5 +1,7 @@
 """A drive's own millisecond is re-tuned; what is later than any drive is found as an effect."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -49,3 +51,13 @@ def test_records_that_are_all_late_leave_no_drive_to_try() -> None:
     logger = [Placed(effect_named("time_shift", "all_joints"), 0, {"time": 1e-4})]
     base = retune(prepared, floor, logger)
     assert on_time(prepared, base, floor, 0) is base
+
+
+def test_a_lateness_that_re_tuning_takes_back_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A delay of next to nothing would still keep an arm from loops without samples."""
+    prepared = prepare(NOMINAL, recorded(("delay", {"time": 0.001})))
+    base = retune(prepared, FLOOR)
+    taken = on_time(prepared, base, FLOOR, 0)
+    back = replace(taken, placed=(*taken.placed[:-1], replace(taken.placed[-1], values={"time": 1e-9})))
+    monkeypatch.setattr("stribeck.gap.search.lateness.retune", lambda *given: back)
+    assert on_time(prepared, base, FLOOR, 0) is base
