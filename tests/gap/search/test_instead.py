@@ -14,8 +14,9 @@ from stribeck.gap.answer.verdict import causes_of
 from stribeck.gap.experiment.proposal import open_question
 from stribeck.gap.fitted.model import Model, fit_model, retune, weights_of
 from stribeck.gap.records.prepare import Prepared, prepare
-from stribeck.gap.search.beside import without_each
+from stribeck.gap.search.beside import idle, weighed, without_each
 from stribeck.gap.search.instead import instead, outdone, with_as_good
+from stribeck.gap.search.ordinary import is_ordinary
 from stribeck.gap.search.rank import rank
 from stribeck.gap.search.screen import screen
 from stribeck.gap.search.step import Step
@@ -61,6 +62,19 @@ def test_what_was_taken_first_may_be_outdone_later(hidden: str, first: str, give
     assert [(one.place.key, one.model.placed[-1].effect.name) for one in others] == [((first, 0), other)]
     assert outdone(prepared, steps, others, 0) == ((first, 0) if gives_way else None)
     assert outdone(prepared, steps[:1], [], 0) is None
+
+
+def test_what_every_arm_has_does_all_the_work_where_it_can() -> None:
+    """Beside an offset that was taken first, the sides of friction are unlike by little; without it they are all."""
+    hidden = [("asymmetric_friction", {"C0": 3.0})]
+    prepared, (first, _) = two_steps(hidden, "torque_offset", "gravity_tilt", "payload")
+    offset = first.rivals[0]
+    placed = (*offset.placed, Placed(effect_named("asymmetric_friction"), 0, {"coulomb": 0.02, "viscous": 0.02}))
+    both = fit_model(prepared, placed, weights_of(offset, prepared, FLOOR), offset.fit, evaluations=1)
+    assert is_ordinary(both.placed[1], prepared.scales)
+    step = Step(offset, (both,), replace(rank(prepared, [offset, both], FLOOR, 0), best=1), (1,), (), FLOOR)
+    found = weighed(prepared, (first, step), without_each(prepared, (first, step), POOL), 0)
+    assert idle(found) == ("torque_offset", 0)
 
 
 @pytest.mark.parametrize(

@@ -681,7 +681,7 @@ def test_without_the_last_effect_the_model_that_the_search_saw_counts_where_a_fi
     prepared, base, _ = late
 
     def leaving(size: float, *names: str) -> Model:
-        fit: Any = SimpleNamespace(residual=np.full((9, 1), size), at_limit=())
+        fit: Any = SimpleNamespace(residual=np.full((9, 1), size), at_limit=(), prior=0.0)
         return Model(tuple(Placed(effect_named(name), 0, {}) for name in names), fit, np.full((4, 1), size))
 
     first, both = leaving(1.0, "backlash"), leaving(0.1, "backlash", "cogging")
@@ -689,7 +689,7 @@ def test_without_the_last_effect_the_model_that_the_search_saw_counts_where_a_fi
     steps = [Step(base, (first,), gains, (1,), (), FLOOR), Step(first, (both,), gains, (1,), (), FLOOR)]
     refitted = {"again": leaving(again, "backlash"), "seen": first}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("stribeck.gap.search.beside.weights_of", lambda *_: None)
+        patch.setattr("stribeck.gap.search.beside.weights_of", lambda *_: SimpleNamespace(scale=1.0))
         patch.setattr("stribeck.gap.search.beside.is_ordinary", lambda *_: False)
         without = without_each(prepared, steps, lambda _: [base, refitted["again"]])
     assert without[0] is base
@@ -1096,6 +1096,7 @@ def test_the_search_without_what_is_needless_starts_from_what_every_arm_has_as_w
     monkeypatch.setattr(search_module, "referred", lambda prepared, _: prepared)
     monkeypatch.setattr(search_module, "_from_the_ordinary", from_the_ordinary)
     monkeypatch.setattr(search_module, "_believed", lambda setting, steps: (steps, []))
+    monkeypatch.setattr(search_module, "another_way", lambda setting, base, steps: steps)
     monkeypatch.setattr(search_module, "idle", lambda steps: ("cogging", 0))
     monkeypatch.setattr(search_module, "instead", lambda *_: [])
     monkeypatch.setattr(search_module, "rank", lambda *_: SimpleNamespace(overall=[0.0, 0.0]))

@@ -24,14 +24,16 @@ from stribeck.model.layout import Placed
 MUCH_LEFT = 2.5  # of the noise floor's power, beside an effect that alone was taken: another one may be the true one
 NEARLY = 0.6  # of what it gains, in logarithms, that the other one gains
 WEIGHING = 40  # evaluations of the last model without one of its effects
+AS_WELL = 1.0  # cost more, at which an effect does alone what it did with another one
 STANDS_IN = 1 / 3  # of what an effect gained, in logarithms: two of which each alone does the rest are one, twice
 
 
 def without_each(prepared: Prepared, steps: Sequence[Step], pool: Any) -> list[Model]:
     """Return, for each effect that was taken, the last model fitted anew without it.
 
-    And without what every arm has some of, where that would grow to more in its place. The search has seen a model
-    without the last one: of the two the better, for a play that is fitted anew may end elsewhere.
+    And without what every arm has some of, where that would grow to more in its place; but not where it does all that
+    the two did. The search has seen a model without the last one: of the two the better, for a play that is fitted anew
+    may end elsewhere.
     """
     final, own, count = last_model(steps), len(steps[0].base.placed), sum(step.taken for step in steps)
     if count < 2:
@@ -41,18 +43,22 @@ def without_each(prepared: Prepared, steps: Sequence[Step], pool: Any) -> list[M
     rests = [(*final.placed[:i], *final.placed[i + 1 :]) for i in range(own, own + count)]
     stated = {place.key for place in stated_effects(prepared.arm)}
     little = {place.key for place in final.placed if is_ordinary(place, prepared.scales)} - stated
-    *others, last = pool(delayed(_kept_little)(prepared, rest, weights, little) for rest in rests)
+    enough = 0.5 * float(np.sum((final.fit.residual * weights.scale) ** 2)) + final.fit.prior + AS_WELL
+    *others, last = pool(delayed(_kept_little)(prepared, rest, weights, little, enough) for rest in rests)
     seen = steps[count - 1].base
     return [*others, min((seen, last), key=lambda model: left_by(model.whole, floor) if finite(model) else np.inf)]
 
 
 def _kept_little(
-    prepared: Prepared, placed: Sequence[Placed], weights: Weights, little: Collection[tuple[str, int]]
+    prepared: Prepared, placed: Sequence[Placed], weights: Weights, little: Collection[tuple[str, int]], enough: float
 ) -> Model:
-    """Return a model with some effects, without those of the ``little`` ones that grow to more than every arm has."""
+    """Return a model with some effects, without those of the ``little`` ones that grow to more than every arm has.
+
+    At a cost that is ``enough`` all of them stay.
+    """
     model = fit_model(prepared, placed, weights, None, evaluations=WEIGHING)
     kept = [place for place in model.placed if place.key not in little or is_ordinary(place, prepared.scales)]
-    if len(kept) == len(model.placed):
+    if len(kept) == len(model.placed) or model.fit.cost < enough:
         return model
     return fit_model(prepared, kept, weights, model.fit, evaluations=WEIGHING)
 

@@ -118,9 +118,18 @@ def with_as_good(
         if not rivals or not finite(rest):
             continue
         ranking = rank(prepared, [rest, final, *rivals], floor, seed)
-        same = [rivals[k - 2] for k in ranking.twins() if k > 1]
+        same = _one_of_each([rivals[k - 2] for k in ranking.twins() if k > 1])
         if 1 in ranking.twins() and same:
             placed = (*final.placed[: own + i], *final.placed[own + i + 1 :], Placed(place.effect, place.joint))
             again = fit_model(prepared, placed, weights, final.fit, dict(place.values), evaluations=EVALUATIONS)
             found[i] = replace(step, as_good=(again, *same))
     return tuple(found)
+
+
+def _one_of_each(models: Sequence[Model]) -> list[Model]:
+    """Return of models that end in the same effect the one that costs least."""
+    best: dict[tuple[str, int], Model] = {}
+    for model in models:
+        key = model.placed[-1].key
+        best[key] = min(best.get(key, model), model, key=lambda one: one.fit.cost)
+    return list(best.values())

@@ -17,11 +17,13 @@ from stribeck.gap.search.gates import LEAST_GAIN
 from stribeck.gap.search.instead import SURELY, instead, outdone, with_as_good
 from stribeck.gap.search.look_alike import with_look_alikes
 from stribeck.gap.search.ordinary import is_ordinary, ordinary, retuned_with
+from stribeck.gap.search.other_ways import another_way
 from stribeck.gap.search.pool import Pool
 from stribeck.gap.search.presence import evidence, presence
 from stribeck.gap.search.rank import rank
 from stribeck.gap.search.setting import Asked, Known, Setting
 from stribeck.gap.search.step import Step, last_model
+from stribeck.gap.search.swap import swapped
 from stribeck.gap.search.tuned import Retuned, asks_for_lower, in_lower_band
 from stribeck.model.layout import Placed
 from stribeck.model.scale import Scale
@@ -63,8 +65,11 @@ def search(tuned: Retuned, asked: Asked) -> tuple[Retuned, tuple[Step, ...]]:
             )
         prepared = setting.prepared
         steps, without = _believed(setting, found)
+        other = another_way(setting, base, steps)
+        if other is not steps:
+            steps, without = _believed(setting, other)
         unneeded = idle(steps)
-        others = instead(prepared, steps, pool, leave_out)
+        others = instead(prepared, steps, pool, leave_out) + swapped(setting, steps, without)
         needless = unneeded or outdone(prepared, steps, others, seed) or misleading(steps)
         if needless is not None:
             progress(f"again without {needless[0]}")
@@ -75,7 +80,7 @@ def search(tuned: Retuned, asked: Asked) -> tuple[Retuned, tuple[Step, ...]]:
                 prepared = barring.prepared
                 gone = [place for place in last_model(steps).placed if place.key == needless]
                 steps, without = _believed(barring, other)
-                others = instead(prepared, steps, pool, leave_out, gone)
+                others = instead(prepared, steps, pool, leave_out, gone) + swapped(barring, steps, without)
         steps = with_as_good(prepared, steps, without, others, seed)
         steps = with_lags(prepared, steps, without, pool, seed, leave_out)
         steps = with_together(prepared, steps, pool, seed)

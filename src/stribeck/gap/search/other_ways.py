@@ -1,0 +1,51 @@
+"""Other effects to begin with, where those that were taken leave much."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from stribeck.gap.fitted.model import Model
+from stribeck.gap.search.families import left_by
+from stribeck.gap.search.forward import FAR_LESS, forward
+from stribeck.gap.search.rank import saved
+from stribeck.gap.search.setting import Known, Setting
+from stribeck.gap.search.step import Step, last_model
+
+MUCH = 4.0  # noise floors rms at a joint, that what was taken leaves
+PART = 0.4  # of what the first one gained, in logarithms, that another one gains to be begun with
+MOST = 3  # others
+
+
+def another_way(setting: Setting, base: Model, steps: tuple[Step, ...]) -> tuple[Step, ...]:
+    """Return steps that begin with another effect and leave far less after two; else the same ones.
+
+    What follows two effects at once, neither of them its own, may come first alone, and nothing helps it then: of a
+    gain beside friction that goes with the load the latter takes most by a law that is not the true one.
+
+    Parameters
+    ----------
+    setting : Setting
+    base : Model
+        From which the search started.
+    steps : tuple of Step
+        Of the search.
+    """
+    first, final = steps[0], last_model(steps)
+    much = np.any(np.mean(final.whole**2, axis=0) > MUCH**2 * steps[-1].floor ** 2)
+    if not first.taken or not much:
+        return steps
+    ranking, known, found = first.ranking, Known(), steps
+    least = left_by(final.whole, setting.floor) - FAR_LESS
+    near = PART * saved(ranking.overall[ranking.best])
+    others = [k for k in first.passing if k != ranking.best and saved(ranking.overall[k]) > near]
+    for k in others[:MOST]:
+        setting.progress(f"again, {first.rivals[k - 1].placed[-1].effect.name} first")
+        passing = (k, *(other for other in first.passing if other != k))
+        begun = replace(first, ranking=replace(ranking, best=k), passing=passing)
+        tried = forward(setting, base, known, (begun,), until=lambda model: True)
+        left = left_by(last_model(tried).whole, setting.floor)
+        if left < least:
+            found, least = tried, left
+    return steps if found is steps else forward(setting, base, known, found)
