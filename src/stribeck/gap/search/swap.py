@@ -13,6 +13,7 @@ from stribeck.gap.search.rank import ALIKE
 from stribeck.gap.search.setting import Setting
 from stribeck.gap.search.step import Step, last_model
 from stribeck.gap.search.tryout import Tryout
+from stribeck.model.layout import Placed
 
 MOST = 3  # effects that are fitted in the place of one
 
@@ -21,7 +22,8 @@ def swapped(setting: Setting, steps: Sequence[Step], without: Sequence[Model]) -
     """Return the last model with what promises as much as an effect in its place, now that the others are there.
 
     The step that took it may not have seen that: a gain that was still hidden changes what an offset looks like. Of the
-    effects at its joint; of one alone, its step has seen them all.
+    effects at its joint, those that are linear and those that came near in its step: nonlinear ones take long. Not in
+    the place of the last one, beside which its step has seen them all.
 
     Parameters
     ----------
@@ -31,17 +33,22 @@ def swapped(setting: Setting, steps: Sequence[Step], without: Sequence[Model]) -
     without : sequence of Model
         As of :func:`stribeck.gap.search.beside.without_each`.
     """
-    if len(without) < 2:
-        return []
-    own = len(steps[0].base.placed)
+    own, taken = len(steps[0].base.placed), [step for step in steps if step.taken]
     found = []
-    for place, rest in zip(last_model(steps).placed[own:], without, strict=False):
+    for place, step, rest in zip(last_model(steps).placed[own:], taken[:-1], without, strict=False):
         if not finite(rest):
             continue
-        tryout = Tryout(setting, rest, {})
-        here = {(effect.name, effect.law, joint) for effect, joint in tryout.possible if joint == place.joint}
+        seen = {(last.effect.name, last.effect.law, last.joint): dict(last.values) for last in _ends(step)}
+        tryout = Tryout(setting, rest, seen)
+        every = {(effect.name, effect.law, joint): effect for effect, joint in tryout.possible if joint == place.joint}
+        here = {key for key, effect in every.items() if key in seen or not effect.nonlinear}
         trials = [trial for trial in best_laws(tryout.screened(here)) if np.isfinite(trial.promise)]
         least = ALIKE * max((trial.promise for trial in trials if trial.key == place.key), default=np.inf)
         others = sorted((t for t in trials if t.key != place.key and t.promise > least), key=lambda t: -t.promise)
         found += [Instead(place, model) for model in tryout.fitted(others[:MOST]) if model is not None]
     return found
+
+
+def _ends(step: Step) -> list[Placed]:
+    """Return the effects of a step's rivals, with the values at which their fits ended."""
+    return [model.placed[-1] for model in step.rivals]
