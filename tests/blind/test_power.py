@@ -13,7 +13,7 @@ from stribeck.blind.farm import Processes
 from stribeck.blind.power import _revealed_from, power_analysis
 from stribeck.errors import InputError, StribeckError
 from stribeck.run import Run, load_run
-from stribeck.withheld.own import own_maker
+from stribeck.withheld.own import OwnMaker, own_maker
 from stribeck.withheld.plan import LEVELS
 
 EXAMPLE = Path(stribeck.__file__).parent / "example"
@@ -94,14 +94,18 @@ def test_a_level_of_which_nothing_could_be_recorded_is_passed_over(named, level)
 
 
 def test_an_effect_that_no_arm_can_be_held_with_is_told(tmp_path, experiment, monkeypatch):
-    def make(seed, plan):
-        if plan.effects == ("torque_offset",):
-            raise StribeckError("falls")
-        return own_maker(*experiment)(seed, plan)
+    class Falls(OwnMaker):
+        def __call__(self, seed, plan):
+            if plan.effects == ("torque_offset",):
+                raise StribeckError("falls")
+            return super().__call__(seed, plan)
 
-    monkeypatch.setattr(power, "own_maker", lambda arm, runs: make)
+    monkeypatch.setattr(
+        power, "own_maker", lambda arm, runs: Falls(**{**vars(own_maker(arm, runs)), "notes": ("told",)})
+    )
     found, _ = analysed(experiment, tmp_path / "work", says("delay"), levels=("clear",))
     assert (list(found["effects"]), found["not_recorded"]) == (["delay"], ["torque_offset"])
+    assert found["notes"] == ["told"]
 
 
 @pytest.mark.long
