@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import shutil
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -80,7 +81,12 @@ def power_analysis(
     _begin(work, _fingerprint(arm, runs, order, seed))
     key = work / "key.json"
     if not key.exists():
-        record_sealed(order, work / "cases", key, seed=seed, jobs=jobs, make=maker, progress=progress)
+        try:
+            record_sealed(order, work / "cases", key, seed=seed, jobs=jobs, make=maker, progress=progress)
+        except BaseException:
+            if not key.exists():  # nothing is recorded yet, and the next call may well be another
+                shutil.rmtree(work, ignore_errors=True)
+            raise
     answers = work / "answers"
     diagnose_cases(work / "cases", answers, farm=farm or Processes(jobs), diagnoser=diagnoser, progress=progress)
     opened = open_sealed(answers, key)
@@ -192,6 +198,7 @@ def _fingerprint(arm: Arm, runs: Sequence[Run], order: Order, seed: int) -> dict
 
 
 def _begin(work: Path, wanted: Mapping[str, Any]) -> None:
+    """Make the folder, or find it begun; what stopped before anything was recorded is begun anew."""
     path = work / "power.json"
     if not path.exists():
         if work.exists() and any(work.iterdir()):
@@ -202,5 +209,9 @@ def _begin(work: Path, wanted: Mapping[str, Any]) -> None:
         before = json.loads(read_whole(path, "remove the folder"))
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: cannot be read", str(error), "remove the folder") from None
-    if before != wanted:
+    begun = isinstance(before, dict) and before.keys() == wanted.keys()  # the power.json of a report is another
+    if begun and not (work / "key.json").exists():
+        shutil.rmtree(work, ignore_errors=True)
+        write_json(path, wanted)
+    elif before != wanted:
         raise InputError(f"{work}: holds another analysis", "", "use the same arm, runs and options, or remove it")
