@@ -1,10 +1,11 @@
-"""Small text files from others: read whole within a bound, parsed as TOML, and fitted strictly to a declared type."""
+"""Files from others: read whole within a bound; small ones of text parsed as TOML, and fitted strictly to a type."""
 
 from __future__ import annotations
 
 import difflib
 import json
 import re
+import stat
 import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -16,6 +17,8 @@ from stribeck.errors import InputError
 
 LARGEST_TEXT_FILE = 1 << 20
 """Bytes; a file of parameters larger than this is taken for a mistake."""
+LARGEST_FILE = 1 << 28
+"""Bytes; of any other file that is read whole: a recording of hours is smaller."""
 DEEPEST_KEY = 100  # names joined by dots; the parser's time grows with the square of their number
 _NO_KEY = re.compile(  # texts and comments; without an end, to that of the file or the line
     r"""
@@ -58,6 +61,43 @@ def explain_unreadable(path: Path, error: OSError) -> InputError:
     return InputError(
         f"{path}: cannot be read", (error.strerror or str(error)).lower(), "give the path of a readable file"
     )
+
+
+def check_regular(path: Path, do: str) -> None:
+    """Raise `InputError` for a pipe, which would be waited for without end, or a device; `do` says what to give.
+
+    Raises
+    ------
+    OSError
+        Where there is nothing.
+    """
+    mode = path.stat().st_mode
+    if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):  # a folder is told as one when it is opened
+        raise InputError(f"{path}: is not a regular file", "", do)
+
+
+def read_whole(path: Path, do: str) -> bytes:
+    """Return the content of a regular file of at most 256 MiB.
+
+    Parameters
+    ----------
+    path : path
+    do : str
+        What to do about a file that is none, or larger.
+
+    Raises
+    ------
+    InputError
+        For any other file.
+    OSError
+        Where it cannot be read.
+    """
+    check_regular(path, do)
+    with path.open("rb") as stream:
+        content = stream.read(LARGEST_FILE + 1) if path.stat().st_size <= LARGEST_FILE else None
+    if content is None or len(content) > LARGEST_FILE:
+        raise InputError(f"{path}: is too large", f"more than {LARGEST_FILE >> 20} MiB", do)
+    return content
 
 
 def load_toml(path: Path) -> dict[str, Any]:

@@ -4,6 +4,7 @@ import copy
 import hashlib
 import json
 import math
+import os
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -21,6 +22,7 @@ from stribeck.errors import InputError
 HIDDEN = {"effect": "delay", "joint": "A", "parameters": {"time": 0.01}, "strength": 3.0}
 TRUTH = {"files": "0", "level": "clear", "known": True, "effects": [HIDDEN], "disturbances": []}
 KEY = {"schema": "stribeck.withheld-key/1", "cases": {"case_1": TRUTH}}
+SETTINGS = {"schema": "stribeck.withheld-results/1", "code": "1", "library": ["delay"]}
 CAUSE = {"effect": "delay", "joints": ["A"], "probability": 0.9, "equivalent": ["delay"], "parameters": {}}
 REST = {"effect": "unknown", "probability": 0.1}
 ANSWER = {
@@ -113,6 +115,40 @@ def test_a_damaged_folder_is_not_opened(
         open_sealed(answers, sealed[1])
 
 
+@pytest.mark.parametrize("place", ["digest.txt", "case_0002/more.csv", "case_0002/case.json"])
+def test_what_never_ends_is_not_read_as_a_case(
+    tmp_path: Path, sealed: tuple[Path, Path], straw: Callable[..., dict[str, Any]], place: str
+) -> None:
+    """Nobody writes into a pipe, and a device gives without end."""
+    path = sealed[0] / place
+    for make in (os.mkfifo, lambda at: os.symlink("/dev/zero", at)):
+        path.unlink(missing_ok=True)
+        make(path)
+        with pytest.raises(InputError, match=f"{path.name}: is not a regular file; record the cases anew"):
+            diagnose_cases(sealed[0], tmp_path / "answers", farm=Processes(1), diagnoser=straw)
+    assert not (tmp_path / "answers").exists()
+
+
+def test_what_never_ends_is_not_read_as_an_answer(tmp_path: Path) -> None:
+    for name in ("settings.json", "case_0001.json"):
+        os.mkfifo(tmp_path / name)
+    with pytest.raises(InputError, match=r"settings\.json: is not a regular file; not a folder of answers"):
+        read_settings(tmp_path)
+    with pytest.raises(InputError, match=r"case_0001\.json: is not a regular file; not an answer"):
+        read_answer(tmp_path / "case_0001.json")
+    (tmp_path / "settings.json").unlink()
+    (tmp_path / "settings.json").write_text(json.dumps({**SETTINGS, "digest": "0" * 64}))
+    with pytest.raises(InputError, match=r"case_0001\.json: is not a regular file; give the key file"):
+        open_sealed(tmp_path, tmp_path / "case_0001.json")
+
+
+def test_a_file_beyond_all_size_is_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "case_0001.json").write_text(json.dumps(ANSWER))
+    monkeypatch.setattr("stribeck.textfile.LARGEST_FILE", 100)
+    with pytest.raises(InputError, match=r"case_0001\.json: is too large: found more than"):
+        read_answer(tmp_path / "case_0001.json")
+
+
 @pytest.mark.parametrize(
     ("key", "says"),
     [
@@ -135,9 +171,8 @@ def test_a_damaged_folder_is_not_opened(
 def test_a_damaged_key_is_refused(tmp_path: Path, key: dict[str, Any], says: str) -> None:
     path = tmp_path / "key.json"
     path.write_text(json.dumps(key))
-    settings = {"schema": "stribeck.withheld-results/1", "code": "1", "library": ["delay"]}
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
-    (tmp_path / "settings.json").write_text(json.dumps({**settings, "digest": digest}))
+    (tmp_path / "settings.json").write_text(json.dumps({**SETTINGS, "digest": digest}))
     with pytest.raises(InputError, match=re.escape("key.json: ") + ".*" + re.escape(says)):
         open_sealed(tmp_path, path)
 

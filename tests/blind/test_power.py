@@ -7,14 +7,14 @@ from pathlib import Path
 import pytest
 
 import stribeck
-from stribeck.arm import load_arm
+from stribeck.arm import EffectEntry, load_arm
 from stribeck.blind import power
 from stribeck.blind.farm import Processes
 from stribeck.blind.power import _revealed_from, power_analysis
 from stribeck.errors import InputError, StribeckError
 from stribeck.run import Run, load_run
-from stribeck.withheld.own import own_maker
-from stribeck.withheld.plan import LEVELS
+from stribeck.withheld.own import OwnMaker, own_maker
+from stribeck.withheld.plan import LEVELS, Order
 
 EXAMPLE = Path(stribeck.__file__).parent / "example"
 CALLS: list[str] = []
@@ -94,14 +94,18 @@ def test_a_level_of_which_nothing_could_be_recorded_is_passed_over(named, level)
 
 
 def test_an_effect_that_no_arm_can_be_held_with_is_told(tmp_path, experiment, monkeypatch):
-    def make(seed, plan):
-        if plan.effects == ("torque_offset",):
-            raise StribeckError("falls")
-        return own_maker(*experiment)(seed, plan)
+    class Falls(OwnMaker):
+        def __call__(self, seed, plan):
+            if plan.effects == ("torque_offset",):
+                raise StribeckError("falls")
+            return super().__call__(seed, plan)
 
-    monkeypatch.setattr(power, "own_maker", lambda arm, runs: make)
+    monkeypatch.setattr(
+        power, "own_maker", lambda arm, runs: Falls(**{**vars(own_maker(arm, runs)), "notes": ("told",)})
+    )
     found, _ = analysed(experiment, tmp_path / "work", says("delay"), levels=("clear",))
     assert (list(found["effects"]), found["not_recorded"]) == (["delay"], ["torque_offset"])
+    assert found["notes"] == ["told"]
 
 
 @pytest.mark.long
@@ -114,6 +118,37 @@ def test_the_same_call_goes_on_and_another_is_refused(tmp_path, experiment):
     assert len(CALLS) == before
     with pytest.raises(InputError, match="holds another analysis"):
         analysed(experiment, tmp_path / "work", says(), **{**little, "none": 2})
+
+
+def test_where_nothing_is_recorded_another_call_goes_on(tmp_path, experiment, monkeypatch):
+    """One that failed leaves no folder; one that was killed leaves a folder that the next call takes."""
+    work = tmp_path / "work"
+    arm, runs = experiment
+    with pytest.raises(InputError, match="an arm with effects of its own cannot be recorded"):
+        analysed((replace(arm, effects=(EffectEntry("delay", ("A",)),)), runs), work, says())
+    assert not work.exists()
+
+    def stop(*args, **options):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(power, "record_sealed", stop)
+    with pytest.raises(KeyboardInterrupt):
+        analysed(experiment, work, says())
+    assert not work.exists()
+    power._begin(work, power._fingerprint(arm, runs, Order(none=1), 0))
+    (work / ".cases.part").mkdir()
+    other = power._fingerprint(arm, runs, Order(none=2), 0)
+    power._begin(work, other)
+    assert json.loads((work / "power.json").read_text()) == other
+    assert [path.name for path in work.iterdir()] == ["power.json"]
+
+
+def test_the_power_of_a_report_is_no_folder_of_work(tmp_path, experiment):
+    (tmp_path / "power.json").write_text(json.dumps({"schema": power.SCHEMA, "effects": {}}))
+    (tmp_path / "report.html").touch()
+    with pytest.raises(InputError, match="holds another analysis"):
+        analysed(experiment, tmp_path, says())
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["power.json", "report.html"]
 
 
 def test_a_folder_of_something_else_is_left_alone(tmp_path, experiment):

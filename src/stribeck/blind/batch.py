@@ -14,6 +14,7 @@ from stribeck.blind.files import ANSWER_SCHEMA, SCHEMA, SETTINGS, read_answer
 from stribeck.blind.source import code_digest
 from stribeck.errors import InputError
 from stribeck.outputs import whole_file
+from stribeck.textfile import read_whole
 from stribeck.version import package_version
 from stribeck.withheld.seal import digest_of_files, read_digest
 
@@ -92,7 +93,7 @@ def case_names(cases: Path) -> list[str]:
 def case_files(cases: Path, name: str) -> Files:
     """Return the files of one case, name to content."""
     try:
-        return {path.name: path.read_bytes() for path in sorted((cases / name).iterdir())}
+        return {path.name: read_whole(path, "record the cases anew") for path in sorted((cases / name).iterdir())}
     except OSError as error:
         raise InputError(f"{cases / name}: cannot be read", str(error.strerror), "record the cases anew") from None
 
@@ -141,7 +142,7 @@ def _begin(out: Path, settings: dict[str, Any]) -> None:
         write_json(path, settings)
         return
     try:
-        before = json.loads(path.read_text(encoding="utf-8"))
+        before = json.loads(read_whole(path, "give a new folder"))
         changed = [name for name in settings if before.get(name) != settings[name]]
     except (OSError, ValueError, AttributeError) as error:
         raise InputError(f"{path}: cannot be read", str(error), "give a new folder") from None

@@ -13,7 +13,7 @@ from pydantic_core import PydanticCustomError
 
 from stribeck.arm.values import Finite
 from stribeck.errors import InputError
-from stribeck.textfile import structure
+from stribeck.textfile import read_whole, structure
 
 SCHEMA, ANSWER_SCHEMA = "stribeck.withheld-results/1", "stribeck.withheld-answer/1"
 SETTINGS = "settings.json"
@@ -131,7 +131,7 @@ def read_answer(path: Path) -> dict[str, Any]:
 def read_json(path: Path, schema: str, what: str) -> dict[str, Any]:
     """Return the content of a JSON file of a schema; raise `InputError`, with `what` it is then, for any other."""
     try:
-        text = path.read_bytes()
+        text = read_whole(path, what)
     except OSError as error:
         raise InputError(f"{path}: cannot be read", str(error.strerror), what) from None
     return parse_json(text, path, schema, what)

@@ -14,6 +14,7 @@ from stribeck.arm.values import Finite, NotNegative
 from stribeck.blind.comparable import true_values
 from stribeck.blind.files import checked, read_answer, read_json, read_settings
 from stribeck.errors import InputError
+from stribeck.textfile import read_whole
 from stribeck.withheld.injections import RULES
 from stribeck.withheld.seal import KEY_SCHEMA
 
@@ -99,6 +100,6 @@ def open_sealed(results: Path, key: Path, *, partial: bool = False) -> Opened:
 
 def _digest(path: Path) -> str:
     try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
+        return hashlib.sha256(read_whole(path, "give the key file")).hexdigest()
     except OSError as error:
         raise InputError(f"{path}: cannot be read", str(error.strerror), "give the key file") from None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import shutil
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -19,7 +20,8 @@ from stribeck.blind.rates import rate
 from stribeck.blind.score import score
 from stribeck.errors import InputError
 from stribeck.run import Run
-from stribeck.withheld.own import own_maker, possible
+from stribeck.textfile import read_whole
+from stribeck.withheld.own import own_maker
 from stribeck.withheld.plan import LEVELS, Order
 from stribeck.withheld.seal import record_sealed
 
@@ -73,28 +75,35 @@ def power_analysis(
     InputError
         For an arm or effects that cannot be recorded, or a `work` folder of another analysis.
     """
-    names = tuple(effects) or possible(arm)
+    maker = own_maker(arm, runs)
+    names = maker.effects(effects)
     order = Order(single=each * len(names) * len(levels), none=none, effects=names, levels=tuple(levels)).checked()
     _begin(work, _fingerprint(arm, runs, order, seed))
     key = work / "key.json"
     if not key.exists():
-        maker = own_maker(arm, runs)
-        record_sealed(order, work / "cases", key, seed=seed, jobs=jobs, make=maker, progress=progress)
+        try:
+            record_sealed(order, work / "cases", key, seed=seed, jobs=jobs, make=maker, progress=progress)
+        except BaseException:
+            if not key.exists():  # nothing is recorded yet, and the next call may well be another
+                shutil.rmtree(work, ignore_errors=True)
+            raise
     answers = work / "answers"
     diagnose_cases(work / "cases", answers, farm=farm or Processes(jobs), diagnoser=diagnoser, progress=progress)
     opened = open_sealed(answers, key)
     scored = score(opened)
-    return power(scored, opened, arm, [run.name for run in runs], order), scored
+    return power(scored, opened, arm, [run.name for run in runs], order, maker.notes), scored
 
 
-def power(scored: Mapping[str, Any], opened: Opened, arm: Arm, runs: Sequence[str], order: Order) -> dict[str, Any]:
+def power(
+    scored: Mapping[str, Any], opened: Opened, arm: Arm, runs: Sequence[str], order: Order, notes: Sequence[str] = ()
+) -> dict[str, Any]:
     """Return the content of ``power.json`` from a score, its truths and what was to be recorded.
 
     ``effects`` holds for each effect ``revealed_from`` (the weakest level from which on at least half of the cases are
     named; null: none), ``levels`` (named rate, mean strength and worth), ``found`` and ``missed`` (the weakest case
     that was named and the strongest that was not: strength, worth, joint, parameters with units) and
     ``detection_limit`` (strength); ``worth`` is the effect's share of the torque that moves the joint.
-    ``not_recorded`` names the effects that no arm could be held with.
+    ``not_recorded`` names the effects that no arm could be held with; ``notes`` tell what was done to the recordings.
 
     Parameters
     ----------
@@ -108,6 +117,8 @@ def power(scored: Mapping[str, Any], opened: Opened, arm: Arm, runs: Sequence[st
         Names of the recordings of the experiment.
     order : Order
         What was to be recorded.
+    notes : sequence of str
+        What was done to the recordings.
     """
     rows = [row for row in scored["rows"] if len(row["effects"]) == 1]
     effects = {}
@@ -135,6 +146,7 @@ def power(scored: Mapping[str, Any], opened: Opened, arm: Arm, runs: Sequence[st
         "wrong_names": scored["single"]["all"]["wrong_name"],
         "effects": effects,
         "not_recorded": [name for name in order.effects if name not in effects],
+        "notes": list(notes),
     }
 
 
@@ -186,6 +198,7 @@ def _fingerprint(arm: Arm, runs: Sequence[Run], order: Order, seed: int) -> dict
 
 
 def _begin(work: Path, wanted: Mapping[str, Any]) -> None:
+    """Make the folder, or find it begun; what stopped before anything was recorded is begun anew."""
     path = work / "power.json"
     if not path.exists():
         if work.exists() and any(work.iterdir()):
@@ -193,8 +206,12 @@ def _begin(work: Path, wanted: Mapping[str, Any]) -> None:
         write_json(path, wanted)
         return
     try:
-        before = json.loads(path.read_text(encoding="utf-8"))
+        before = json.loads(read_whole(path, "remove the folder"))
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: cannot be read", str(error), "remove the folder") from None
-    if before != wanted:
+    begun = isinstance(before, dict) and before.keys() == wanted.keys()  # the power.json of a report is another
+    if begun and not (work / "key.json").exists():
+        shutil.rmtree(work, ignore_errors=True)
+        write_json(path, wanted)
+    elif before != wanted:
         raise InputError(f"{work}: holds another analysis", "", "use the same arm, runs and options, or remove it")

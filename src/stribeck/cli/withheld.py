@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from stribeck.cli.shared import check_library, load_model, read_runs, unless_asked
+from stribeck.cli.shared import check_library, load_model, read_runs, tell, unless_asked
 from stribeck.errors import InputError
 from stribeck.exits import INTERRUPTED
 from stribeck.outputs import check_free, whole_folder
@@ -80,18 +80,20 @@ def record(
     own = _experiment(arm, runs) if arm and runs else None
 
     from stribeck.withheld.injections import KNOWN
-    from stribeck.withheld.own import own_maker, possible
+    from stribeck.withheld.own import own_maker
     from stribeck.withheld.plan import JOINTS, LEVELS, Order
     from stribeck.withheld.seal import drawn_case, record_sealed
 
-    known = possible(own[0]) if own else tuple(KNOWN)
+    maker = own_maker(*own) if own else None
+    known = maker.effects(effects or ()) if maker else tuple(effects or KNOWN)
     order = Order(
-        cases, pairs, none, unknown, left_out, tuple(effects or known), tuple(levels or LEVELS),
+        cases, pairs, none, unknown, left_out, known, tuple(levels or LEVELS),
         (joints,) if joints else JOINTS, several,
     )  # fmt: skip
-    make = own_maker(*own) if own else drawn_case
+    make = maker or drawn_case
     digest = record_sealed(order, out, key, seed=seed, jobs=jobs, make=make, progress=_told("recording"))
     print(f"{digest}  SHA-256 of the sealed answers, {key}")
+    tell(maker.notes if maker else ())
 
 
 @app.command(epilog="Example: [bold]stribeck withheld diagnose cases --out answers[/bold]; once more to go on")
@@ -187,6 +189,7 @@ def power(
         print(f"{name}: {'revealed where ' + row['revealed_from'] if row['revealed_from'] else 'not revealed'}")
     for name in found["not_recorded"]:
         print(f"{name}: could not be recorded")
+    tell(found["notes"])
     print(f"report: {out / 'report.html'}")
 
 

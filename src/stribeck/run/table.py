@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import re
-import stat
 from collections.abc import Callable, Collection, Iterable, Iterator
 from pathlib import Path
 
@@ -17,7 +16,7 @@ import pyarrow.parquet
 from stribeck.errors import InputError
 from stribeck.run.header import is_number
 from stribeck.run.values import Floats
-from stribeck.textfile import explain_unreadable
+from stribeck.textfile import check_regular, explain_unreadable
 
 _LONGEST_HEADER = 1 << 20
 _BLOCK = 1 << 22
@@ -179,9 +178,7 @@ def _header(path: Path) -> list[str]:
 
 def _check_regular(path: Path) -> None:
     try:
-        mode = path.stat().st_mode
-        if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):  # opening a pipe would wait for ever
-            raise InputError(f"{path}: is not a regular file", "", "give the path of a CSV or Parquet file")
+        check_regular(path, "give the path of a CSV or Parquet file")
         with path.open("rb"):
             pass
     except OSError as error:

@@ -26,8 +26,8 @@ class Bench:
         Samples a second, Hz.
     bits : int
         Of the encoders, a turn.
-    noise : float
-        Standard deviation of the encoders' noise, rad.
+    noise : float or tuple of float
+        Standard deviation of the encoders' noise, of each joint where there are several, rad.
     bandwidth, damping, integral, forward : float, float, float, str
         Of the controller, see `default_gains`.
     velocity_filter : float
@@ -44,7 +44,7 @@ class Bench:
 
     rate: float
     bits: int
-    noise: float
+    noise: float | tuple[float, ...]
     bandwidth: float
     damping: float
     integral: float

@@ -75,10 +75,15 @@ def make_case(
     return hide(true, nominal, motions, _telling(motions), bench, plot, seed)
 
 
-def place_of(rng: np.random.Generator, name: str, arm: Arm) -> str:
-    """Return the joint in which an effect is hidden: drawn, but for those that have one place."""
-    drawn = str(rng.choice(arm.names))
-    return {"payload": arm.names[-1], "gravity_tilt": arm.names[0], "base_flexibility": arm.names[0]}.get(name, drawn)
+def place_of(rng: np.random.Generator, name: str, arm: Arm, among: Sequence[str] = ()) -> str:
+    """Return the joint in which an effect is hidden: drawn, of all or ``among`` some, but for those with one place."""
+    drawn = str(rng.choice(among or arm.names))
+    return only_place(name, arm) or drawn
+
+
+def only_place(name: str, arm: Arm) -> str | None:
+    """Return the one joint in which an effect can be; None for one that can be in any."""
+    return {"payload": arm.names[-1], "gravity_tilt": arm.names[0], "base_flexibility": arm.names[0]}.get(name)
 
 
 def _without_stribeck(arm: Arm, place: str) -> Arm:

@@ -114,15 +114,17 @@ def _sized(plot: Plot, arm: Arm, telling: Sequence[Motion], bench: Bench, nomina
 
     effects, gains = [], bench.gains(nominal)
     for number, (name, place) in enumerate(zip(plot.names, plot.places, strict=True)):
-        rng = np.random.default_rng([plot.seed, number])
-        effects.append(Injection(name, place, severity(name, arm, place, telling, plot.level, rng, gains, left)))
+        rng, k = np.random.default_rng([plot.seed, number]), arm.names.index(place)
+        own = [motion for motion in telling if k not in motion.held]
+        effects.append(Injection(name, place, severity(name, arm, place, own, plot.level, rng, gains, left)))
     return tuple(effects)
 
 
 def _shaken(arm: Arm, telling: Sequence[Motion], seed: int) -> tuple[Injection, ...]:
     """Return coloured torque noise in one joint."""
     rng = np.random.default_rng([seed, 7])
-    k = int(rng.integers(arm.n))
+    driven = [k for k in range(arm.n) if any(k not in motion.held for motion in telling)]
+    k = driven[int(rng.integers(len(driven)))]
     size = stage_of(arm, k, telling, rng).torque * float(rng.uniform(*SHAKEN))
     params = {"noise": float(f"{size:.4g}"), "amplitude": 0.0, "bandwidth": round(float(rng.uniform(1.0, 8.0)), 2)}
     return (Injection("input_disturbance", arm.names[k], params),)

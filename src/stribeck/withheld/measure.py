@@ -32,6 +32,8 @@ def torque_gap(
     without gravity (inertia and friction), both below 15 Hz. While a joint sticks, friction takes any value up to
     break-away.
 
+    Joints that a brake holds have neither.
+
     Parameters
     ----------
     arm : Arm
@@ -44,10 +46,11 @@ def torque_gap(
         Of the recording, Hz.
     """
     missing, moving = [], []
-    for run in record(arm, effects, motions, rate=rate, gains=gains, resolution=0.0, step=STEP):
+    runs = record(arm, effects, motions, rate=rate, gains=gains, resolution=0.0, step=STEP)
+    for run, motion in zip(runs, motions, strict=True):
         gap, need = residual_torque(arm, run.q, run.tau, rate)
-        missing.append(_rms(gap))
-        moving.append(_rms(need))
+        missing.append(_rms(gap) * driven(motion, arm.n))
+        moving.append(_rms(need) * driven(motion, arm.n))
     return np.array(missing), np.array(moving)
 
 
@@ -115,6 +118,11 @@ def unexplained(arm: Arm, motion: tuple[Array, Array, Array], tau: Array, rate: 
     """
     command = _command(tau)
     return _inside(command - _need(arm, motion, command), rate, cut)
+
+
+def driven(motion: Motion, n: int) -> Array:
+    """Return 1 for each joint (n,) that a motion's commands drive, 0 for one that a brake holds at any torque."""
+    return np.asarray(~np.isin(np.arange(n), motion.held), dtype=np.float64)
 
 
 def derived(q: Array, rate: float) -> tuple[Array, Array, Array]:

@@ -27,12 +27,15 @@ class Motion:
         Times (N,), s, to position, velocity and acceleration (N,), rad, rad/s, rad/s^2.
     torque : tuple of callables or None
         Times (N,), s, to a torque (N,) added to the command, N m.
+    held : tuple of int
+        Joints that a brake holds and no command drives.
     """
 
     name: str
     duration: float
     curves: tuple[Curve, ...]
     torque: tuple[Callable[[Array], Array], ...] | None = None
+    held: tuple[int, ...] = ()
 
     def sample(self, t: Array) -> tuple[Array, Array, Array]:
         """Return position, velocity and acceleration (N, n) at the times `t`, s; held outside them."""

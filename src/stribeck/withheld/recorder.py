@@ -18,6 +18,7 @@ from stribeck.withheld.plant import STEP, Array, Drive, Plant, Trace, rigid_torq
 SETTLE = 0.5  # s, the controller holds the start before the record begins
 TAIL = 0.1  # s, and the end after it has ended
 DRIVE_WINDOW = 5e-3  # s, over which the drive takes its velocity
+BRAKE = 1e6  # N m, that a brake holds against
 PAUSE = 30.0  # s between two runs, in which a warm joint cools
 
 
@@ -77,7 +78,7 @@ def record(
     rate: float,
     resolution: float | None = None,
     encoder_bits: int | None = None,
-    noise: float = 0.0,
+    noise: float | Sequence[float] = 0.0,
     gains: Gains | None = None,
     model: Arm | None = None,
     channels: Sequence[str] = (),
@@ -99,8 +100,8 @@ def record(
         Samples a second, Hz; the command is held in between.
     resolution, encoder_bits : float or None, int or None
         Encoder count, rad, or its bits a turn; the arm's own resolution where both are None.
-    noise : float
-        Standard deviation of the encoder's noise before rounding, rad.
+    noise : float or sequence of float
+        Standard deviation of the encoder's noise before rounding, of each joint where there are several, rad.
     gains : Gains or None
         The controller; `default_gains` of `model` where None.
     model : Arm or None
@@ -129,7 +130,7 @@ def record(
     gains = gains or default_gains(model or arm)
     plant = _controlled(setup.plant, gains)
     lab = Laboratory(
-        setup, plant, model or arm, gains.forward, rate, noise, torque_noise, tuple(channels), seed, step
+        setup, plant, model or arm, gains.forward, rate, np.asarray(noise), torque_noise, tuple(channels), seed, step
     )  # fmt: skip
     runs, warmth = [], np.zeros(arm.n)
     for i, motion in enumerate(motions):
@@ -148,7 +149,7 @@ class Laboratory:
     model: Arm
     forward: str
     rate: float
-    noise: float
+    noise: Array
     torque_noise: float
     channels: tuple[str, ...]
     seed: int
@@ -156,7 +157,7 @@ class Laboratory:
 
     def run(self, motion: Motion, warmth: Array, i: int) -> tuple[Run, Array]:
         """Return the record of `motion` as run number `i`, and the state of warm-up or wear (n,) after it."""
-        period, n = 1.0 / self.rate, self.plant.n
+        period, n, held = 1.0 / self.rate, self.plant.n, list(motion.held)
         first = math.ceil(SETTLE * self.rate)
         count = round(motion.duration * self.rate) + 1
         t: Array = (np.arange(first + count + math.ceil(TAIL * self.rate)) - first) * np.float64(period)
@@ -165,13 +166,14 @@ class Laboratory:
         if motion.torque is not None:
             moving = (t >= 0.0) & (t <= motion.duration)
             forward = forward + np.stack([np.where(moving, curve(t), 0.0) for curve in motion.torque], axis=1)
+        forward[:, held] = 0.0
         fine = max(1, round(period / 1e-3))
         push, factor = self._disturb(len(t) * fine + 1, period / fine, i)
         start = np.stack([q[0], np.zeros(n)], axis=1)
         noise = self.noise * self._stream(i, 0).standard_normal((len(t), n))
         substeps = math.ceil(period / self.step - 1e-9)
         drive = Drive(period, np.stack([q, dq], axis=2), forward, noise, push, factor, start, warmth, substeps)
-        trace = simulate(self.plant, drive)
+        trace = simulate(_braked(self.plant, held), drive)
         rows = slice(first, first + count)
         seen = {"q_ref": q, "dq_ref": dq, "dq": self._velocity(trace, i), "tau_meas": self._torque(trace, i)}
         run = Run(f"run_{i:02d}", t[rows] - t[first], trace.q[rows], trace.tau[rows])
@@ -224,6 +226,13 @@ def _after_pause(plant: Plant, warmth: Array) -> Array:
 
 def _with_encoder(arm: Arm, resolution: float) -> Arm:
     return replace(arm, joints=tuple(replace(joint, encoder_resolution=resolution) for joint in arm.joints))
+
+
+def _braked(plant: Plant, joints: Sequence[int]) -> Plant:
+    """Return the plant with brakes on: friction beyond all torque, on no bristles that would give way to it."""
+    for k in joints:
+        plant = plant.with_joint(k, kp=0.0, kd=0.0, ki=0.0, f_C0=BRAKE, b_C0=BRAKE, bristle_stiffness=0.0)
+    return plant
 
 
 def _controlled(plant: Plant, gains: Gains) -> Plant:

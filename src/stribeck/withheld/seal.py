@@ -19,6 +19,7 @@ from stribeck.arm import Arm, arm_to_toml, save_arm
 from stribeck.errors import InputError, StribeckError
 from stribeck.outputs import check_free, whole_file, whole_folder
 from stribeck.run import Run, save_run
+from stribeck.textfile import read_whole
 from stribeck.version import package_version
 from stribeck.withheld.cases import Case, make_case
 from stribeck.withheld.plan import Order, Plan, plans
@@ -117,7 +118,7 @@ def read_digest(folder: Path) -> str:
     """Return the digest that a folder of cases shows; raise `InputError` where there is none."""
     path = folder / DIGEST
     try:
-        words = path.read_text(encoding="utf-8").split()
+        words = read_whole(path, "record the cases anew").decode("utf-8").split()
     except (OSError, UnicodeDecodeError):
         raise InputError(f"{folder}: not a folder of sealed cases", f"no {DIGEST}", "record them first") from None
     if not words or len(words[0]) != 64:

@@ -14,7 +14,7 @@ from stribeck.arm import Arm
 from stribeck.run import Run
 from stribeck.withheld.bench import Bench
 from stribeck.withheld.injections import Injection
-from stribeck.withheld.measure import STEP, derived, low_pass, unexplained
+from stribeck.withheld.measure import STEP, derived, driven, low_pass, unexplained
 from stribeck.withheld.motions import Motion
 from stribeck.withheld.plant import Array
 from stribeck.withheld.recorder import record
@@ -70,12 +70,18 @@ def strengths(
     def clean(hidden: Iterable[Injection]) -> tuple[Run, ...]:
         return record(arm, hidden, motions, resolution=0.0, **lab)
 
-    floor = _resting(_all(arm, record(arm, (), motions, noise=bench.noise, **lab), bench.rate))
+    free = [driven(motion, arm.n) for motion in motions]
+
+    def bands(runs: Sequence[Run]) -> list[_Band]:
+        return [_Band.of(runs, free, bench.rate, cut) for cut in BANDS]
+
+    floor = _resting(_all(arm, bands(record(arm, (), motions, noise=bench.noise, **lab))))
     turnable = knobs(nominal, arm)
 
     def both(runs: Sequence[Run]) -> tuple[Array, Array]:
-        left = [_retuned(arm, runs, bench.rate, cut, turnable, floor[i]) for i, cut in enumerate(BANDS)]
-        return _all(arm, runs, bench.rate), np.array(left)
+        seen = bands(runs)
+        left = [_retuned(arm, band, turnable, floor[i]) for i, band in enumerate(seen)]
+        return _all(arm, seen), np.array(left)
 
     nothing = both(clean(()))
 
@@ -117,36 +123,35 @@ def _velocity_share(
 
 @dataclass(frozen=True)
 class _Band:
-    """Recordings of one rate, below `cut`, Hz: motion and command (N, n) of each run."""
+    """Recordings of one rate, below `cut`, Hz: motion and command (N, n) of each run, and its driven joints (n,)."""
 
-    parts: tuple[tuple[tuple[Array, Array, Array], Array], ...]
+    parts: tuple[tuple[tuple[Array, Array, Array], Array, Array], ...]
     rate: float
     cut: float
 
     @classmethod
-    def of(cls, runs: Sequence[Run], rate: float, cut: float) -> _Band:
+    def of(cls, runs: Sequence[Run], free: Sequence[Array], rate: float, cut: float) -> _Band:
         sos = low_pass(rate, cut)
         low = [(sosfiltfilt(sos, run.q, axis=0), sosfiltfilt(sos, run.tau, axis=0)) for run in runs]
-        return cls(tuple((derived(q, rate), tau) for q, tau in low), rate, cut)
+        return cls(tuple((derived(q, rate), tau, own) for (q, tau), own in zip(low, free, strict=True)), rate, cut)
 
     def unexplained(self, arm: Arm) -> list[Array]:
         """Return the torque (M, n) of each run that the arm leaves unexplained, N m."""
-        return [unexplained(arm, motion, tau, self.rate, self.cut) for motion, tau in self.parts]
+        return [unexplained(arm, motion, tau, self.rate, self.cut) * own for motion, tau, own in self.parts]
 
 
-def _all(arm: Arm, runs: Sequence[Run], rate: float) -> Array:
+def _all(arm: Arm, bands: Sequence[_Band]) -> Array:
     """Return the mean square (bands, runs, n) of the torque that the arm leaves unexplained, (N m)^2."""
-    return np.array([_squared(_Band.of(runs, rate, cut).unexplained(arm)) for cut in BANDS])
+    return np.array([_squared(band.unexplained(arm)) for band in bands])
 
 
-def _retuned(arm: Arm, runs: Sequence[Run], rate: float, cut: float, turnable: Sequence[Knob], floor: Array) -> Array:
+def _retuned(arm: Arm, band: _Band, turnable: Sequence[Knob], floor: Array) -> Array:
     """Return the mean square (runs, n) of what re-tuning leaves, (N m)^2; `floor` (runs, n) is that of this band.
 
     Below `cut` a second holds 2 `cut` independent samples, which share the information of all.
     """
-    band = _Band.of(runs, rate, cut)
     lengths = [len(part) for part in band.unexplained(arm)]
-    weight = np.repeat(min(1.0, 2.0 * cut / rate) / floor, lengths, axis=0)
+    weight = np.repeat(min(1.0, 2.0 * band.cut / band.rate) / floor, lengths, axis=0)
     left = left_over(turnable, arm, lambda other: np.concatenate(band.unexplained(other)), weight)
     return _squared(np.split(left, np.cumsum(lengths)[:-1]))
 
