@@ -95,7 +95,7 @@ def _by_refitting(case: Poor, plan: Plan, experiment: Experiment, run: Run, chan
     left = [Candidate(arm, model, plan.weights, change).excess(recorded, noise) for model in plan.models]
     order = np.argsort(left)
     apart = float(np.sqrt(max(left[order[1]] ** 2 - left[order[0]] ** 2, 0.0)))
-    best = experiment.separates[int(order[0])].split(" at ")[0]
+    best = plan.models[int(order[0])].placed[-1].effect.name
     decided = apart > DECIDED
     return {"right": decided and best == case.hidden.effect, "named": [[best]] if decided else [], "apart": apart}
 

@@ -300,6 +300,23 @@ def test_doubtful_units_are_warned_of(tmp_path: Path) -> None:
     assert warnings(q=run.q * 0.01, dq=0 * run.dq) == ()  # a joint that hardly moves proves nothing
 
 
+def test_a_straight_axis_is_told_in_its_own_units(tmp_path: Path) -> None:
+    run, kinds = a_run(400), ("revolute", "prismatic")
+    save_run(dataclasses.replace(run, q=run.q * [1, 1e3]), tmp_path / "run.csv")
+    reaches, changes = load_run(tmp_path / "run.csv", 2, kinds).warnings
+    assert reaches == f"q2 reaches {1e3 * np.abs(run.q[:, 1]).max():g} m: are these mm?"
+    assert changes.endswith(" times as fast as dq2 says: one of them in mm?")
+    assert load_runs([tmp_path / "run.csv"], 2, kinds)[0].warnings == (reaches, changes)
+    save_run(dataclasses.replace(run, q=run.q * [1, 1e6]), tmp_path / "run.csv")
+    with pytest.raises(InputError, match=r"column q2 is beyond 1000 m: found .*; give it in m$"):
+        load_run(tmp_path / "run.csv", 2, kinds)
+
+
+def test_a_name_that_no_file_has(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"cannot be read: found .*x00\.csv'; give the path"):
+        load_run(tmp_path / "\0.csv", 2)
+
+
 def test_times_in_milliseconds_are_refused(tmp_path: Path) -> None:
     """Simulated on over hours that never were, they would take as long."""
     save_run(dataclasses.replace(a_run(400), t=1e3 * a_run(400).t), tmp_path / "run.csv")

@@ -166,6 +166,8 @@ def test_names_of_files_and_joints_stay_as_they_are_in_the_next_experiment(diagn
         ("separates", "actuator lag at x_axis_1, position-dependent friction"),
         ("reference", "next_reference.csv"),
     )
+    nothing = tables.next_experiment(replace(diagnosis(), next_experiment={**told, "separates": []}))
+    assert [name for name, _ in nothing.pairs] == ["what", "reference"]
 
 
 def test_the_last_effect_added_is_the_final_stage_even_when_not_named_itself(diagnosis):

@@ -8,7 +8,7 @@ import pytest
 
 from stribeck.errors import InputError
 from stribeck.run import Run, save_run
-from stribeck.simulate import Compensation, Reference, load_loop
+from stribeck.simulate import Compensation, Reference, load_loop, read_loop
 from stribeck.simulate.foresight import without_foresight
 
 from .conftest import entry, two_links
@@ -150,6 +150,44 @@ def test_a_followed_file(tmp_path: Path) -> None:
     assert loop.joints[0].reference.values[:2] == (0.0, 0.002)
     with pytest.raises(InputError, match=r"missing\.csv"):
         load_loop(_write(tmp_path, LOOP.replace('kind = "ramp"', 'kind = "file"\nfile = "missing.csv"')), two_links())
+
+
+@pytest.mark.parametrize("column", ["q", "q_ref"])
+def test_a_followed_file_is_mended_as_any_run_is(tmp_path: Path, column: str) -> None:
+    """A counter that begins its turn anew, and one wrong reading, are no leaps to follow."""
+    t = 0.01 * np.arange(400)
+    way = np.stack([2.0 * t + 0.1 * np.sin(3.0 * t), 0 * t], axis=1)
+    q = (way + np.pi) % (2.0 * np.pi) - np.pi
+    given = replace(Run("move.csv", t, q, 0 * q), q_ref=q if column == "q_ref" else None)
+    given.q[300, 0] += 0.7 if column == "q" else 0.0
+    save_run(given, tmp_path / "move.csv")
+    loop, notes, warnings = read_loop(
+        _write(tmp_path, LOOP.replace('kind = "ramp"', 'kind = "file"\nfile = "move.csv"')), two_links()
+    )
+    assert loop.joints[0].reference.values == pytest.approx(way[:, 0], abs=1e-3)
+    assert notes[0] == "move.csv: leaps by a turn, as of a counter that begins anew: q1 (1 times)"
+    assert len(notes) == (2 if column == "q" else 1)
+    assert warnings == ()
+
+
+def test_a_followed_file_in_degrees_is_doubted(tmp_path: Path) -> None:
+    t = 0.01 * np.arange(100)
+    save_run(Run("move.csv", t, np.stack([40.0 * t, 0 * t], axis=1), np.zeros((100, 2))), tmp_path / "move.csv")
+    file = _write(tmp_path, LOOP.replace('kind = "ramp"', 'kind = "file"\nfile = "move.csv"'))
+    assert read_loop(file, two_links())[1:] == ((), ("move.csv: q1 reaches 39.6 rad: are these degrees?",))
+
+
+def test_a_straight_axis_is_told_in_metres(tmp_path: Path) -> None:
+    arm = two_links()
+    straight = replace(arm, joints=tuple(replace(joint, kind="prismatic") for joint in arm.joints))
+    for old, new, words in [
+        ("velocity = 0.05", "velocity = 60.0", "goes beyond 1000 m: found 1200; give it in m, and"),
+        ("velocity = 0.05", "velocity = 5e3\n", "goes beyond 1000 m"),
+        ('kind = "ramp"', 'kind = "sine"\namplitude = 900.0\nfrequency = 1.0', "faster than 1000 m/s"),
+        ("duration = 20.0", "duration = 20.0\nclamp = { B = -1500.0 }", "clamp.B lies beyond 1000 m: found"),
+    ]:
+        with pytest.raises(InputError, match=words):
+            load_loop(_write(tmp_path, LOOP.replace(old, new)), straight)
 
 
 def test_an_arm_that_looks_ahead_by_as_little_as_any_is_simulated_without() -> None:

@@ -141,3 +141,8 @@ class Arm:
     def names(self) -> tuple[str, ...]:
         """Joint names, base to tip."""
         return tuple(joint.name for joint in self.joints)
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """``revolute`` or ``prismatic``, of each joint, base to tip."""
+        return tuple(joint.kind for joint in self.joints)

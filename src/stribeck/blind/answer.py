@@ -96,4 +96,4 @@ def _loaded(files: Files) -> tuple[Arm, list[Run]]:
         for file, content in files.items():
             (folder / Path(file).name).write_bytes(content)
         arm = load_arm(folder / "arm.toml")
-        return arm, [load_run(path, arm.n) for path in sorted(folder.glob("run_*.csv"))]
+        return arm, [load_run(path, arm.n, arm.kinds) for path in sorted(folder.glob("run_*.csv"))]

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from stribeck.cli.shared import OutDir, load_model, progress, warn
+from stribeck.cli.shared import OutDir, load_model, progress, tell, warn
 from stribeck.errors import InputError
 from stribeck.outputs import check_free, whole_folder
 
@@ -51,7 +51,7 @@ def simulate(
         raise InputError(f"simulate needs {wanted}", f"{len(files)} files", "see stribeck simulate --help")
 
     from stribeck.report.simulation import write_figures
-    from stribeck.simulate import load_loop
+    from stribeck.simulate import read_loop
     from stribeck.simulate import simulate_loop as run_loop
     from stribeck.simulate.engine import left_out
     from stribeck.simulate.foresight import without_foresight
@@ -59,19 +59,21 @@ def simulate(
 
     if fmu is None:
         controlled, early = without_foresight(load_model(files[0]))
-        settings = load_loop(files[1], controlled)
-        warn([*left_out(controlled), *early])
+        settings, notes, doubts = read_loop(files[1], controlled)
+        warn([*left_out(controlled), *early, *doubts])
         result = run_loop(controlled, settings)
     else:
         from stribeck.export.use import load_fmu_loop, simulate_fmu
 
-        controlled, settings = load_fmu_loop(fmu, files[0] if len(files) == 2 else None, files[-1])
+        controlled, settings, notes, doubts = load_fmu_loop(fmu, files[0] if len(files) == 2 else None, files[-1])
+        warn(doubts)
         result = simulate_fmu(fmu, controlled, settings)
     with whole_folder(out) as folder:
         write_simulation(result, controlled, settings, folder)
         write_figures(result, controlled, folder)
     warn(limited(result, controlled))
     print(told(result, controlled))
+    tell(notes)
     print(f"{out}: simulation.csv, simulation.json and motion_*.png")
     warn(stopped(result, settings))
 
@@ -106,13 +108,13 @@ def limit_cycle(
     from stribeck.loop.files import write_limit_cycle
     from stribeck.loop.surroundings import grid_of
     from stribeck.report.limit_cycle import summary, write_report
-    from stribeck.simulate import load_loop
+    from stribeck.simulate import read_loop
     from stribeck.simulate.engine import left_out
     from stribeck.simulate.foresight import without_foresight
 
     controlled, early = without_foresight(model)
-    settings, cells = load_loop(loop, controlled), grid_of(grid)
-    warn([*left_out(controlled), *early, *undriven(controlled)[1]])
+    (settings, notes, doubts), cells = read_loop(loop, controlled), grid_of(grid)
+    warn([*left_out(controlled), *early, *undriven(controlled)[1], *doubts])
     with whole_folder(out) as folder, progress("analysing") as told:
         found = analyse_loop(controlled, settings, grid=cells, progress=told)
         told("drawing the report")
@@ -120,4 +122,5 @@ def limit_cycle(
         write_report(found, folder)
     console = Console()
     console.print(summary(found))
+    tell(notes)
     console.print(f"report: {out / 'report.html'}", highlight=False, soft_wrap=True)

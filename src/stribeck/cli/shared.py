@@ -64,7 +64,7 @@ def check_library() -> None:
 
 def read_runs(arm: Arm, fitted: Sequence[Path], judged: Sequence[Path] = ()) -> tuple[list[Run], list[Run]]:
     """Load the runs of both kinds and say what to doubt of them, before any work is done."""
-    runs = load_runs((*fitted, *judged), arm.n)
+    runs = load_runs((*fitted, *judged), arm.n, arm.kinds)
     check_apart(runs)
     warn(doubts(runs))
     return runs[: len(fitted)], runs[len(fitted) :]

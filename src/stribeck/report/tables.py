@@ -151,7 +151,7 @@ def next_experiment(diagnosis: Diagnosis) -> Facts | None:
         return None
     told = dict(diagnosis.next_experiment)
     gain = told.pop("expected_gain", None)
-    pairs = [(words.clean(key).replace("_", " "), _plain(value)) for key, value in told.items()]
+    pairs = [(words.clean(key).replace("_", " "), _plain(value)) for key, value in told.items() if value != []]
     if isinstance(gain, dict):
         pairs.append(("expected gain", _promise(gain)))
     return Facts("The next experiment", tuple(pairs))

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.arm.units import unit_at
 from stribeck.errors import InputError
 from stribeck.run.turns import turned_on
 from stribeck.run.values import Floats, Run
@@ -62,7 +64,7 @@ def _check_step(step: float, path: Path) -> None:
         raise InputError(what, f"{step:g}", "give t in seconds, not in minutes or hours")
 
 
-def check_units(run: Run, path: Path) -> tuple[str, ...]:
+def check_units(run: Run, path: Path, kinds: Sequence[str]) -> tuple[str, ...]:
     """Return warnings about doubtful units; raise `InputError` for values that no arm reaches.
 
     Parameters
@@ -71,32 +73,42 @@ def check_units(run: Run, path: Path) -> tuple[str, ...]:
         With finite values and increasing time.
     path : path
         The file, for the message.
+    kinds : sequence of str
+        Of the joints, ``revolute`` or ``prismatic``.
     """
-    for key, values, limit, unit, do in (
-        ("q", run.q, _LARGEST_POSITION, "rad", "give it in rad, whole turns left out"),
-        ("tau", run.tau, _LARGEST_TORQUE, "N m", "give it in N m"),
-        ("dq", run.dq, _LARGEST_VELOCITY, "rad/s", "give it in rad/s"),
+    for key, values, limit, revolute in (
+        ("q", run.q, _LARGEST_POSITION, "rad"),
+        ("tau", run.tau, _LARGEST_TORQUE, "N m"),
+        ("dq", run.dq, _LARGEST_VELOCITY, "rad/s"),
     ):
         if values is None:
             continue
         peaks = np.abs(values).max(axis=0)
         k = int(peaks.argmax())
         if peaks[k] > limit:
-            what = f"{path}: column {key}{k + 1} is beyond {limit:g} {unit}"
-            raise InputError(what, f"{peaks[k]:g}", do)
-    return (*_doubtful_positions(run), *_doubtful_velocities(run))
+            unit = unit_at(revolute, kinds[k])
+            turns = ", whole turns left out" if unit == "rad" else ""
+            raise InputError(
+                f"{path}: column {key}{k + 1} is beyond {limit:g} {unit}", f"{peaks[k]:g}", f"give it in {unit}{turns}"
+            )
+    return (*_doubtful_positions(run, kinds), *_doubtful_velocities(run, kinds))
 
 
-def _doubtful_positions(run: Run) -> list[str]:
+def _doubtful_positions(run: Run, kinds: Sequence[str]) -> list[str]:
     peaks = np.abs(run.q).max(axis=0)
     return [
-        f"q{k + 1} reaches {peak:g} rad: are these degrees?"
-        for k, peak in enumerate(peaks)
+        f"q{k + 1} reaches {peak:g} {unit_at('rad', kind)}: are these {_slip(kind)}?"
+        for k, (peak, kind) in enumerate(zip(peaks, kinds, strict=True))
         if peak > _DOUBTFUL_POSITION
     ]
 
 
-def _doubtful_velocities(run: Run) -> list[str]:
+def _slip(kind: str) -> str:
+    """Return the unit in which positions are often given instead."""
+    return "mm" if kind == "prismatic" else "degrees"
+
+
+def _doubtful_velocities(run: Run, kinds: Sequence[str]) -> list[str]:
     """Compare the change of q with the integral of dq: their slope is 1 unless the units (or signs) differ."""
     if run.dq is None:
         return []
@@ -109,6 +121,8 @@ def _doubtful_velocities(run: Run) -> list[str]:
             continue
         slope = float(travelled @ moved[:, k]) / power
         if not 0.5 < slope < 2.0:
-            hint = "one of them in degrees?" if slope > 20.0 or 0.0 < slope < 0.05 else "check units and signs"
+            hint = (
+                f"one of them in {_slip(kinds[k])}?" if slope > 20.0 or 0.0 < slope < 0.05 else "check units and signs"
+            )
             found.append(f"q{k + 1} changes {slope:.3g} times as fast as dq{k + 1} says: {hint}")
     return found

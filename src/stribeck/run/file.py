@@ -6,7 +6,7 @@ import csv
 import dataclasses
 import io
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +34,7 @@ _OPTIONAL = {
 _PARQUET = (".parquet", ".pq")
 
 
-def load_run(path: Path | str, n_joints: int) -> Run:
+def load_run(path: Path | str, n_joints: int, kinds: Sequence[str] = ()) -> Run:
     """Read a run of an arm with `n_joints` joints.
 
     Parameters
@@ -43,6 +43,8 @@ def load_run(path: Path | str, n_joints: int) -> Run:
         A file that ends in ``.csv``, ``.parquet`` or ``.pq``.
     n_joints : int
         Number of joints that the arm has.
+    kinds : sequence of str
+        Of the joints, ``revolute`` or ``prismatic``, for the units in what is said; none are given: all revolute.
 
     Returns
     -------
@@ -71,7 +73,9 @@ def load_run(path: Path | str, n_joints: int) -> Run:
     run = Run(name=path.name, t=t, extra=extra, **groups)
     unused = () if extra is None else (f"columns not used: {', '.join(extra.column_names)}",)
     twice = (f"rows that repeat the one before in every column, left out: {again.sum()}",) if again.any() else ()
-    return dataclasses.replace(run, warnings=(*unused, *twice, *check_units(run, path)))
+    return dataclasses.replace(
+        run, warnings=(*unused, *twice, *check_units(run, path, kinds or ["revolute"] * n_joints))
+    )
 
 
 def _again(numbers: Mapping[str, Floats], extra: pa.Table | None) -> NDArray[np.bool_]:

@@ -14,7 +14,7 @@ from stribeck.run.file import load_run
 from stribeck.run.values import Run
 
 
-def load_runs(paths: Sequence[Path | str], n_joints: int) -> list[Run]:
+def load_runs(paths: Sequence[Path | str], n_joints: int, kinds: Sequence[str] = ()) -> list[Run]:
     """Read runs of one arm; files of the same name in several folders are named with as many folders as differ.
 
     Parameters
@@ -23,13 +23,16 @@ def load_runs(paths: Sequence[Path | str], n_joints: int) -> list[Run]:
         See :func:`load_run`.
     n_joints : int
         Number of joints that the arm has.
+    kinds : sequence of str
+        Of the joints; see :func:`load_run`.
 
     Returns
     -------
     list of Run
         ``run_0.csv``, ..; ``monday/run_0.csv``, .. where the files' own names do not tell them apart.
     """
-    return [replace(load_run(path, n_joints), name=name) for path, name in zip(paths, _names(paths), strict=True)]
+    named = zip(paths, _names(paths), strict=True)
+    return [replace(load_run(path, n_joints, kinds), name=name) for path, name in named]
 
 
 def check_apart(runs: Sequence[Run]) -> None:

@@ -183,6 +183,8 @@ def _check_regular(path: Path) -> None:
             pass
     except OSError as error:
         raise explain_unreadable(path, error) from error
+    except ValueError as error:  # a null character, which no system's names have
+        raise InputError("a file cannot be read", repr(str(path)), "give the path of a readable file") from error
 
 
 def _format(path: Path) -> str:

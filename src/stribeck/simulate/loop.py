@@ -75,7 +75,8 @@ class Reference:
         ``steps``: instants (s) and the positions from then on (rad); ``start`` before the first.
     file : str
         ``file``: a run whose reference positions, or else positions, and their slopes are followed; beside the loop
-        file. Before its first row and behind its last the reference stands.
+        file, and mended as all runs are (:func:`stribeck.run.reading.as_read`). Before its first row and behind its
+        last the reference stands.
     """
 
     __pydantic_config__ = _STRICT

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -10,11 +11,12 @@ from typing import Any
 import numpy as np
 from pydantic import TypeAdapter
 
-from stribeck.arm import Arm
+from stribeck.arm import Arm, unit_at
 from stribeck.effects.placing import placed_effects
 from stribeck.errors import InputError
 from stribeck.model.layout import Placed
-from stribeck.run import load_run
+from stribeck.run import Run, load_run
+from stribeck.run.reading import as_read
 from stribeck.simulate.loop import JointLoop, Loop, Reference
 from stribeck.textfile import check_schema, load_toml, structure
 
@@ -30,7 +32,7 @@ def _adapter() -> TypeAdapter[Loop]:
 
 
 def load_loop(path: Path | str, arm: Arm) -> Loop:
-    """Read a loop file for an arm.
+    """Read a loop file for an arm; what it says of the runs that it follows is :func:`read_loop`'s.
 
     Parameters
     ----------
@@ -44,6 +46,20 @@ def load_loop(path: Path | str, arm: Arm) -> Loop:
     InputError
         One line: the file, the key, what was found there and what to do.
     """
+    return read_loop(path, arm)[0]
+
+
+def read_loop(path: Path | str, arm: Arm) -> tuple[Loop, tuple[str, ...], tuple[str, ...]]:
+    """Read a loop file for an arm as :func:`load_loop` does.
+
+    Returns
+    -------
+    loop : Loop
+    notes : tuple of str
+        What was done to the runs that it follows.
+    warnings : tuple of str
+        What there is to doubt of them.
+    """
     path = Path(path)
     source = str(path)
     table = check_schema(load_toml(path), SCHEMA, source)
@@ -52,7 +68,13 @@ def load_loop(path: Path | str, arm: Arm) -> Loop:
         table["joints"] = [_lift_critical(joint, f"{source}: joints[{k}]") for k, joint in enumerate(joints)]
     loop = structure(table, _adapter(), source)
     check_loop(loop, arm, source)
-    return replace(loop, joints=tuple(_follow_file(entry, arm, path, loop.duration) for entry in loop.joints))
+    names = dict.fromkeys(entry.reference.file for entry in loop.joints if entry.reference.kind == "file")
+    recorded = {name: load_run(path.parent / name, arm.n, arm.kinds) for name in names}
+    read = {name: as_read(run) for name, run in recorded.items()}
+    runs = {name: run for name, (run, _) in read.items()}
+    joints = tuple(_follow_file(entry, arm, runs, loop.duration) for entry in loop.joints)
+    warnings = tuple(f"{run.name}: {text}" for run in recorded.values() for text in run.warnings)
+    return replace(loop, joints=joints), tuple(note for _, notes in read.values() for note in notes), warnings
 
 
 def _lift_critical(joint: Any, where: str) -> Any:
@@ -84,13 +106,14 @@ def check_loop(loop: Loop, arm: Arm, source: str = "loop") -> None:
         if entry.joint in seen:
             raise InputError(f"{where}.joint is controlled twice", repr(entry.joint), "give each joint one entry")
         seen.add(entry.joint)
-        _check_joint(entry, loop, where)
+        _check_joint(entry, loop, where, arm.kinds[arm.names.index(entry.joint)])
     for name, position in loop.clamp.items():
         if name not in arm.names or name in seen:
             raise InputError(f"{source}: clamp names a joint that is not clamped", repr(name), known)
         if abs(position) > _FARTHEST:
-            what = f"{source}: clamp.{name} lies beyond {_FARTHEST:g} rad"
-            raise InputError(what, f"{position:g}", "give it in rad, and SI units")
+            unit = unit_at("rad", arm.kinds[arm.names.index(name)])
+            what = f"{source}: clamp.{name} lies beyond {_FARTHEST:g} {unit}"
+            raise InputError(what, f"{position:g}", f"give it in {unit}, and SI units")
     for place in placed_effects(arm):
         _check_delay(place, loop, arm, source)
 
@@ -106,7 +129,7 @@ def _check_delay(place: Placed, loop: Loop, arm: Arm, source: str) -> None:
         raise InputError(what, "", "give a sample_time above 0")
 
 
-def _check_joint(entry: JointLoop, loop: Loop, where: str) -> None:
+def _check_joint(entry: JointLoop, loop: Loop, where: str, kind: str) -> None:
     if loop.sample_time == 0.0:
         for key in ("delay_samples", "encoder_resolution", "encoder_noise"):
             if getattr(entry, key) > 0:
@@ -116,21 +139,27 @@ def _check_joint(entry: JointLoop, loop: Loop, where: str) -> None:
         raise InputError(f"{where}.encoder_resolution is too fine", f"{entry.encoder_resolution:g}", "give 0 for none")
     if entry.compensation.kind == "dither" and entry.compensation.frequency == 0.0:
         raise InputError(f"{where}.compensation.frequency is missing", "", "give the dither's frequency in Hz")
-    _check_reference(entry.reference, loop, f"{where}.reference", entry.start)
+    _check_reach(entry, loop, f"{where}.reference", unit_at("rad", kind))
+    _check_reference(entry.reference, f"{where}.reference")
 
 
-def _check_reference(reference: Reference, loop: Loop, where: str, start: float) -> None:
+def _check_reach(entry: JointLoop, loop: Loop, where: str, unit: str) -> None:
+    """Raise `InputError` for a reference that goes further, or faster, than any arm; in ``unit``."""
+    reference = entry.reference
     reach = {
         "ramp": abs(reference.velocity) * loop.duration,
         "regulate": abs(reference.initial_error),
         "sine": abs(reference.amplitude),
         "steps": max((abs(value) for value in reference.values), default=0.0),
-    }.get(reference.kind, 0.0) + abs(start)
+    }.get(reference.kind, 0.0) + abs(entry.start)
     if reach > _FARTHEST:
-        raise InputError(f"{where} goes beyond {_FARTHEST:g} rad", f"{reach:g}", "give it in rad, and SI units")
+        raise InputError(f"{where} goes beyond {_FARTHEST:g} {unit}", f"{reach:g}", f"give it in {unit}, and SI units")
     speed = max(abs(reference.velocity), 6.283 * reference.frequency * abs(reference.amplitude))
     if speed > _FARTHEST:
-        raise InputError(f"{where} is faster than {_FARTHEST:g} rad/s", f"{speed:g}", "give a slower one")
+        raise InputError(f"{where} is faster than {_FARTHEST:g} {unit}/s", f"{speed:g}", "give a slower one")
+
+
+def _check_reference(reference: Reference, where: str) -> None:
     if reference.kind == "sine" and reference.frequency == 0.0:
         raise InputError(f"{where}.frequency is missing", "", "give it in Hz")
     if reference.kind == "steps":
@@ -144,11 +173,11 @@ def _check_reference(reference: Reference, loop: Loop, where: str, start: float)
         raise InputError(f"{where}.file is missing", "", "give the name of a run")
 
 
-def _follow_file(entry: JointLoop, arm: Arm, path: Path, duration: float) -> JointLoop:
+def _follow_file(entry: JointLoop, arm: Arm, runs: Mapping[str, Run], duration: float) -> JointLoop:
     """Replace a reference that names a run by the run's own samples."""
     if entry.reference.kind != "file":
         return entry
-    run = load_run(path.parent / entry.reference.file, arm.n)
+    run = runs[entry.reference.file]
     j = arm.names.index(entry.joint)
     position = run.q[:, j] if run.q_ref is None else run.q_ref[:, j]
     times = run.t - run.t[0]

@@ -13,11 +13,11 @@ from stribeck.effects.registry import registry
 from stribeck.gap.answer.files import write_diagnosis
 from stribeck.gap.diagnose import diagnose
 from stribeck.gap.experiment import plan as plan_module
-from stribeck.gap.experiment.choice import Options
+from stribeck.gap.experiment.choice import Options, resolved
 from stribeck.gap.experiment.motions import KINDS, Motion, Reach, family
 from stribeck.gap.experiment.plan import DURATION, PARTS, WIDER, Plan
 from stribeck.gap.experiment.programme import PART, Programme, shortest
-from stribeck.gap.experiment.proposal import WORTH, Experiment, next_experiment, open_question, resolved
+from stribeck.gap.experiment.proposal import WORTH, Experiment, next_experiment, open_question
 from stribeck.gap.experiment.separation import AS_IT_IS, Prospect, _excess
 from stribeck.gap.search.step import Step
 from stribeck.identify.conditioning import shaken
@@ -217,6 +217,10 @@ def test_the_arm_can_do_it() -> None:
     assert reference.q_ref.max() <= q.max()
     fastest = max(np.abs(np.diff(run.q, axis=0)).max() / run.sample_time for run in runs)
     assert np.abs(reference.dq_ref).max() <= fastest
+    seen = plan(late()).recorded
+    assert (seen.low, seen.high) == (pytest.approx(q.min()), pytest.approx(q.max()))
+    assert np.abs(reference.dq_ref).max() <= seen.speed <= 1.01 * fastest
+    assert "recorded" not in next_of_late().what
     limit = NOMINAL.joints[0].torque_limit
     assert limit is not None
     assert np.abs(reference.tau).max() <= limit

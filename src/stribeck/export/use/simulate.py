@@ -8,7 +8,7 @@ from stribeck.arm import Arm, load_arm
 from stribeck.errors import InputError
 from stribeck.export.use.plant import fmu_plant
 from stribeck.export.validate.opened import ARM, opened
-from stribeck.simulate import Closed, load_loop
+from stribeck.simulate import Closed, read_loop
 from stribeck.simulate.around import close_around
 from stribeck.simulate.loop import Loop
 
@@ -47,7 +47,7 @@ def arm_inside(fmu: Path | str) -> Arm:
             raise InputError(f"{fmu}: {held.inside(error.what)}", error.found, error.do) from error
 
 
-def load_fmu_loop(fmu: Path | str, arm: Path | None, loop: Path) -> tuple[Arm, Loop]:
-    """Return the nominal arm, from its file or from inside the FMU, and the loop."""
+def load_fmu_loop(fmu: Path | str, arm: Path | None, loop: Path) -> tuple[Arm, Loop, tuple[str, ...], tuple[str, ...]]:
+    """Return the nominal arm, from its file or from inside the FMU, and what :func:`read_loop` returns."""
     nominal = arm_inside(fmu) if arm is None else load_arm(arm)
-    return nominal, load_loop(loop, nominal)
+    return nominal, *read_loop(loop, nominal)

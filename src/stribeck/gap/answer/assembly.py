@@ -37,14 +37,9 @@ from stribeck.gap.answer.verdict import (
     with_observed,
 )
 from stribeck.gap.answer.where import regions
-from stribeck.gap.experiment.proposal import (
-    Experiment,
-    next_experiment,
-    open_question,
-    told_inseparable,
-    told_late,
-    without_twins,
-)  # fmt: skip
+from stribeck.gap.experiment.plan import swung
+from stribeck.gap.experiment.proposal import Experiment, next_experiment, open_question, without_twins
+from stribeck.gap.experiment.wording import told_inseparable, told_late, told_swung
 from stribeck.gap.fitted.band import band_of, told_band
 from stribeck.gap.fitted.corrected import arm_of
 from stribeck.gap.fitted.model import Model, fit_model, weights_of
@@ -259,7 +254,8 @@ class Assembly:
         several = len(models) > 1
         found = next_experiment(self.prepared, models, self.floor, as_it_is=unexplained) if several else None
         none = [] if found or unexplained else told_inseparable(models, self.prepared.arm.names)
-        return found, [*none, *told_late(late)]
+        undriven = told_swung(swung(self.prepared)) if several else []
+        return found, [*none, *undriven, *told_late(late)]
 
     def _closes(self, model: Model) -> Estimate:
         """Return the part of the closable gap that a model closes, joints scaled by their floor."""

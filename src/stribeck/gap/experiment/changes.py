@@ -110,10 +110,11 @@ class Change:
         return (*self.before, *placed, *self.after)
 
 
-def changes(arm: Arm, joints: Sequence[int]) -> tuple[Change, ...]:
+def changes(arm: Arm, joints: Sequence[int], *, tilted: bool = False) -> tuple[Change, ...]:
     """Return the changes that can be made to an arm, those of a drive at each of ``joints`` (indices).
 
-    A second set of gains is not among them: along a given motion it changes the torque of no candidate.
+    One that is horizontal by its file may be ``tilted``. A second set of gains is not among the changes: along a given
+    motion it changes the torque of no candidate.
     """
     last = arm.n - 1
     out = []
@@ -126,7 +127,11 @@ def changes(arm: Arm, joints: Sequence[int]) -> tuple[Change, ...]:
         out.append(Change(f"fix a known payload of {mass:g} kg at the tip", (), (Placed(Loaded(mass), last),)))
     if any(arm.gravity):
         out.append(Change("turn the base by half a turn, so that gravity pulls the other way", (), (_at(Turned()),)))
-    elif arm.joints[0].kind == "revolute":
+    elif tilted:
+        what = "turn the base by half a turn in the arm's plane, so that a tilt pulls the other way"
+        shows = "the same arm file; a tilt then changes its sign, what sits elsewhere keeps it"
+        out.append(Change(what, (), (_at(Turned()),), shows))
+    if not any(arm.gravity) and arm.joints[0].kind == "revolute":
         out.append(Change("stand the arm on its side, so that gravity pulls along its plane", (), (_at(Raised()),)))
     return tuple(out)
 

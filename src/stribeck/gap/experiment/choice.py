@@ -5,12 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import stats
 
 from stribeck.gap.experiment.changes import Change
 from stribeck.gap.experiment.motions import Motion, Reach
 from stribeck.gap.experiment.programme import Programme
 from stribeck.gap.experiment.separation import AS_IT_IS, Prospect
 from stribeck.gap.search.rank import ALIKE
+
+TOLD_APART, WIDTH = 6.0, 3.0  # t value at which every other pair is told apart, and how fast that turns
+LITTLE = 0.2  # probability below which two models are as good as not told apart
 
 
 @dataclass(frozen=True)
@@ -71,6 +75,12 @@ class Choice:
         return np.asarray(np.sqrt(rows * ((1.0 + gained / rows) ** (1.0 - ALIKE) - 1.0)))
 
     @property
+    def chances(self) -> np.ndarray:
+        """Probability (K, K) that the search tells two models apart, each as likely to be true; 0 for itself."""
+        alone = stats.norm.cdf((self.prospect.pairs - np.maximum(self.needed, TOLD_APART)[:, None]) / WIDTH)
+        return np.asarray(0.5 * (alone + alone.T) * (1.0 - np.eye(len(alone))))
+
+    @property
     def apart(self) -> float:
         """How far apart the likeliest model and the one next to it are."""
         return float(self.nearest[0])
@@ -79,3 +89,16 @@ class Choice:
     def furthest(self) -> float:
         """How far apart the two models are that it sets apart most."""
         return float(np.max(self.prospect.pairs))
+
+
+def resolved(nearest: np.ndarray, needed: np.ndarray | float = 0.0) -> float:
+    """Return the probability that the search tells which of K models is true, each as likely.
+
+    Parameters
+    ----------
+    nearest : array (K,)
+        How far from each the next one is expected to be (t values).
+    needed : array (K,)
+        How far it must be at least.
+    """
+    return float(np.mean(stats.norm.cdf((nearest - np.maximum(needed, TOLD_APART)) / WIDTH)))

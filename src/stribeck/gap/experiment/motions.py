@@ -89,6 +89,24 @@ def reaches(runs: Sequence[Conditioned], cutoff: float) -> tuple[Reach, ...]:
     )
 
 
+@dataclass(frozen=True)
+class Recorded:
+    """From where to where the joints went in all recordings (n,), rad, and how fast, rad/s."""
+
+    low: Floats
+    high: Floats
+    speed: Floats
+
+
+def recorded(runs: Sequence[Conditioned]) -> Recorded:
+    """Return how far and how fast the joints went in conditioned runs."""
+    return Recorded(
+        np.min([run.run.q.min(axis=0) for run in runs], axis=0),
+        np.max([run.run.q.max(axis=0) for run in runs], axis=0),
+        np.max([np.abs(run.velocity).max(axis=0) for run in runs], axis=0),
+    )
+
+
 def _course(t: Floats, velocity: Floats, reach: Reach) -> Floats:
     """Return positions from a velocity in steps (N,), its corners rounded within the acceleration, inside the range."""
     h = float(t[1] - t[0])

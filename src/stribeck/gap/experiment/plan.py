@@ -9,7 +9,7 @@ import numpy as np
 
 from stribeck.gap.experiment.changes import Change, changes
 from stribeck.gap.experiment.choice import Choice, Options, SoFar
-from stribeck.gap.experiment.motions import Motion, Reach, family, reaches
+from stribeck.gap.experiment.motions import Motion, Reach, family, reaches, recorded
 from stribeck.gap.experiment.programme import Programme, shortest, times
 from stribeck.gap.experiment.separation import AS_IT_IS, Candidate, Prospect, prospects
 from stribeck.gap.fitted.model import Model, fit_model, weights_of
@@ -54,6 +54,7 @@ class Plan:
         self.seen = reaches(runs, prepared.cutoff)
         self.step = min(run.run.sample_time for run in runs)
         self.noise = np.median([run.noise for run in runs], axis=0)
+        self.recorded = recorded(runs)
         largest = np.max([np.abs(run.run.tau).max(axis=0) for run in runs], axis=0)
         stated = [
             np.nan if joint.torque_limit is None else CAREFUL * joint.torque_limit for joint in prepared.arm.joints
@@ -125,21 +126,31 @@ class Plan:
         return bool(np.all(prospect.torque <= self.limit)) and prospect.left < ASTRAY
 
     def choices(self, *, as_it_is: bool = False) -> Iterator[Choice]:
-        """Yield the best programme within what was recorded, that beyond it, and those with a change if asked for."""
-        last: Options | None = None
+        """Yield the best programme within what was recorded, that beyond it, and those with a change if asked for.
+
+        These, too, within what was recorded first.
+        """
+        known: list[Options] = []
         for wider in (1.0, WIDER):
             options = self.options(wider)
             if options.motions:
                 yield self.best(options)
-                last = options
-        if last is None or as_it_is:
+                known.append(options)
+        if as_it_is:
             return
-        for change in changes(self.prepared.arm, self.joints):
-            again = self.promised(last.motions, last.reach, change)
-            able = [k for k, prospect in enumerate(again) if self._makes(prospect)]
-            if able:
-                motions = tuple(last.motions[k] for k in able)
-                yield self.best(Options(motions, tuple(again[k] for k in able), last.reach, last.wider, change))
+        tilted = any(model.placed[-1].effect.name == "gravity_tilt" for model in self.models)
+        for change in changes(self.prepared.arm, self.joints, tilted=tilted):
+            for options in known:
+                changed = self._changed(options, change)
+                if changed.motions:
+                    yield self.best(changed)
+
+    def _changed(self, options: Options, change: Change) -> Options:
+        """Return those of the options that the arm makes once it is changed."""
+        again = self.promised(options.motions, options.reach, change)
+        able = [k for k, prospect in enumerate(again) if self._makes(prospect)]
+        motions = tuple(options.motions[k] for k in able)
+        return replace(options, motions=motions, prospects=tuple(again[k] for k in able), change=change)
 
     def best(self, options: Options) -> Choice:
         """Return the programme that tells most about all pairs of models."""
@@ -225,3 +236,11 @@ def _together(options: Options, taken: Sequence[int]) -> Prospect:
     for other in others:
         first = first + other
     return first
+
+
+def swung(prepared: Prepared) -> tuple[str, ...]:
+    """Return the joints that move though no recording drives them: others swing them, and no command does."""
+    runs = (*prepared.fit, *prepared.held)
+    held, idle = np.all([run.braked for run in runs], axis=0), np.all([run.undriven for run in runs], axis=0)
+    moves = [not reach.still for reach in reaches(runs, prepared.cutoff)]
+    return tuple(name for j, name in enumerate(prepared.arm.names) if idle[j] and moves[j] and not held[j])

@@ -6,21 +6,19 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy import stats
 
-from stribeck.arm import unit_at
 from stribeck.gap.experiment.changes import Change
-from stribeck.gap.experiment.choice import Choice
-from stribeck.gap.experiment.plan import Plan
+from stribeck.gap.experiment.choice import LITTLE, Choice, resolved
+from stribeck.gap.experiment.plan import Plan, swung
 from stribeck.gap.experiment.programme import Programme
 from stribeck.gap.experiment.separation import AS_IT_IS
+from stribeck.gap.experiment.wording import names_of, what_to_do
 from stribeck.gap.fitted.model import Model
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.search.step import Step, alike
 from stribeck.run import Run
 
 MOST = 4  # candidates
-TOLD_APART, WIDTH = 6.0, 3.0  # t value at which every other pair is told apart, and how fast that turns
 WORTH = 0.75  # probability of that from which no more is asked of the arm
 FAINT = 1.0  # t value up to which two models are as good as not set apart
 # of it, what motions beyond the recorded ones must add, and what is laborious, a change: that must promise it, too
@@ -38,7 +36,7 @@ class Experiment:
     what : str
         What to do, a sentence.
     separates : tuple of str
-        Effects.
+        Effects, those that it has a chance to tell from another one.
     apart : float
         Expected t value between the likeliest candidate and the one that lies nearest to it, everything re-tuned.
     resolved : float
@@ -113,6 +111,8 @@ def next_experiment(
 ) -> Experiment | None:
     """Return the experiment that tells models apart best; None where none tells any, or is within the arm's torque.
 
+    None, too, where others swing a joint without a drive: how it would move is not planned.
+
     First motions that stay within what the recordings show of the arm; then, if these promise too little, wider and
     faster ones within its torque; then a change of the arm or its stand, with the motion that is best for that.
 
@@ -128,6 +128,8 @@ def next_experiment(
         Without a change: where the cause may be none of the models, it is motions, diagnosed together with the runs so
         far, that may bring it out, also where they tell none of the models.
     """
+    if swung(prepared):
+        return None
     plan = Plan(prepared, tuple(models), floor)
     best: Choice | None = None
     for choice in plan.choices(as_it_is=as_it_is):
@@ -155,10 +157,11 @@ def _better(choice: Choice, best: Choice) -> bool:
 
 def _experiment(plan: Plan, choice: Choice) -> Experiment:
     reference = plan.reference(choice)
+    names, told = names_of(plan.models, plan.prepared.arm.names), np.any(choice.chances >= LITTLE, axis=1)
     return Experiment(
         kind="motion" if choice.change is AS_IT_IS else "change",
-        what=_words(plan, choice, reference),
-        separates=_names(plan.models, plan.prepared.arm.names),
+        what=what_to_do(plan, choice, reference),
+        separates=tuple(name for name, apart in zip(names, told, strict=True) if apart),
         apart=choice.apart,
         resolved=_promise(choice),
         rivals={
@@ -172,41 +175,6 @@ def _experiment(plan: Plan, choice: Choice) -> Experiment:
     )
 
 
-def _words(plan: Plan, choice: Choice, reference: Run) -> str:
-    """Return what to do as a sentence."""
-    arm = plan.prepared.arm
-    path = f"{choice.programme.words(arm)} ({plan.duration(choice):.3g} s in all)"
-    room = ""
-    if choice.options.wider > 1.0:
-        low, high = reference.q.min(axis=0), reference.q.max(axis=0)
-        ranges = [
-            f"{joint.name} {low[j]:.2f} to {high[j]:.2f} {unit_at('rad', joint.kind)}"
-            for j, (joint, seen) in enumerate(zip(arm.joints, plan.seen, strict=True))
-            if low[j] < seen.low or high[j] > seen.high
-        ]
-        beyond = f"range and speed: make sure that the arm has room ({', '.join(ranges)})" if ranges else "speed"
-        room = f" This goes beyond the recorded {beyond}."
-    same = [i for i, row in enumerate(choice.prospect.pairs <= FAINT) if np.sum(row) > 1]  # each is as near to itself
-    if same:
-        names = _names(plan.models, arm.names)
-        room += f" It does not tell apart: {', '.join(names[i].replace('_', ' ') for i in same)}."
-    if choice.change is AS_IT_IS:
-        return f"Record {path}, and diagnose it together with the runs so far.{room}"
-    return (
-        f"No motion is enough: {choice.change.words}, record {path}, and diagnose that by itself with "
-        f"{choice.change.known_by}.{room}"
-    )
-
-
-def _names(models: Sequence[Model], joints: Sequence[str]) -> tuple[str, ...]:
-    """Return the models' last effects, with their joints where one effect is at several."""
-    last = [model.placed[-1] for model in models]
-    names = [place.effect.name for place in last]
-    if len(set(names)) == len(names):
-        return tuple(names)
-    return tuple(f"{place.effect.name} at {joints[place.joint]}" for place in last)
-
-
 def without_twins(models: Sequence[Model], late: Collection[str]) -> tuple[Model, ...]:
     """Return models of which no two are late by the same of one record or the other: no motion tells these apart.
 
@@ -218,39 +186,6 @@ def without_twins(models: Sequence[Model], late: Collection[str]) -> tuple[Model
     """
     twins = [model for model in models if model.placed[-1].effect.name in late]
     return tuple(model for model in models if model not in twins[1:])
-
-
-def told_late(late: Collection[str]) -> list[str]:
-    """Return a note on effects that no motion tells apart, where there are several."""
-    if len(late) < 2:
-        return []
-    said = " and ".join(name.replace("_", " ") for name in late)
-    return [
-        f"no motion tells apart: {said}, as every joint is late by as much; the drive's own measured torque "
-        "(tau_meas), recorded alongside, does"
-    ]
-
-
-def told_inseparable(models: Sequence[Model], joints: Sequence[str]) -> list[str]:
-    """Return a note that no experiment was found that tells some models apart; none of less than two models."""
-    if len(models) < 2:
-        return []
-    named = [name.partition(" at ") for name in _names(models, joints)]
-    said = ", ".join(f"{effect.replace('_', ' ')}{at}{joint}" for effect, at, joint in named)
-    return [f"no experiment was found that tells apart: {said}"]
-
-
-def resolved(nearest: np.ndarray, needed: np.ndarray | float = 0.0) -> float:
-    """Return the probability that the search tells which of K models is true, each as likely.
-
-    Parameters
-    ----------
-    nearest : array (K,)
-        How far from each the next one is expected to be (t values).
-    needed : array (K,)
-        How far it must be at least.
-    """
-    return float(np.mean(stats.norm.cdf((nearest - np.maximum(needed, TOLD_APART)) / WIDTH)))
 
 
 def _promise(choice: Choice) -> float:
