@@ -8,21 +8,22 @@ import numpy as np
 
 from stribeck.gap.fitted.model import Model
 from stribeck.gap.search.families import left_by
-from stribeck.gap.search.forward import FAR_LESS, forward
+from stribeck.gap.search.forward import FAR_LESS, YIELDING, forward
 from stribeck.gap.search.rank import saved
 from stribeck.gap.search.setting import Known, Setting
 from stribeck.gap.search.step import Step, last_model
 
 MUCH = 4.0  # noise floors rms at a joint, that what was taken leaves
-PART = 0.4  # of what the first one gained, in logarithms, that another one gains to be begun with
-MOST = 3  # others
+PART = 0.5  # of what the first one gained, in logarithms, that another one gains to be begun with
+MOST = 2  # others
 
 
 def another_way(setting: Setting, base: Model, steps: tuple[Step, ...]) -> tuple[Step, ...]:
     """Return steps that begin with another effect and leave far less after two; else the same ones.
 
     What follows two effects at once, neither of them its own, may come first alone, and nothing helps it then: of a
-    gain beside friction that goes with the load the latter takes most by a law that is not the true one.
+    gain beside friction that goes with the load the latter takes most by a law that is not the true one. Not with a
+    compliance: all that follows would take long.
 
     Parameters
     ----------
@@ -36,10 +37,12 @@ def another_way(setting: Setting, base: Model, steps: tuple[Step, ...]) -> tuple
     much = np.any(np.mean(final.whole**2, axis=0) > MUCH**2 * steps[-1].floor ** 2)
     if not first.taken or not much:
         return steps
-    ranking, known, found = first.ranking, Known(), steps
+    ranking, found = first.ranking, steps
+    known: Known = {(p.effect.name, p.effect.law, p.joint): dict(p.values) for p in first.ends}
     least = left_by(final.whole, setting.floor) - FAR_LESS
     near = PART * saved(ranking.overall[ranking.best])
-    others = [k for k in first.passing if k != ranking.best and saved(ranking.overall[k]) > near]
+    firm = [k for k in first.passing if not isinstance(first.rivals[k - 1].placed[-1].effect, YIELDING)]
+    others = [k for k in firm if k != ranking.best and saved(ranking.overall[k]) > near]
     for k in others[:MOST]:
         setting.progress(f"again, {first.rivals[k - 1].placed[-1].effect.name} first")
         passing = (k, *(other for other in first.passing if other != k))

@@ -9,6 +9,7 @@ import numpy as np
 
 from stribeck.gap.fitted.model import Model
 from stribeck.gap.search.rank import Ranking
+from stribeck.model.layout import Placed
 
 
 @dataclass(frozen=True)
@@ -70,6 +71,11 @@ class Step:
     def best(self) -> Model | None:
         """The best rival."""
         return self.rivals[self.ranking.best - 1] if self.ranking.best else None
+
+    @property
+    def ends(self) -> list[Placed]:
+        """The effects of the rivals, with the values at which their fits ended."""
+        return [model.placed[-1] for model in self.rivals]
 
 
 def last_model(steps: Sequence[Step]) -> Model:

@@ -13,7 +13,6 @@ from stribeck.gap.search.rank import ALIKE
 from stribeck.gap.search.setting import Setting
 from stribeck.gap.search.step import Step, last_model
 from stribeck.gap.search.tryout import Tryout
-from stribeck.model.layout import Placed
 
 MOST = 3  # effects that are fitted in the place of one
 
@@ -38,7 +37,7 @@ def swapped(setting: Setting, steps: Sequence[Step], without: Sequence[Model]) -
     for place, step, rest in zip(last_model(steps).placed[own:], taken[:-1], without, strict=False):
         if not finite(rest):
             continue
-        seen = {(last.effect.name, last.effect.law, last.joint): dict(last.values) for last in _ends(step)}
+        seen = {(last.effect.name, last.effect.law, last.joint): dict(last.values) for last in step.ends}
         tryout = Tryout(setting, rest, seen)
         every = {(effect.name, effect.law, joint): effect for effect, joint in tryout.possible if joint == place.joint}
         here = {key for key, effect in every.items() if key in seen or not effect.nonlinear}
@@ -47,8 +46,3 @@ def swapped(setting: Setting, steps: Sequence[Step], without: Sequence[Model]) -
         others = sorted((t for t in trials if t.key != place.key and t.promise > least), key=lambda t: -t.promise)
         found += [Instead(place, model) for model in tryout.fitted(others[:MOST]) if model is not None]
     return found
-
-
-def _ends(step: Step) -> list[Placed]:
-    """Return the effects of a step's rivals, with the values at which their fits ended."""
-    return [model.placed[-1] for model in step.rivals]
