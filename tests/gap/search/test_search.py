@@ -1,6 +1,7 @@
 """What the search tries, and how it sorts what it has tried."""
 
 from collections import OrderedDict
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 from types import SimpleNamespace
@@ -1117,6 +1118,36 @@ def test_what_promised_as_much_as_what_is_taken_is_fitted_as_well(monkeypatch: p
     found = diagnose(NOMINAL, recorded(("delay", {"time": 0.02})), jobs=1, leave_out=few)
     fitted = {row.effect for row in found.candidates if np.isfinite(row.t) and row.step == 1}
     assert fitted >= {"delay", "actuator_lag"}
+
+
+@pytest.mark.parametrize("along", [(), (Placed(effect_named("encoder_offset"), 0, {"offset": 0.01}),)])
+def test_by_a_lower_band_what_was_re_tuned_along_is_looked_for_again(
+    along: tuple[Placed, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is in no step: told the same rivals alone, the new search would go on as if it were not there."""
+    bare, step = SimpleNamespace(placed=()), taken("delay", 0.9, 12.0)
+    bands = iter((SimpleNamespace(prepared="lower", base=bare), None))
+    told: list[Sequence[Step]] = []
+
+    def from_the_ordinary(setting: Any, base: object, same: Sequence[Step] = (), **_: object) -> Any:
+        told.append(same)
+        return setting, SimpleNamespace(placed=along), (step,)
+
+    monkeypatch.setattr(search_module, "_setting", lambda tuned, *_: SimpleNamespace(prepared=tuned.prepared))
+    monkeypatch.setattr(search_module, "_from_the_ordinary", from_the_ordinary)
+    monkeypatch.setattr(search_module, "replace", lambda tuned, **_: tuned)
+    monkeypatch.setattr(search_module, "in_lower_band", lambda *_: next(bands))
+    monkeypatch.setattr(search_module, "in_step_beside", lambda prepared, _: prepared)
+    monkeypatch.setattr(search_module, "_believed", lambda setting, steps: (steps, []))
+    for name in ("another_way", "with_as_good", "with_lags", "with_together", "with_look_alikes"):
+        monkeypatch.setattr(search_module, name, lambda *given: given[2] if given[2] == (step,) else given[1])
+    monkeypatch.setattr(search_module, "instead", lambda *_: [])
+    monkeypatch.setattr(search_module, "swapped", lambda *_: [])
+    for name in ("idle", "outdone", "misleading"):
+        monkeypatch.setattr(search_module, name, lambda *_: None)
+    _, steps = search_module.search(SimpleNamespace(prepared="first", base=bare), Asked(jobs=1))  # type: ignore[arg-type]
+    assert steps == (step,)
+    assert told == [(), [] if along else [step]]
 
 
 def test_only_the_search_for_the_band_ends_where_a_lower_one_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:

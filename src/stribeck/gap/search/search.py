@@ -53,7 +53,7 @@ def search(tuned: Retuned, asked: Asked) -> tuple[Retuned, tuple[Step, ...]]:
         setting, base, found = _from_the_ordinary(setting, tuned.base, until=asks_for_lower)
         while lower := in_lower_band(replace(tuned, prepared=setting.prepared), last_model(found), asked):
             progress("again, by a band with less of the encoder's noise")
-            tuned, same = lower, [step for step in found if step.taken]
+            tuned, same = lower, [step for step in found if step.taken] if _alike(base, lower.base) else []
             setting = _setting(tuned, asked, pool)
             setting, base, found = _from_the_ordinary(setting, tuned.base, same, until=asks_for_lower)
         start = tuned.base
@@ -85,6 +85,14 @@ def search(tuned: Retuned, asked: Asked) -> tuple[Retuned, tuple[Step, ...]]:
         steps = with_lags(prepared, steps, without, pool, seed, leave_out)
         steps = with_together(prepared, steps, pool, seed)
         return replace(tuned, prepared=prepared), with_look_alikes(prepared, steps, without, pool, seed)
+
+
+def _alike(model: Model, other: Model) -> bool:
+    """Return whether two models have the same effects: only then do steps from one leave the same to find as the other.
+
+    What every arm has, once it is re-tuned along, is in no step.
+    """
+    return [place.key for place in model.placed] == [place.key for place in other.placed]
 
 
 def _setting(tuned: Retuned, asked: Asked, pool: Pool) -> Setting:
