@@ -61,7 +61,11 @@ def export(
 def validate(
     fmu: Annotated[Path, typer.Argument(metavar="FILE.fmu", help="An FMU, from here or from any other tool.")],
     run: Annotated[
-        bool, typer.Option("--run/--no-run", help="Simulate it, which runs the binary inside: not for untrusted files.")
+        bool,
+        typer.Option(
+            "--run/--no-run",
+            help="Build its sources and simulate it, which runs what is inside: not for untrusted files.",
+        ),
     ] = True,
 ) -> None:
     """Check an FMU: description, binaries, sources, names, units, and its motion against the arm's own simulator.
