@@ -123,6 +123,26 @@ def test_a_step_from_another_time(nominal: Fmu) -> None:
     it.free()
 
 
+def test_a_step_twice_or_left_out_late_in_a_simulation(nominal: Fmu) -> None:
+    start, h = 2.0**20, 2.0**-12  # what is told from a whole second is not from so short a step
+    it = nominal.instance().begin(start=start)
+    assert it.step(start, h) == OK
+    assert it.step(start, h) == ERROR
+    assert it.step(start + 2.0 * h, h) == ERROR
+    assert it.step(start + h, h) == OK
+    it.free()
+
+
+def test_a_time_that_is_added_up_is_the_same_time(nominal: Fmu) -> None:
+    """Every second step begins at a multiple of the step, the others where a running sum is."""
+    it, t, h = nominal.instance().begin(), 0.0, 1e-3
+    for k in range(10_000):
+        assert it.step(k * h if k % 2 else t, h) == OK
+        t += h
+    assert abs(t - 10.0) > 1e-13
+    it.free()
+
+
 def test_a_wrong_token(nominal: Fmu) -> None:
     right, nominal.token = nominal.token, "{0}"
     try:
@@ -164,6 +184,30 @@ def test_an_unbounded_motion_is_discarded(nominal: Fmu) -> None:
     assert it.step(0.0, 1.0) == 2
     assert "unbounded" in it.log[-1][2]
     it.free()
+
+
+def test_inputs_of_event_mode_are_seen_at_once(nominal3: Fmu, made: Callable[[Arm, int], Path]) -> None:
+    """The friction that holds a stuck joint is that of the torque just set; a motion from there is as without."""
+    late = Fmu(made(two_links(EffectEntry("delay", ("A",), {"A": {"time": 0.037}})), 3))
+    for fmu, held in ((nominal3, 2.0), (late, 0.0)):
+        it = fmu.instance(event_mode=True, early=True)
+        it.enter()
+        assert it.call("ExitInitializationMode") == OK
+        it.update()
+        it.put({"tau[1]": 2.0})
+        assert abs(it.get("tau_friction[1]")[0]) == held
+        it.put({"tau[1]": 9.0})
+        it.update()
+        assert it.get("sliding[1]")[0] == (1.0 if held else 0.0)
+        assert it.call("EnterStepMode") == OK
+        plain = fmu.instance().begin()
+        plain.put({"tau[1]": 9.0})
+        for one in (it, plain):
+            assert one.step(0.0, 0.2) == OK
+        if it.reached.value == 0.2:
+            assert it.get("q[1]") == plain.get("q[1]")
+        it.free()
+        plain.free()
 
 
 def test_event_mode_of_steps(nominal3: Fmu) -> None:

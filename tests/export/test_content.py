@@ -4,6 +4,7 @@ import subprocess
 import xml.etree.ElementTree as ElementTree
 import zipfile
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,7 @@ from stribeck.export import PLATFORMS, export_fmu
 from stribeck.export.build import _undated
 from stribeck.export.documents import identifier_of
 from stribeck.export.export import describe, documents
+from stribeck.export.notes import notes_of
 from stribeck.export.units import unit_of
 from stribeck.export.universal import universal
 
@@ -103,6 +105,31 @@ def test_arm_file_and_documentation(nominal: Fmu, tmp_path: Path) -> None:
     for word in ("joint[1].friction.C0", "Tustin", "Dormand", "<math", "resources/arm.toml"):
         assert word in text
     assert len(licences) == 2
+
+
+def test_what_an_fmu_leaves_to_others_is_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A limit of the command, in the input's words, and contacts at which an importer's solver may stop."""
+    contact = EffectEntry("presliding", ("B",), {"B": {"stiffness": 1e5, "damping": 0.0}}, "maxwell_slip")
+    arm = two_links(contact)
+    limited = replace(arm, joints=(replace(arm.joints[0], torque_limit=9.0), arm.joints[1]))
+    description, table, _ = describe(limited, 2)
+    said = {v.name: v.description for v in description.variables}
+    assert said["tau[1]"] == "commanded torque of joint A, not cut off at its limit of 9 N m"
+    assert said["tau[2]"] == "commanded torque of joint B"
+    page = str(documents(description, table, 2)["documentation/index.html"])
+    notes = notes_of(table.forward)
+    assert notes[0].startswith("the FMU does not cut off the command at torque_limit (A 9 N m)")
+    assert notes[1].startswith("B: presliding/maxwell_slip gives way within 0.1 mrad")
+    assert all(f"<li>{note}.</li>" in page for note in notes)
+    softer = replace(contact, parameters={"B": {"stiffness": 1e4, "damping": 0.0}})
+    for other in (softer, replace(contact, law="lugre")):
+        assert notes_of(describe(two_links(other), 2)[1].forward) == []
+    save_arm(limited, tmp_path / "arm.toml")
+    monkeypatch.setattr("stribeck.export.export_fmu", lambda *given, **more: "")
+    assert main(["export-fmu", str(tmp_path / "arm.toml"), "--out", str(tmp_path / "arm.fmu")]) == 0
+    assert [f"note: {note}" for note in notes] == capsys.readouterr().err.splitlines()[-2:]
 
 
 def test_version_3_has_terminals_and_a_build_description(nominal3: Fmu) -> None:

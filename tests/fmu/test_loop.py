@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 from fmpy.ssp.simulation import simulate_ssp
 
-from stribeck.arm import Arm, EffectEntry, load_arm, save_arm
+from stribeck.arm import Arm, EffectEntry, Friction, Joint, load_arm, save_arm
 from stribeck.cli import main
 from stribeck.errors import InputError, StribeckError
 from stribeck.export import export_fmu
 from stribeck.export.controller import export_controller, export_system
+from stribeck.export.controller.export import describe
 from stribeck.export.use import load_fmu_loop, simulate_fmu
 from stribeck.export.use.plant import FmuPlant, fmu_plant
 from stribeck.export.validate import check_fmu
@@ -126,6 +127,27 @@ def test_controller_first_then_the_arm_loses_no_time(arm_fmu: Path, controller_f
 def test_controller_is_a_sound_fmu(controller_fmu: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("stribeck.export.validate.check.build_sources", lambda fmu, target: ([], []))  # takes seconds
     assert check_fmu(controller_fmu).problems == ()
+
+
+def test_units_of_a_controller() -> None:
+    """As d theta/dt = gain (Y (de/dt + slope e) - leakage theta) has them, and a reference of its kind."""
+    friction = Friction(4.0, 1.0, 2.0, 0.01)
+    units = {}
+    for kind in ("revolute", "prismatic"):
+        arm = Arm("one", (0.0, 0.0), (Joint("X", kind, 0.3, 3.0, (0.0, 0.0), 0.0, 1.0, friction, friction),))  # type: ignore[arg-type]
+        for reference in (Reference("ramp", velocity=0.1), Reference("sine", amplitude=0.1, frequency=1.0)):
+            loop = Loop(0.01, 1.0, (JointLoop("X", 30.0, reference, compensation=Compensation("adaptive")),))
+            variables = describe(arm, loop, 2)[0].variables
+            names = {v.name.removeprefix("joint[1]."): v.unit.name if v.unit else None for v in variables}
+            found = [names[f"compensation.{key}"] for key in ("gain[1]", "gain[2]", "gain[3]", "leakage", "omega")]
+            units[kind, reference.kind] = found, [names[f"reference.constant[{i}]"] for i in (1, 2, 3, 4)]
+    turning, sliding = ["N.m/rad", "N.m/rad", "N.m.s2/rad3"], ["N/m", "N/m", "N.s2/m3"]
+    assert units == {
+        ("revolute", "ramp"): ([*turning, None, "rad/s"], ["rad", "rad/s", None, None]),
+        ("revolute", "sine"): ([*turning, None, "rad/s"], ["rad", "rad", "rad/s", "rad"]),
+        ("prismatic", "ramp"): ([*sliding, None, "rad/s"], ["m", "m/s", None, None]),
+        ("prismatic", "sine"): ([*sliding, None, "rad/s"], ["m", "m", "rad/s", "rad"]),
+    }
 
 
 @pytest.mark.parametrize(

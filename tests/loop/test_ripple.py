@@ -1,4 +1,4 @@
-"""Ripples that waves over position force on a ramp: told from cycles of the loop's own by their period."""
+"""What waves over position or a dither force on a loop: told from cycles of the loop's own by their period."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from stribeck.arm import Arm, EffectEntry, Friction, Joint
 from stribeck.loop.analyse import analyse_loop
 from stribeck.loop.ripple import Passage, forced_by, passages
 from stribeck.loop.surroundings import Grid
-from stribeck.simulate import JointLoop, Loop, Reference
+from stribeck.simulate import Compensation, JointLoop, Loop, Reference
 
 A = Friction(5.0, 1.25, 1.5, 0.05)
 WAVE = EffectEntry("position_dependent_friction", ("A",), {"A": {"sine": 0.2, "cosine": 0.0, "harmonic": 3.0}})
@@ -34,6 +34,21 @@ def test_a_ramp_passes_waves_and_turns_under_gravity() -> None:
     assert passages(arm(), loop(Reference("regulate"))) == ()
     heavy = passages(arm(gravity=(0.0, -9.81)), ramp)
     assert heavy == (PASSED, Passage("gravity", "A", 4.0 * math.pi))
+
+
+def test_a_dither_forces_whatever_keeps_its_time() -> None:
+    law = Compensation("dither", amplitude=8.0, frequency=2.0)
+    entry = JointLoop("A", 60.0, Reference("regulate"), kv=15.0, compensation=law)
+    (shaken,) = passages(arm(), Loop(0.0, 10.0, (entry,)))
+    assert shaken == Passage("dither", "A", 0.5)
+    assert passages(arm(), Loop(0.0, 10.0, (replace(entry, compensation=replace(law, amplitude=0.0)),))) == ()
+    for verdict in ("hunting", "stick_slip", "chatter", "sliding_cycle"):
+        assert forced_by(verdict, 0.5, (shaken,)) == shaken
+        assert forced_by(verdict, 1.5000001, (shaken,)) == shaken  # samples fall on it in turn
+        assert forced_by(verdict, 0.7, (shaken,)) is None
+        assert forced_by(verdict, 0.25, (shaken,)) is None
+        assert forced_by(verdict, 50.0, (shaken,)) is None  # some number of its periods is near any long one
+    assert forced_by("rest", None, (shaken,)) is None
 
 
 @pytest.mark.parametrize(

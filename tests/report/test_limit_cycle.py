@@ -17,6 +17,7 @@ from stribeck.loop.analyse import analyse_loop
 from stribeck.loop.answers import Analysis, Branch, Locus
 from stribeck.loop.cycle import VERDICTS, Cycle
 from stribeck.loop.exact.engine import RoundsEngine
+from stribeck.loop.files import limit_cycle_json
 from stribeck.loop.linear import KpMax
 from stribeck.loop.maps import Axes, Map
 from stribeck.loop.ripple import Passage
@@ -156,6 +157,33 @@ def test_what_keeps_up_with_a_ramp_does_not_come_to_rest(
     assert figure is not None
     assert "slides steadily; " in finding_of(figure)
     assert [text.get_text() for text in figure.axes[0].get_legend().get_texts()] == ["steady sliding", "undetermined"]
+
+
+def test_what_a_dither_forces_is_no_hunting(cycling: Analysis) -> None:
+    hunting = Cycle("hunting", 0.05, 0.5, stick_fraction=0.34, basin={"own": "hunting"})
+    branch = Branch("kp", np.array([10.0, 20.0]), (replace(hunting, period=0.7), hunting), np.full(2, np.nan))
+    shaken = Passage("dither", "A", 0.5)
+    codes = np.full((2, 2), VERDICTS.index("hunting"), np.int8)
+    codes[1, 1] = VERDICTS.index("rest")
+    period = np.array([[0.5, 0.7], [1.5, np.nan]], np.float32)
+    axes = Axes(("kp", "zeta"), (np.array([20.0, 40.0]), np.array([0.5, 1.0])))
+    chart = Map(axes, codes, period, period, 0.0 * period, "events")
+    answer = replace(cycling.joints[0], cycle=hunting, branch=branch, map=chart, passages=(shaken,))
+    analysis = replace(cycling, joints=(answer,))
+    said = "A: forced motion of ±50.0 mrad every 0.500 s, stuck 34 % of the time, forced by its dither"
+    assert headline(answer).replace("\u00a0", " ") == said
+    assert _answer(analysis).badge == "Forced motion"
+    assert verdict_table(analysis).rows[0].cells[1] == "forced motion"
+    assert method_table(answer).rows[2].cells[1] == "forced"
+    assert dict(gain_facts(answer).pairs)["basin"] == "the loop's own start: forced motion"
+    told = limit_cycle_json(analysis)["joints"]["A"]
+    assert (told["verdict"], told["forced_by"]) == ("hunting", "dither")
+    for figure, finding in (
+        (branch_figure(answer), "A: cycles at Kp 10.0 N m/rad, a forced motion at Kp 20.0 N m/rad"),
+        (map_figure(answer), "A: 25 % of the map cycles, mostly hunting; 50 % is a forced motion; 25 % comes to rest"),
+    ):
+        assert figure is not None
+        assert finding_of(figure).replace("\u00a0", " ") == finding
 
 
 def test_a_ripple_that_waves_force_is_no_cycle(cycling: Analysis) -> None:

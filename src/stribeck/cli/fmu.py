@@ -46,22 +46,28 @@ def export(
     whole = load_model(model)
 
     from stribeck.export import export_fmu
-    from stribeck.simulate.engine import left_at_null, left_out
+    from stribeck.export.notes import notes_of
+    from stribeck.model.forward import Forward
+    from stribeck.simulate.engine import left_at_null, left_out, path_of
     from stribeck.simulate.foresight import without_foresight
 
     arm, early = without_foresight(whole)
     warn([*early, *left_out(arm, "it belongs to what reads q and dq from the FMU"), *left_at_null(arm)])
     with progress("exporting") as told:
         only_steps = export_fmu(arm, out, fmi=fmi, platforms=platforms or None, progress=told)
-    if only_steps:
-        print(f"note: {only_steps}", file=sys.stderr)
+    for note in (*filter(None, [only_steps]), *notes_of(Forward(path_of(arm)))):
+        print(f"note: {note}", file=sys.stderr)
 
 
 @app.command("validate-fmu", epilog="Example: [bold]stribeck validate-fmu arm.fmu[/bold]")
 def validate(
     fmu: Annotated[Path, typer.Argument(metavar="FILE.fmu", help="An FMU, from here or from any other tool.")],
     run: Annotated[
-        bool, typer.Option("--run/--no-run", help="Simulate it, which runs the binary inside: not for untrusted files.")
+        bool,
+        typer.Option(
+            "--run/--no-run",
+            help="Build its sources and simulate it, which runs what is inside: not for untrusted files.",
+        ),
     ] = True,
 ) -> None:
     """Check an FMU: description, binaries, sources, names, units, and its motion against the arm's own simulator.

@@ -12,6 +12,7 @@ from stribeck.export.archive import write_archive
 from stribeck.export.build import platforms_named
 from stribeck.export.code import sources
 from stribeck.export.documents import Description, identifier_of, render
+from stribeck.export.notes import notes_of
 from stribeck.export.shared import check_version, compiled
 from stribeck.export.structure import structure_of
 from stribeck.export.variables import Table, table_of
@@ -88,7 +89,9 @@ def documents(description: Description, table: Table, fmi: int) -> dict[str, byt
     forward = table.forward
     arm = forward.path.arm
     bristles = [name for name, bristle in zip(arm.names, forward.bristles, strict=True) if bristle]
-    page = render("index.html", description, fmi, arm=arm, effects=forward.path.placed, bristles=bristles)
+    page = render(
+        "index.html", description, fmi, arm=arm, effects=forward.path.placed, bristles=bristles, notes=notes_of(forward)
+    )
     found: dict[str, bytes | str] = {
         "modelDescription.xml": render(f"fmi{fmi}.xml", description, fmi),
         "documentation/index.html": page,

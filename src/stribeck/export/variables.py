@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from stribeck.export.names import bounds, effect_prefix, parameter_description, parameter_name, starting
+from stribeck.export.notes import limit_of
 from stribeck.export.units import Unit, unit_of
 from stribeck.export.variable import Variable
 from stribeck.model.forward import Forward
@@ -88,7 +89,8 @@ class _Maker:
         yield Variable("time", 0, "independent", "continuous", "time", unit_of("s"))
         torque, angle, speed = self._unit("N m"), self._unit("rad"), self._unit("rad/s")
         for j, name in self._joints():
-            text = f"commanded torque of joint {name}"
+            limit = limit_of(self.path.arm.joints[j])
+            text = f"commanded torque of joint {name}{f', not cut off at its limit of {limit}' if limit else ''}"
             yield Variable(f"tau[{j + 1}]", base["tau"] + j, "input", "continuous", text, torque, start=0.0)
         columns = (
             ("q", angle, "continuous", "position of joint {} as its sensor gives it"),

@@ -16,7 +16,7 @@ from stribeck.errors import StribeckError
 from stribeck.loop.answers import Analysis, JointAnswer, Method
 from stribeck.loop.approximate import Approximation, approximate
 from stribeck.loop.beyond import beyond
-from stribeck.loop.cycle import RIPPLE, STEADY, STOPPED, WORDS, Cycle
+from stribeck.loop.cycle import STEADY, STOPPED, WORDS, Cycle
 from stribeck.loop.exact.critical import fold_velocity, k_critical
 from stribeck.loop.exact.engine import RoundsEngine
 from stribeck.loop.exact.rounds import check_autonomous
@@ -24,7 +24,7 @@ from stribeck.loop.exact.settle import settle
 from stribeck.loop.exact.shooting import shoot
 from stribeck.loop.linear import Assembly, assemble, free, kp_max, margins
 from stribeck.loop.linear.controller import derivative_gain
-from stribeck.loop.ripple import GRAVITY, Passage, forced_by, passages
+from stribeck.loop.ripple import DITHER, GRAVITY, Passage, forced_by, passages
 from stribeck.loop.surroundings import Grid, alone, branch_of, locus_of, map_of
 from stribeck.loop.watched import watched
 from stribeck.simulate import Closed, JointLoop, Loop, close_loop
@@ -88,7 +88,7 @@ def analyse_loop(arm: Arm, loop: Loop, *, grid: Grid | None = None, progress: To
 
 @dataclass(frozen=True)
 class _Found:
-    """The exact answers for one joint, by shooting and by simulation; a plain simulation; what its ramps pass."""
+    """The exact answers for one joint, by shooting and by simulation; a plain simulation; what may force it."""
 
     shot: Cycle
     settled: Cycle
@@ -114,7 +114,7 @@ def _joint(
     if zones:
         notes.append(f"margins and largest gains are those beyond what this loses: {', '.join(zones)}")
     if (wave := forced_by(best.verdict, best.period, found.passed)) is not None:
-        notes.append(_rippling(wave))
+        notes.append(_rippling(wave, name))
     if engine.forward.bristles[arm.names.index(name)]:
         notes.append(BRISTLES)
     told(f"{name}: describing function and harmonic balance")
@@ -192,7 +192,8 @@ def _exact_method(cycle: Cycle, found: _Found, entry: JointLoop) -> Method:
     if cycle.verdict == "unbounded":
         return Method("unbounded", None, True, "grows without bound")
     why = STEADY if cycle.verdict == "rest" and _moves(entry) else WORDS.get(cycle.verdict, cycle.verdict)
-    why = why if forced_by(cycle.verdict, cycle.period, found.passed) is None else RIPPLE
+    wave = forced_by(cycle.verdict, cycle.period, found.passed)
+    why = why if wave is None else wave.word
     why = why if cycle.status == "ok" else f"{why}: {cycle.status}"
     errors = _errors(cycle.amplitude, cycle.period, found.best)
     return Method("ok", cycle.cycles, True, why, cycle.amplitude, cycle.period, *errors, cycle.stable)
@@ -236,7 +237,13 @@ def _notes(loop: Loop, entry: JointLoop, inertia: float, stable: bool, why: str)
     return notes
 
 
-def _rippling(wave: Passage) -> str:
+def _rippling(wave: Passage, joint: str) -> str:
+    if wave.cause == DITHER:
+        whose = "the dither" if wave.joint == joint else f"the dither of {wave.joint}"
+        return (
+            f"forced by {whose}, whose period of {wave.time:.4g} s sets its own, and no limit cycle: "
+            "leave the dither out to see what the loop does of itself"
+        )
     what, until = (wave.cause, "a turn") if wave.cause == GRAVITY else ("the arm", f"one wave of {wave.cause}")
     return f"a ripple that {what} forces, and no limit cycle: {until} takes the ramp as long, {wave.time:.4g} s"
 

@@ -154,7 +154,7 @@ class JointAnswer:
     map : Map or None
     locus : Locus or None
     passages : tuple of Passage
-        What the ramps of the loop lead its joints past.
+        What may force its motion: dithers, and what the ramps of the loop lead its joints past.
     notes : tuple of str
         What a reader must know before trusting the rest.
     """
@@ -186,7 +186,7 @@ class JointAnswer:
 
     @property
     def passes(self) -> tuple[Passage, ...]:
-        """What its own ramp leads the joint past."""
+        """What its own dither or ramp may force on the joint."""
         return tuple(each for each in self.passages if each.joint == self.joint)
 
     @property

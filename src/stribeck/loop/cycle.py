@@ -15,6 +15,7 @@ Verdict = Literal["rest", "stick_slip", "hunting", "sliding_cycle", "chatter", "
 VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
 WORDS: dict[str, str] = {"stick_slip": "stick-slip", "sliding_cycle": "a sliding cycle"}  # others are their own
 STEADY, RIPPLE = "steady sliding", "a forced ripple"  # rest along a ramp; a sliding cycle that the arm's waves force
+FORCED = "a forced motion"  # any cycle in time with a dither
 STOPPED = {  # what ends a simulation, in words
     "unbounded": "it grows without bound",
     "too_many_events": "it sticks and slips too often to be followed further",

@@ -53,6 +53,7 @@ def _joint(answer: JointAnswer) -> dict[str, Any]:
         "kind": answer.kind,
         "verdict": cycle.verdict,
         "status": cycle.status,
+        "forced_by": None if answer.forced is None else answer.forced.cause,
         "amplitude": cycle.amplitude,
         "period": cycle.period,
         "peak_velocity": cycle.peak_velocity,

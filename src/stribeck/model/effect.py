@@ -237,6 +237,8 @@ class FrictionEffect(Effect):
     """True where the level goes with the motor's torque, by less than all of it."""
     bristle: ClassVar[bool] = False
     """True where a state carries the friction instead of its sign: there is no stuck mode then."""
+    abrupt: ClassVar[bool] = False
+    """True where such a state bends into its limit so sharply that a solver which does not know of it may stop."""
 
     def constants(self, constants: Parameters, s: Signals, x: States, p: Parameters) -> Parameters:
         """Return Tustin's constants (``C0``, ``C1``, ``C2``, ``alpha``) from which the sliding level is taken."""

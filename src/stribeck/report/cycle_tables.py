@@ -117,7 +117,7 @@ def _largest(top: KpMax, unit: str) -> str:
 def _finds(method: Method, answer: JointAnswer) -> str:
     if method.status == "not_applicable":
         return "not applicable"
-    yes = "yes" if answer.forced is None else "ripple"
+    yes = {"ripple": "ripple", "forced": "forced"}.get(reads_as(answer), "yes")
     return {True: yes, False: "none", None: method.status.replace("_", " ")}[method.cycle]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from stribeck.arm import unit_at
 from stribeck.loop.answers import JointAnswer
 from stribeck.loop.exact.turns import TINY
-from stribeck.loop.ripple import GRAVITY
+from stribeck.loop.ripple import DITHER, GRAVITY
 from stribeck.report import words
 from stribeck.report.numbers import NBSP, NOTHING, milli, number, percent, unit_text, with_unit
 
@@ -13,6 +13,7 @@ VERDICT = {
     "rest": "Comes to rest",
     "steady": "Slides steadily",  # what is called rest, along a ramp
     "ripple": "Forced ripple",  # what is called a sliding cycle, where the arm's waves set its period
+    "forced": "Forced motion",  # what is called any cycle, where a dither sets its period
     "stick_slip": "Stick-slip",
     "hunting": "Hunting",
     "sliding_cycle": "Sliding cycle",
@@ -61,9 +62,14 @@ def on_a_ramp(answer: JointAnswer) -> bool:
 def reads_as(answer: JointAnswer, verdict: str | None = None) -> str:
     """Return the key of `VERDICT` under which a person reads a verdict, the joint's own where none is given."""
     verdict = answer.cycle.verdict if verdict is None else verdict
-    if verdict == "sliding_cycle" and answer.forced is not None:
-        return "ripple"
+    if answer.forced is not None and answer.forced.explains(verdict):
+        return "forced" if answer.forced.cause == DITHER else "ripple"
     return "steady" if verdict == "rest" and on_a_ramp(answer) else verdict
+
+
+def when_forced(answer: JointAnswer) -> str:
+    """Return what a joint does that something forces on it, as a legend names it."""
+    return "forced motion" if any(each.cause == DITHER for each in answer.passages) else "forced ripple"
 
 
 def at_rest(answer: JointAnswer) -> str:
@@ -96,11 +102,13 @@ def _finding(answer: JointAnswer) -> str:
 
 
 def _forced(answer: JointAnswer) -> str:
-    """Return what forces a ripple, as the end of a sentence; nothing of a cycle of the loop's own."""
+    """Return what forces a motion, as the end of a sentence; nothing of a cycle of the loop's own."""
     wave = answer.forced
     if wave is None:
         return ""
     whose = "its" if wave.joint == answer.joint else f"{words.short(wave.joint)}'s"
+    if wave.cause == DITHER:
+        return f", forced by {whose} dither"
     passed = "makes a turn under gravity" if wave.cause == GRAVITY else f"passes a wave of {words.effect(wave.cause)}"
     return f", in which {whose} ramp {passed}"
 

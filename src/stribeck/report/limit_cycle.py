@@ -120,7 +120,18 @@ def _answer(analysis: Analysis) -> Answer:
     return Answer(words.clean(analysis.arm), VERDICT[worst], TONE.get(worst, "partial"), subtitle, rows)
 
 
-_RANK = ["rest", "steady", "ripple", "sliding_cycle", "hunting", "stick_slip", "chatter", "undetermined", "unbounded"]
+_RANK = [
+    "rest",
+    "steady",
+    "ripple",
+    "forced",
+    "sliding_cycle",
+    "hunting",
+    "stick_slip",
+    "chatter",
+    "undetermined",
+    "unbounded",
+]
 
 
 def _files(pictures: list[list[Picture]]) -> Files:

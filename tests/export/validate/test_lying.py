@@ -77,6 +77,17 @@ def sourced(text: str) -> Callable[[Path], Path]:
     return lambda path: tiny(path, {"sources/tiny.c": text}, description=listed)
 
 
+def further(text: str) -> Callable[[Path], Path]:
+    """A source that includes a file, by way of another one, from elsewhere in the FMU."""
+    listed = DESCRIPTION.replace(PLAIN, C_FILES.format("d/tiny.c"))
+    more = {
+        "sources/d/tiny.c": '#include "../a.h"',
+        "sources/a.h": '#include "../resources/B.h"',
+        "resources/b.h": text,
+    }
+    return lambda path: tiny(path, more, description=listed)
+
+
 LIES: dict[str, tuple[Callable[[Path], Path], str]] = {
     "token": (replaced("{tiny}", "{another}"), "Failed to instantiate"),
     "output not listed": (replaced('<Outputs><Unknown index="2"/></Outputs>', ""), "ModelStructure/Outputs"),
@@ -97,6 +108,14 @@ LIES: dict[str, tuple[Callable[[Path], Path], str]] = {
     "source outside": (replaced(PLAIN, C_FILES.format("../../../etc/passwd")), "leaves the FMU"),
     "endless include": (sourced('#include "/dev/zero"'), "sources/tiny.c includes '/dev/zero', which leaves the FMU"),
     "include upwards": (sourced("#  include <../../../x.h>"), "includes '../../../x.h', which leaves the FMU"),
+    "include by a macro": (sourced('#define F "/dev/stdin"\n#include F'), "includes 'F', which is no plain name"),
+    "include by a trigraph": (sourced('??=inc??/\nlude "/dev/zero"'), "includes '/dev/zero', which leaves the FMU"),
+    "include by a digraph": (sourced('/* */ %: include "/dev/zero"'), "includes '/dev/zero', which leaves the FMU"),
+    "include by a comment": (sourced('#/**/include "/dev/zero"'), "hides what it asks the preprocessor for"),
+    "include of a long name": (sourced(f'#include "/dev/{"./" * 300}zero"'), "which is no plain name of a file"),
+    "include further on": (further("#include </dev/zero>"), "resources/b.h includes '/dev/zero', which leaves"),
+    "file in assembler": (sourced('__asm__(".incbin \\"/etc/hosts\\"");'), "includes a file by assembler"),
+    "embedded file": (sourced('char c[] = {\n#embed "/dev/zero"\n};'), "sources/tiny.c embeds a file"),
     "source as option": (replaced(PLAIN, C_FILES.format("-v")), "leaves the FMU"),
 }
 
@@ -111,6 +130,19 @@ def test_lie_is_named(tmp_path: Path, name: str) -> None:
     assert any(says in problem for problem in problems), problems
     assert not any("\n" in problem for problem in problems)
     assert os.listdir(tmp_path) == ["tiny.fmu"]
+
+
+def test_sources_are_not_compiled_for_who_does_not_trust_them(tmp_path: Path) -> None:
+    listed = DESCRIPTION.replace(PLAIN, C_FILES.format("tiny.c"))
+    texts = {
+        "sources/tiny.c": '// # include X\n#include "a.h"\n#include <math.h>\n',
+        "sources/a.h": "int f(void) { return x; }",
+    }
+    found = check_fmu(
+        tiny(tmp_path / "tiny.fmu", texts | {"sources/CMakeLists.txt": "# include X"}, description=listed), run=False
+    )
+    assert found.problems == ()
+    assert "build of the sources: not asked for" in found.skipped
 
 
 @pytest.mark.slow  # zig's first build of a target takes a while

@@ -6,15 +6,17 @@ from dataclasses import replace
 from pathlib import Path
 
 import fmpy
+import numpy as np
 import pytest
 
 from stribeck.arm import Arm, EffectEntry, Friction, Joint, arm_to_toml
 from stribeck.export import export_fmu
 from stribeck.export.validate import check_fmu, validate_fmu
 from stribeck.export.validate.check import Validation
-from stribeck.export.validate.compare import against_simulator
+from stribeck.export.validate.compare import Deviation, against_simulator, trial_command
 from stribeck.export.validate.opened import Opened, opened
 from stribeck.export.validate.told import told
+from stribeck.simulate import Engine, path_of
 
 from ..conftest import two_links
 
@@ -103,11 +105,13 @@ CHANGES: dict[str, tuple[str, Callable[[bytes], bytes], str]] = {
 @pytest.mark.parametrize("name", CHANGES)
 def test_change_is_noticed(exported: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     file, change, says = CHANGES[name]
-    runs = name in ("friction", "token", "another arm")
+    runs = name in ("friction", "token", "another arm", "source")
     if name != "document":  # an export takes seconds, and so does a build
         monkeypatch.setattr("stribeck.export.validate.check.reproduction", lambda fmu, arm: ([], ["not looked at"]))
     if name != "source":
         monkeypatch.setattr("stribeck.export.validate.check.build_sources", lambda fmu, target: ([], []))
+    else:  # it is the build that shows it
+        monkeypatch.setattr("stribeck.export.validate.check._run", lambda *given: [])
     if name == "another arm":  # all that matters is that it is not compared with a simulator
         monkeypatch.setattr("stribeck.export.validate.check.by_itself", lambda fmu, kind, library: [])
     problems = validate_fmu(changed(exported, tmp_path / "changed.fmu", {file: change}), run=runs)
@@ -174,6 +178,24 @@ def test_a_straight_axis_is_compared_in_metres(made: Callable[[Arm, int], Path])
         found = against_simulator(fmu, arm, "CoSimulation")
     said = told(Validation((), (), (found,), ()))
     assert said[0].startswith(f"CoSimulation: at most {found.position:.2g} m from the arm's own simulator")
+
+
+def test_an_axis_that_hangs_sticks_in_its_trial() -> None:
+    arm = replace(one_joint(mass=20.0, kind="prismatic"), gravity=(-9.81, 0.0))
+    engine = Engine(path_of(arm))
+    times, command = trial_command(engine)
+    assert command[0] == pytest.approx(20.0 * 9.81)
+    motion = engine.run(engine.p, engine.start(engine.p, np.zeros(1), command=command[0]), times, command)
+    assert motion.event_count >= 3
+
+
+def test_a_motion_without_stiction_is_said_to_be_one(exported: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("stribeck.export.validate.check.reproduction", lambda fmu, arm: ([], []))
+    told = "stiction: no joint stuck or broke away in the motion that was compared"
+    for events in (0, 3):
+        seen = Deviation("CoSimulation", 0.0, events, 1e-8)
+        monkeypatch.setattr("stribeck.export.validate.check.against_simulator", lambda *given, seen=seen: seen)
+        assert (told in check_fmu(exported).skipped) == (events == 0)
 
 
 @pytest.mark.slow

@@ -49,6 +49,7 @@ class PreslidingMaxwellSlip(Bristle):
     shows = "travel"
     source = "Iwan (1966); generalized Maxwell-slip: Al-Bender, Lampaert & Swevers (2005)"
     kin = ("rest",)
+    abrupt = True
     states = NAMES
     state_units = MappingProxyType(dict.fromkeys(NAMES, "N m"))
 

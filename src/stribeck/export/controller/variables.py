@@ -11,10 +11,12 @@ from stribeck.arm import Arm
 from stribeck.export.structure import Structure, Unknown
 from stribeck.export.units import Unit, unit_of
 from stribeck.export.variable import Variable
-from stribeck.simulate.axis import Axis
+from stribeck.simulate.axis import COURSES, Axis
 
-# The doubles at the head of a joint's part of the loop: name, unit, what it is.
-NUMBERS = (
+CONSTANTS = tuple(f"reference.constant[{i + 1}]" for i in range(4))
+# The doubles at the head of a joint's part of the loop: name, unit, what it is. The leakage is of
+# gains of two units; what the constants of a reference are, its kind says.
+NUMBERS: tuple[tuple[str, str | None, str], ...] = (
     ("kp", "N m/rad", "gain of the position error"),
     ("kv", "N m s/rad", "gain of the velocity error"),
     ("ki", "N m/(rad s)", "gain of the integrated position error"),
@@ -26,21 +28,21 @@ NUMBERS = (
     ("compensation.ratio", "1", "compensation over true friction"),
     ("compensation.dead_band", "rad/s", "velocity that counts as zero"),
     ("compensation.slope", "1/s", "adaptive: weight of the error"),
-    ("compensation.leakage", "1", "adaptive: sigma-modification"),
+    ("compensation.leakage", None, "adaptive: sigma-modification"),
     ("compensation.inner", "rad", "error within which robust or adaptive compensation rests"),
     ("compensation.amplitude", "N m", "dither: amplitude"),
     ("compensation.omega", "rad/s", "dither: angular frequency"),
-    *((f"compensation.gain[{i + 1}]", "1", f"adaptive: gain of {name}") for i, name in enumerate(("C0", "C1", "C2"))),
+    ("compensation.gain[1]", "N m/rad", "adaptive: gain of C0"),
+    ("compensation.gain[2]", "N m/rad", "adaptive: gain of C1"),
+    ("compensation.gain[3]", "N m s^2/rad^3", "adaptive: gain of C2"),
     *(
         (f"{side}.{name}", unit, f"{name} of the compensated friction")
         for side in ("friction", "friction.backward")
         for name, unit in (("C0", "N m"), ("C1", "N m"), ("C2", "N m s/rad"), ("alpha", "rad/s"))
     ),
-    *(
-        (f"reference.constant[{i + 1}]", "1", "ramp: start, rate; sine: centre, amplitude, rad/s, phase; others: start")
-        for i in range(4)
-    ),
+    *((name, None, "ramp: start, rate; sine: centre, amplitude, rad/s, phase; others: start") for name in CONSTANTS),
 )
+_REFERENCE = {"line": ("rad", "rad/s"), "sine": ("rad", "rad", "rad/s", "rad")}  # of the constants in use; else rad
 NOT_NEGATIVE = frozenset(
     (
         "kv",
@@ -93,7 +95,17 @@ def structure_of(variables: tuple[Variable, ...]) -> Structure:
     return Structure(tuple(outputs), (), (), tuple(initial))
 
 
-_Row = tuple[str, str, str, str, Unit, str, float | None, float | None]
+def _unit(key: str, unit: str | None, axis: Axis, prismatic: bool) -> Unit | None:
+    """Return the unit of one of `NUMBERS`, None where it has none of its own; a dither and a sine turn on any axis."""
+    turns = key == "compensation.omega"
+    if key in CONSTANTS:
+        place, course = CONSTANTS.index(key), COURSES[axis.reference_kind]
+        unit = dict(enumerate(_REFERENCE.get(course, ("rad",)))).get(place)
+        turns = place >= 2
+    return None if unit is None else unit_of(unit, prismatic=prismatic and not turns)
+
+
+_Row = tuple[str, str, str, str, Unit | None, str, float | None, float | None]
 
 
 def _rows(arm: Arm, sample_time: float, axes: list[Axis]) -> Iterator[_Row]:
@@ -115,15 +127,14 @@ def _rows(arm: Arm, sample_time: float, axes: list[Axis]) -> Iterator[_Row]:
             shown = unit_of(unit, prismatic=straight)
             yield f"{key}[{j}]", causality, variability, f"{text} of joint {name}", shown, initial, start, None
     for j, (name, axis) in enumerate(zip(arm.names, axes, strict=True), 1):
-        for (key, unit, text), value in zip(NUMBERS, numbers_of(axis), strict=True):
-            shown = unit_of(unit, prismatic=straight)
+        for (key, own, text), value in zip(NUMBERS, numbers_of(axis), strict=True):
             value = min(value, LARGEST)
             yield (
                 f"joint[{j}].{key}",
                 "parameter",
                 "tunable",
                 f"{text} (joint {name})",
-                shown,
+                _unit(key, own, axis, straight),
                 "exact",
                 value,
                 least(key),

@@ -50,15 +50,25 @@ class Deviation:
 
 
 def trial_command(engine: Engine) -> tuple[Floats, Floats]:
-    """Return instants (M,) and sampled torques (M, n), N m, that make every joint stick, break away and reverse."""
+    """Return instants (M,) and sampled torques (M, n), N m, that make every joint stick, break away and reverse.
+
+    They swing about the torque that holds the arm where it starts: one that falls never sticks.
+    """
     arm, n = engine.path.arm, engine.n
     times = _STEP * np.arange(round(_DURATION / _STEP) + 1, dtype=np.float64)
     level = np.array([max(j.friction.C0 + j.friction.C1, j.backward.C0 + j.backward.C1) for j in arm.joints])
     inertia = engine.moved_inertia(np.zeros(n))
     size = 1.6 * level + 2.0 * inertia  # the second part moves a joint without friction
     frequency = 0.7 + 0.45 * np.arange(n)  # Hz
-    command: Floats = size * np.sin(2.0 * np.pi * frequency * times[:, None] + 0.4 * np.arange(n))
+    command: Floats = _holding(engine) + size * np.sin(2.0 * np.pi * frequency * times[:, None] + 0.4 * np.arange(n))
     return times, command
+
+
+def _holding(engine: Engine) -> Floats:
+    """Return the torque (n,) that holds the arm at its start, N m: what friction would have to, without any."""
+    none = np.zeros(engine.n)
+    friction = engine.forward.outputs(0.0, engine.start(engine.p, none), none, none, engine.p)[2]
+    return -np.asarray(friction.full().ravel(), dtype=float)
 
 
 def against_simulator(fmu: Opened, arm: Arm, kind: str, library: Path | None = None) -> Deviation:

@@ -13,23 +13,25 @@ from typing import Any
 import fmpy
 
 from stribeck.export.validate.binaries import header_functions
+from stribeck.export.validate.includes import outside
 from stribeck.export.validate.opened import Opened
 
 _LONGEST_BUILD = 300.0  # s
 _LONGEST_COMPUTING = 60  # s of processor time
-_INCLUDE = re.compile(rb"""#\s*include\s*["<]([^">\n]{1,500})[">]""")
 _MEMORY = 4 << 30  # bytes of address space
 _C_WORD = re.compile(r"[A-Za-z_]\w{0,99}", re.ASCII)
 
 
-def build_sources(fmu: Opened, target: Path) -> tuple[list[str], list[str]]:
+def build_sources(fmu: Opened, target: Path | None) -> tuple[list[str], list[str]]:
     """Build the sources of an FMU as a shared library.
+
+    A compiler does much of what a source asks for: those that are not trusted are only looked at.
 
     Parameters
     ----------
     fmu : Opened
-    target : path
-        The library to make.
+    target : path or None
+        The library to make; None to look at the sources alone.
 
     Returns
     -------
@@ -40,9 +42,8 @@ def build_sources(fmu: Opened, target: Path) -> tuple[list[str], list[str]]:
     if not configurations:
         held = any(file.startswith("sources/") for file in fmu.files)
         return [], ["build of the sources: the FMU does not say how" if held else "build of the sources: it has none"]
-    outside = _outside(fmu)
-    if outside:
-        return [outside], []
+    if reads := outside(fmu, configurations[0].sourceFileSets):
+        return [reads], []
     arguments: list[str] = []
     for files in configurations[0].sourceFileSets:
         if (files.language or "C99").startswith("C++"):
@@ -51,6 +52,8 @@ def build_sources(fmu: Opened, target: Path) -> tuple[list[str], list[str]]:
         if problems:
             return problems, []
         arguments += found
+    if target is None:
+        return [], ["build of the sources: not asked for"]
     return _build(fmu, arguments, target)
 
 
@@ -80,19 +83,6 @@ def _leaves(name: str) -> bool:
     return path.is_absolute() or ".." in path.parts or ":" in name or name.startswith("-")
 
 
-def _outside(fmu: Opened) -> str:
-    """Name a source that includes a file from outside the FMU, a device that never ends, say; empty where none does."""
-    for file in fmu.files:
-        if not file.startswith("sources/"):
-            continue
-        for found in _INCLUDE.findall((fmu.folder / file).read_bytes()):
-            name = found.decode("utf-8", "replace").replace("\\", "/")
-            target = os.path.normpath(f"{os.path.dirname(file)}/{name}")
-            if name.startswith("/") or ":" in name or target.startswith(".."):
-                return f"{file} includes {name[:80]!r}, which leaves the FMU"
-    return ""
-
-
 def _build(fmu: Opened, arguments: list[str], target: Path) -> tuple[list[str], list[str]]:
     headers = Path(fmpy.__file__).parent / "c-code"  # importers bring FMI's headers where the FMU does not
     command = [
@@ -103,7 +93,8 @@ def _build(fmu: Opened, arguments: list[str], target: Path) -> tuple[list[str], 
     surroundings = {**os.environ, "ZIG_LOCAL_CACHE_DIR": str(target.parent / "zig")}
     try:
         done = subprocess.run(
-            command, capture_output=True, timeout=_LONGEST_BUILD, check=False, cwd=target.parent, env=surroundings,
+            command, stdin=subprocess.DEVNULL, capture_output=True, timeout=_LONGEST_BUILD, check=False,
+            cwd=target.parent, env=surroundings,
             preexec_fn=None if platform.system() == "Windows" else _limit,
         )  # fmt: skip
     except (OSError, subprocess.TimeoutExpired) as error:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from stribeck.loop.answers import Branch, JointAnswer
 from stribeck.loop.ripple import forced_by
 from stribeck.report import words
-from stribeck.report.cycle_words import at_rest, gain_unit, on_a_ramp, small_unit
+from stribeck.report.cycle_words import at_rest, gain_unit, on_a_ramp, small_unit, when_forced
 from stribeck.report.figures.log_ticks import plain_log
 from stribeck.report.numbers import number
 from stribeck.report.style import COLOUR, INK, MUTED, drawn, grid, heading, key, new_figure
@@ -25,7 +25,7 @@ def branch_figure(answer: JointAnswer) -> Figure | None:
         return None
     figure = new_figure(4.4, 8.0)
     ax = figure.add_subplot()
-    draw_branch(ax, answer.branch, at_rest(answer), forced=_forced(answer))
+    draw_branch(ax, answer.branch, (at_rest(answer), when_forced(answer)), forced=_forced(answer))
     own = answer.ratio if answer.branch.setting == "k" else answer.kp
     ax.axvline(own, color=INK, linewidth=0.8, linestyle="--")
     _tag(ax, own, "this loop")
@@ -40,10 +40,10 @@ def branch_figure(answer: JointAnswer) -> Figure | None:
     return figure
 
 
-def draw_branch(ax: Axes, branch: Branch, rest: str, forced: NDArray[np.bool_]) -> Axes:
-    """Draw exact amplitudes, filled where stable, zero at ``rest``, and the predicted ones; return ``ax``.
+def draw_branch(ax: Axes, branch: Branch, called: tuple[str, str], forced: NDArray[np.bool_]) -> Axes:
+    """Draw exact amplitudes, filled where stable, zero at rest, and the predicted ones; return ``ax``.
 
-    Those that are ``forced`` (K,) are no cycles of the loop's own, and of another colour.
+    Those that are ``forced`` (K,) are no cycles of the loop's own, and of another colour; both are ``called`` so.
     """
     amplitude = np.array([c.amplitude if c.cycles and c.amplitude else 0.0 for c in branch.cycles])
     lost = np.array([c.verdict in ("unbounded", "undetermined") for c in branch.cycles])
@@ -77,10 +77,10 @@ def draw_branch(ax: Axes, branch: Branch, rest: str, forced: NDArray[np.bool_]) 
         ax.set_yticks([0.0, *decades], labels=["0", *(f"{value:g}" for value in decades)])
     grows = np.array([cycle.verdict == "unbounded" for cycle in branch.cycles]) & ~np.isfinite(cycling).any()
     lines = (
-        (rest, MUTED, resting),
+        (called[0], MUTED, resting),
         ("∞ grows without bound", COLOUR["corrected"], grows),
         ("exact cycle", COLOUR["corrected"], np.isfinite(cycling) & ~forced),
-        ("forced ripple", COLOUR["partner"], forced),
+        (called[1], COLOUR["partner"], forced),
         ("describing function", COLOUR["as_given"], np.isfinite(branch.predicted)),
     )
     key(ax, [(name, colour) for name, colour, shown in lines if shown.any()])
@@ -89,7 +89,7 @@ def draw_branch(ax: Axes, branch: Branch, rest: str, forced: NDArray[np.bool_]) 
 
 
 def _forced(answer: JointAnswer) -> NDArray[np.bool_]:
-    """Return which motions of a branch (K,) the arm's waves force."""
+    """Return which motions of a branch (K,) a dither or the arm's waves force."""
     cycles = () if answer.branch is None else answer.branch.cycles
     return np.array([forced_by(cycle.verdict, cycle.period, answer.passes) is not None for cycle in cycles])
 
@@ -122,7 +122,7 @@ def _finding(answer: JointAnswer) -> str:
             return f"{name}: cycles without compensation{_and(branch, rests)}"
         return f"{name}: no k makes it cycle"
     unit = gain_unit(answer)
-    ripple = f"a forced ripple at Kp {_from_to(rippling)} {unit}" if rippling else ""
+    ripple = f"a {when_forced(answer)} at Kp {_from_to(rippling)} {unit}" if rippling else ""
     if not cycling:
         none = ripple or f"no cycle at Kp {_from_to(list(branch.values))} {unit}"
         return f"{name}: {none}{', and no cycle' if ripple else ''}"

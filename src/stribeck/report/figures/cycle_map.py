@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from stribeck.loop.answers import JointAnswer
 from stribeck.loop.cycle import CYCLES, VERDICTS
 from stribeck.loop.maps import Map
-from stribeck.loop.ripple import ALIKE
+from stribeck.loop.ripple import DITHER
 from stribeck.report import words
-from stribeck.report.cycle_words import at_rest, gain_unit, on_a_ramp, small_unit
+from stribeck.report.cycle_words import at_rest, gain_unit, on_a_ramp, small_unit, when_forced
 from stribeck.report.figures.log_ticks import plain_log
 from stribeck.report.numbers import percent
 from stribeck.report.style import COLOUR, INK, RULE, drawn, heading, new_figure
@@ -31,7 +31,7 @@ MOSTLY = {"stick_slip": "in stick-slip", "hunting": "hunting", "sliding_cycle": 
           "chatter": "in chatter"}  # fmt: skip
 PLAIN = {"rest": ("#eef2f5", "rest"), "unbounded": (COLOUR["measured"], "unbounded"),
          "undetermined": (COLOUR["retuned"], "undetermined")}  # fmt: skip
-RIPPLE = ("#b3dfd0", "forced ripple")
+FORCED = "#b3dfd0"
 
 
 @drawn
@@ -63,9 +63,9 @@ def draw_map(ax: Axes, found: Map, answer: JointAnswer) -> QuadMesh | None:
         ax.set_xscale("log")
         plain_log(ax.xaxis)
     patches, forced = [], _forced(answer)
-    named = {**PLAIN, "rest": (PLAIN["rest"][0], at_rest(answer)), "ripple": RIPPLE}
+    named = {**PLAIN, "rest": (PLAIN["rest"][0], at_rest(answer)), "forced": (FORCED, when_forced(answer))}
     for verdict, (colour, text) in named.items():
-        here = forced if verdict == "ripple" else found.codes == VERDICTS.index(verdict)
+        here = forced if verdict == "forced" else found.codes == VERDICTS.index(verdict)
         if here.any():
             layer = np.where(here, 1.0, np.nan)
             ax.pcolormesh(across, gains, layer, cmap=ListedColormap([colour]), shading="nearest", rasterized=True)
@@ -87,15 +87,16 @@ def draw_map(ax: Axes, found: Map, answer: JointAnswer) -> QuadMesh | None:
 
 
 def _forced(answer: JointAnswer) -> NDArray[np.bool_]:
-    """Return the cells whose motion the arm's waves force, at the ramp of each."""
+    """Return the cells whose motion a dither or the arm's waves force, at the ramp of each."""
     found = answer.map
     assert found is not None
     speed = abs(answer.entry.reference.velocity)
     faster = np.abs(found.axes.values[1]) / speed if found.axes.names[1] == "velocity" else 1.0
-    slides, period = found.codes == VERDICTS.index("sliding_cycle"), found.period * faster  # at the loop's own ramp
     forced = np.zeros(found.codes.shape, dtype=bool)
     for each in answer.passes:
-        forced |= slides & (np.abs(period / each.time - 1.0) <= ALIKE)
+        codes = [code for code, verdict in enumerate(VERDICTS) if each.explains(verdict)]
+        period = found.period * (1.0 if each.cause == DITHER else faster)  # at the loop's own ramp
+        forced |= np.isin(found.codes, codes) & each.keeps(period)
     return forced
 
 
@@ -129,6 +130,6 @@ def _others(answer: JointAnswer, codes: NDArray[np.int8], forced: NDArray[np.boo
     """Return the shares of the map that do not cycle, in words."""
     rests = "slides steadily" if on_a_ramp(answer) else "comes to rest"
     told = {"rest": rests, "unbounded": "grows without bound", "undetermined": "is undetermined"}
-    shares = {"is a forced ripple": float(np.mean(forced))}
+    shares = {f"is a {when_forced(answer)}": float(np.mean(forced))}
     shares |= {text: float(np.mean(codes == VERDICTS.index(verdict))) for verdict, text in told.items()}
     return [f"{percent(share)} {text}" for text, share in shares.items() if share > 0.0]

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from stribeck.loop.answers import Analysis
 from stribeck.loop.cycle import CycleTrace
-from stribeck.report.cycle_words import at_rest, headline, on_a_ramp, small_unit, speed_unit
+from stribeck.report.cycle_words import at_rest, headline, on_a_ramp, small_unit, speed_unit, when_forced
 from stribeck.report.style import COLOUR, MUTED, drawn, grid, heading, key, new_figure
 
 MOST = 20_000  # points of a line
@@ -27,7 +27,7 @@ def portrait_figure(analysis: Analysis, index: int) -> Figure:
     trace = _one_round(analysis, index)
     if trace is not None:
         draw_cycle(ax, trace)
-        entries += [("cycle" if answer.forced is None else "forced ripple", COLOUR["corrected"])]
+        entries += [("cycle" if answer.forced is None else when_forced(answer), COLOUR["corrected"])]
         if trace.stuck.any():
             entries += [("stuck", COLOUR["as_given"])]
     elif answer.cycle.steady_error is not None:

@@ -64,6 +64,10 @@ static int fm_update(fm_instance *f) {
     sb_sim *s = &f->core.sim;
     const long before = s->events;
     int jumped = 0;
+    if (f->kind == FM_COSIMULATION && f->core.touched) { /* what has led here comes first, then what was set here */
+        fm_ramp(s, s->t, NULL, s->u, NULL);
+        s->fresh = 0;
+    }
     if (s->waiting) { /* the engine stands at an event */
         s->waiting = 0;
         sb_pass(s, s->passing);

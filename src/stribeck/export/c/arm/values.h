@@ -81,7 +81,9 @@ static int fm_set_real(fm_instance *f, unsigned vr, double value) {
     if (vr >= FM_TAU && vr < FM_Q) {
         if (c->tau[i - FM_TAU] == value) return FM_OK;
         c->tau[i - FM_TAU] = value, c->touched = 1;
-        if (f->kind == FM_EXCHANGE) c->sim.u[i - FM_TAU] = value, fm_stale(f);
+        /* in step mode it is of the next step; a late one comes through by the ring */
+        if (f->kind == FM_EXCHANGE || (c->stands == FM_EVENT && fm_delay(c, i - FM_TAU) == 0.0))
+            c->sim.u[i - FM_TAU] = value, fm_stale(f);
         return FM_OK;
     }
     if (vr >= FM_P && vr < FM_Q_START) return fm_set_parameter(f, vr, value);
