@@ -12,7 +12,9 @@ from stribeck.gap.answer.assembly import Assembly, gained
 from stribeck.gap.records.blocks import bayesian_bootstrap
 from stribeck.gap.result import Cause, Estimate
 from stribeck.model.layout import Placed
+from stribeck.model.scale import Scale
 
+SCALE = Scale(10.0, 4.0, 1.0, 1.0, 1.0, 1e-3)
 CLOSES = {"delay": 0.9, "cogging": -0.02, "payload": 0.02, "torque_gain": 0.02}
 LEFT = ((1.0, 1.0), (0.3, 1.0), (0.3, 1.1), (0.299, 1.09), (0.299, 1.0))  # N m rms, after one effect more each
 
@@ -93,11 +95,12 @@ def test_what_is_delivered_starts_from_what_the_search_came_to(
     monkeypatch: pytest.MonkeyPatch, named: tuple[str, ...], taken_over: int, fitted: int
 ) -> None:
     """Its own models, as far as they are of the same effects; the others are fitted from its last one."""
-    found = [Placed(effect_named(name), 0) for name in ("delay", "cogging", "payload")]
+    values = {"delay": {"time": 0.02}, "cogging": {"sine": 9.0, "cosine": 0.0, "harmonic": 7.0}, "payload": {}}
+    found = [Placed(effect_named(name), 0, own) for name, own in values.items()]
     answer = object.__new__(Assembly)
     answer.models = [SimpleNamespace(placed=tuple(found[:k]), fit=f"fit {k}") for k in range(4)]  # type: ignore[misc]
     answer.base, answer.floor = answer.models[0], np.ones(1)
-    answer.prepared = SimpleNamespace(arm=SimpleNamespace(names=("A",)))  # type: ignore[assignment]
+    answer.prepared = SimpleNamespace(arm=SimpleNamespace(names=("A",)), scales=(SCALE,))  # type: ignore[assignment]
     starts: list[Any] = []
 
     def fit_model(prepared: Any, placed: Any, weights: Any, known: Any, *, evaluations: int) -> Any:
@@ -112,6 +115,29 @@ def test_what_is_delivered_starts_from_what_the_search_came_to(
     ]
     assert chain[: taken_over + 1] == answer.models[: taken_over + 1]
     assert starts == ["fit 3", "own", "own"][:fitted]
+
+
+@pytest.mark.parametrize(
+    ("named", "delivered"), [(("payload",), ("torque_offset", "payload")), ((), ())], ids=["beside a name", "alone"]
+)
+def test_what_every_arm_has_is_delivered_beside_what_is_named(
+    monkeypatch: pytest.MonkeyPatch, named: tuple[str, ...], delivered: tuple[str, ...]
+) -> None:
+    """Else what is too little to be named would stay a gap of the corrected model."""
+    values = {
+        "torque_offset": {"offset": 0.01},
+        "cogging": {"sine": 9.0, "cosine": 0.0, "harmonic": 7.0},
+        "payload": {},
+    }
+    found = [Placed(effect_named(name), 0, own) for name, own in values.items()]
+    answer = object.__new__(Assembly)
+    answer.models = [SimpleNamespace(placed=tuple(found[:k]), fit=None) for k in range(4)]  # type: ignore[misc]
+    answer.base, answer.floor = answer.models[0], np.ones(1)
+    answer.prepared = SimpleNamespace(arm=SimpleNamespace(names=("A",)), scales=(SCALE,))  # type: ignore[assignment]
+    monkeypatch.setattr(module, "fit_model", lambda _, placed, *__, **___: SimpleNamespace(placed=placed, fit=None))
+    monkeypatch.setattr(module, "weights_of", lambda *_: None)
+    chain = answer._chain(named, [Cause(name, 0.9, ("A",), (name,)) for name in values])
+    assert tuple(place.effect.name for place in chain[-1].placed) == delivered
 
 
 @pytest.mark.parametrize(("held", "gain"), [([[2.0, 0.0]], 0.75), ([[0.0, 0.0]], -np.inf)])

@@ -200,6 +200,8 @@ def test_what_is_taken_beside_others_and_no_more_than_any_joint_has_is_told_of()
     (note,) = told_unnamed(steps, (SCALE,), NOMINAL)
     assert note.startswith("A: cogging/one_wave (amplitude of the sine 0.1 N m,")
     assert note.endswith("no more than any joint has; not named")
+    (note,) = told_unnamed(steps, (SCALE,), NOMINAL, beside=True)
+    assert note.endswith("no more than any joint has; in the corrected model, and not named")
     assert told_unnamed(steps[:1], (SCALE,), NOMINAL) == []
 
 

@@ -52,7 +52,7 @@ from stribeck.gap.records.unsaid import told_of
 from stribeck.gap.result import Cause, Diagnosis, Estimate
 from stribeck.gap.search.gates import LEAST_GAIN
 from stribeck.gap.search.look_alike import doubt, told_alike
-from stribeck.gap.search.ordinary import told_ordinary, told_unnamed
+from stribeck.gap.search.ordinary import is_ordinary, told_ordinary, told_unnamed
 from stribeck.gap.search.random_torque import loud
 from stribeck.gap.search.step import Step, last_model
 from stribeck.model.layout import Placed
@@ -157,7 +157,7 @@ class Assembly:
                 *told_band(prepared),
                 *self.seen.notes,
                 *told_ordinary(self.base, stated_effects(arm), arm),
-                *told_unnamed(self.steps, prepared.scales, arm),
+                *told_unnamed(self.steps, prepared.scales, arm, beside=bool(in_torque)),
                 *told_off_the_line(arm, causes, named),
                 *inseparable,
                 *told_lacking(prepared),
@@ -198,12 +198,17 @@ class Assembly:
     def _chain(self, named: Sequence[str], causes: Sequence[Cause]) -> list[Model]:
         """Return the models from the re-tuned one to that with all named effects, one effect more each.
 
-        Each at the joints that its cause tells of. Those of the search, as far as it took the same.
+        Each at the joints that its cause tells of; and beside them what was taken that is no more than every arm has.
+        Those of the search, as far as it took the same.
         """
-        first, names = len(self.base.placed), self.prepared.arm.names
+        first, names, scales = len(self.base.placed), self.prepared.arm.names, self.prepared.scales
         added = self.models[-1].placed[first:]
         told = {cause.effect: cause.joints for cause in causes if cause.effect in named}
-        kept = [place for place in added if names[place.joint] in told.get(place.effect.name, ())]
+        kept = [
+            place
+            for place in added
+            if names[place.joint] in told.get(place.effect.name, ()) or (told and is_ordinary(place, scales))
+        ]
         if len(kept) == len(added):
             return self.models
         chain = [self.base]

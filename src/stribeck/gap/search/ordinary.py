@@ -102,6 +102,10 @@ def told_ordinary(base: Model, stated: Collection[Placed], arm: Arm) -> list[str
     ]
 
 
-def told_unnamed(steps: Sequence[Step], scales: Sequence[Scale], arm: Arm) -> list[str]:
-    """Return a note on what a search took beside others that is no more than every arm has there."""
-    return [f"{arm.names[place.joint]}: {no_more_than_any(place, arm)}; not named" for place in ordinary(steps, scales)]
+def told_unnamed(steps: Sequence[Step], scales: Sequence[Scale], arm: Arm, *, beside: bool = False) -> list[str]:
+    """Return a note on what a search took beside others that is no more than every arm has there.
+
+    ``beside`` what is named it is delivered as well.
+    """
+    said = "in the corrected model, and not named" if beside else "not named"
+    return [f"{arm.names[place.joint]}: {no_more_than_any(place, arm)}; {said}" for place in ordinary(steps, scales)]
