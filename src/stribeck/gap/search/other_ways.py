@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from stribeck.effects.registry import registry
 from stribeck.gap.fitted.model import Model
 from stribeck.gap.search.families import left_by
 from stribeck.gap.search.forward import FAR_LESS, YIELDING, forward
@@ -23,7 +24,7 @@ def another_way(setting: Setting, base: Model, steps: tuple[Step, ...]) -> tuple
 
     What follows two effects at once, neither of them its own, may come first alone, and nothing helps it then: of a
     gain beside friction that goes with the load the latter takes most by a law that is not the true one. Not with a
-    compliance: all that follows would take long.
+    compliance, nor with one as the second: they take long.
 
     Parameters
     ----------
@@ -43,11 +44,13 @@ def another_way(setting: Setting, base: Model, steps: tuple[Step, ...]) -> tuple
     near = PART * saved(ranking.overall[ranking.best])
     firm = [k for k in first.passing if not isinstance(first.rivals[k - 1].placed[-1].effect, YIELDING)]
     others = [k for k in firm if k != ranking.best and saved(ranking.overall[k]) > near]
+    compliances = tuple(name for name, effect in registry().items() if isinstance(effect, YIELDING))
+    firmly = replace(setting, leave_out=(*setting.leave_out, *compliances))
     for k in others[:MOST]:
         setting.progress(f"again, {first.rivals[k - 1].placed[-1].effect.name} first")
         passing = (k, *(other for other in first.passing if other != k))
         begun = replace(first, ranking=replace(ranking, best=k), passing=passing)
-        tried = forward(setting, base, known, (begun,), until=lambda model: True)
+        tried = forward(firmly, base, known, (begun,), until=lambda model: True)
         left = left_by(last_model(tried).whole, setting.floor)
         if left < least:
             found, least = tried, left
