@@ -879,7 +879,7 @@ def test_what_grows_into_a_cause_beside_others_is_given_back(
     monkeypatch.setattr(search_module, "referred", lambda prepared, _: prepared)
     prepared = SimpleNamespace(scales=(SCALE,), arm=SimpleNamespace(n=1))
     setting = Setting(prepared, FLOOR, 0, None, (), frozenset(), lambda _: None)  # type: ignore[arg-type]
-    _, start, steps = search_module._from_the_ordinary(setting, base)
+    _, start, steps, _ = search_module._from_the_ordinary(setting, base)
     assert (start is again) is kept
     assert steps == (grown if kept else found)
     assert went_on[-1] == (() if kept else found)
@@ -906,7 +906,7 @@ def test_where_what_may_stand_beside_grows_the_next_base_is_tried(monkeypatch: p
     monkeypatch.setattr(search_module, "ordinary", lambda steps, _: steps is found)
     prepared = SimpleNamespace(scales=(SCALE, SCALE), arm=SimpleNamespace(n=2))
     setting = Setting(prepared, FLOOR, 0, None, (), frozenset(), lambda _: None)  # type: ignore[arg-type]
-    _, start, _ = search_module._from_the_ordinary(setting, SimpleNamespace(placed=()))  # type: ignore[arg-type]
+    _, start, _, _ = search_module._from_the_ordinary(setting, SimpleNamespace(placed=()))  # type: ignore[arg-type]
     assert start is small
 
 
@@ -974,7 +974,7 @@ def test_what_every_arm_was_re_tuned_with_is_a_candidate_once_it_has_grown(monke
     monkeypatch.setattr(search_module, "ordinary", lambda *_: ())
     prepared: Any = SimpleNamespace(scales=(SCALE,))
     setting = Setting(prepared, FLOOR, 0, None, (), frozenset(), lambda _: None, stated=1)
-    _, start, _ = search_module._from_the_ordinary(setting, base)
+    _, start, _, _ = search_module._from_the_ordinary(setting, base)
     assert starts == [base, bare]
     assert start is bare
 
@@ -1092,7 +1092,7 @@ def test_the_search_without_what_is_needless_starts_from_what_every_arm_has_as_w
     def from_the_ordinary(setting: Any, base: object, **_: object) -> Any:
         barred.append(setting.barred)
         retuned = SimpleNamespace(rounds=len(barred))
-        return replace(setting, prepared=retuned), base, (taken("delay", 0.9, 12.0),)
+        return replace(setting, prepared=retuned), base, (taken("delay", 0.9, 12.0),), ()
 
     monkeypatch.setattr(search_module, "referred", lambda prepared, _: prepared)
     monkeypatch.setattr(search_module, "_from_the_ordinary", from_the_ordinary)
@@ -1120,18 +1120,15 @@ def test_what_promised_as_much_as_what_is_taken_is_fitted_as_well(monkeypatch: p
     assert fitted >= {"delay", "actuator_lag"}
 
 
-@pytest.mark.parametrize("along", [(), (Placed(effect_named("encoder_offset"), 0, {"offset": 0.01}),)])
-def test_by_a_lower_band_what_was_re_tuned_along_is_looked_for_again(
-    along: tuple[Placed, ...], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """It is in no step: told the same rivals alone, the new search would go on as if it were not there."""
-    bare, step = SimpleNamespace(placed=()), taken("delay", 0.9, 12.0)
-    bands = iter((SimpleNamespace(prepared="lower", base=bare), None))
+def test_by_a_lower_band_what_was_re_tuned_along_is_looked_for_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is in no later step: told the rivals of these, the new search would go on as if it were not there."""
+    first, last = taken("encoder_offset", 0.9, 12.0), taken("presliding", 0.9, 12.0)
+    bands = iter((SimpleNamespace(prepared="lower", base=SimpleNamespace(placed=())), None))
     told: list[Sequence[Step]] = []
 
     def from_the_ordinary(setting: Any, base: object, same: Sequence[Step] = (), **_: object) -> Any:
         told.append(same)
-        return setting, SimpleNamespace(placed=along), (step,)
+        return setting, SimpleNamespace(placed=()), (last,), (first, replace(last, passing=()))
 
     monkeypatch.setattr(search_module, "_setting", lambda tuned, *_: SimpleNamespace(prepared=tuned.prepared))
     monkeypatch.setattr(search_module, "_from_the_ordinary", from_the_ordinary)
@@ -1140,14 +1137,14 @@ def test_by_a_lower_band_what_was_re_tuned_along_is_looked_for_again(
     monkeypatch.setattr(search_module, "in_step_beside", lambda prepared, _: prepared)
     monkeypatch.setattr(search_module, "_believed", lambda setting, steps: (steps, []))
     for name in ("another_way", "with_as_good", "with_lags", "with_together", "with_look_alikes"):
-        monkeypatch.setattr(search_module, name, lambda *given: given[2] if given[2] == (step,) else given[1])
-    monkeypatch.setattr(search_module, "instead", lambda *_: [])
-    monkeypatch.setattr(search_module, "swapped", lambda *_: [])
+        monkeypatch.setattr(search_module, name, lambda *given: given[2] if given[2] == (last,) else given[1])
+    for name in ("instead", "swapped"):
+        monkeypatch.setattr(search_module, name, lambda *_: [])
     for name in ("idle", "outdone", "misleading"):
         monkeypatch.setattr(search_module, name, lambda *_: None)
-    _, steps = search_module.search(SimpleNamespace(prepared="first", base=bare), Asked(jobs=1))  # type: ignore[arg-type]
-    assert steps == (step,)
-    assert told == [(), [] if along else [step]]
+    tuned: Any = SimpleNamespace(prepared="first", base=SimpleNamespace(placed=()))
+    assert search_module.search(tuned, Asked(jobs=1))[1] == (last,)
+    assert told == [(), [first]]
 
 
 def test_only_the_search_for_the_band_ends_where_a_lower_one_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:

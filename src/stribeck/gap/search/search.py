@@ -50,17 +50,17 @@ def search(tuned: Retuned, asked: Asked) -> tuple[Retuned, tuple[Step, ...]]:
     seed, leave_out, progress = asked.seed, asked.leave_out, asked.progress
     with Pool(asked.jobs) as pool:
         setting = _setting(tuned, asked, pool)
-        setting, base, found = _from_the_ordinary(setting, tuned.base, until=asks_for_lower)
+        setting, base, found, first = _from_the_ordinary(setting, tuned.base, until=asks_for_lower)
         while lower := in_lower_band(replace(tuned, prepared=setting.prepared), last_model(found), asked):
             progress("again, by a band with less of the encoder's noise")
-            tuned, same = lower, [step for step in found if step.taken] if _alike(base, lower.base) else []
+            tuned, same = lower, [step for step in first if step.taken]
             setting = _setting(tuned, asked, pool)
-            setting, base, found = _from_the_ordinary(setting, tuned.base, same, until=asks_for_lower)
+            setting, base, found, first = _from_the_ordinary(setting, tuned.base, same, until=asks_for_lower)
         start = tuned.base
         told = in_step_beside(setting.prepared, last_model(found))
         if told is not setting.prepared:
             progress("again, with the clocks of the runs set anew")
-            setting, base, found = _from_the_ordinary(
+            setting, base, found, _ = _from_the_ordinary(
                 replace(setting, prepared=referred(told, start), anew=False), start
             )
         prepared = setting.prepared
@@ -73,7 +73,8 @@ def search(tuned: Retuned, asked: Asked) -> tuple[Retuned, tuple[Step, ...]]:
         needless = unneeded or outdone(prepared, steps, others, seed) or misleading(steps)
         if needless is not None:
             progress(f"again without {needless[0]}")
-            barring, _, other = _from_the_ordinary(replace(setting, barred=frozenset({needless}), anew=False), base)
+            anew = replace(setting, barred=frozenset({needless}), anew=False)
+            barring, _, other, _ = _from_the_ordinary(anew, base)
             ranking = rank(prepared, [last_model(steps), last_model(other)], steps[-1].floor, seed)
             better = ranking.overall[1] > -LEAST_GAIN if unneeded else ranking.probability[1] > SURELY
             if better:
@@ -85,14 +86,6 @@ def search(tuned: Retuned, asked: Asked) -> tuple[Retuned, tuple[Step, ...]]:
         steps = with_lags(prepared, steps, without, pool, seed, leave_out)
         steps = with_together(prepared, steps, pool, seed)
         return replace(tuned, prepared=prepared), with_look_alikes(prepared, steps, without, pool, seed)
-
-
-def _alike(model: Model, other: Model) -> bool:
-    """Return whether two models have the same effects: only then do steps from one leave the same to find as the other.
-
-    What every arm has, once it is re-tuned along, is in no step.
-    """
-    return [place.key for place in model.placed] == [place.key for place in other.placed]
 
 
 def _setting(tuned: Retuned, asked: Asked, pool: Pool) -> Setting:
@@ -136,25 +129,27 @@ def _from_the_ordinary(
     base: Model,
     same: Sequence[Step] = (),
     until: Callable[[Prepared, Model], bool] = lambda prepared, model: False,
-) -> tuple[Setting, Model, tuple[Step, ...]]:
+) -> tuple[Setting, Model, tuple[Step, ...], tuple[Step, ...]]:
     """Return the first steps of a search that starts anew, re-tuned with what every arm has, where it finds that.
 
     The rivals of the ``same`` steps, those of a search by another band, will do while they come to the same. The first
-    model of which ``until`` is true ends it, to be made in another way.
+    model of which ``until`` is true ends it, to be made in another way. With them, the steps that were made before
+    anything was re-tuned along.
     """
     prepared, scales = setting.prepared, setting.prepared.scales
     known: Known = {}
     steps = forward(setting, base, known, same=same, until=partial(until, prepared))
     if until(prepared, last_model(steps)):
-        return setting, base, steps
+        return setting, base, steps, steps
     grown = {place.key for place in _grown(setting, base, steps)}
     if grown:
         base = retune(setting.prepared, setting.floor, [place for place in base.placed if place.key not in grown])
         setting = replace(setting, prepared=referred(setting.prepared, base))
         steps = forward(setting, base, known)
+    first = steps
     for _ in range(MOST_ROUNDS):
         if not ordinary(steps, scales):
-            return setting, base, steps
+            return setting, base, steps, first
         setting.progress("again, re-tuned with what every arm has")
         for again in retuned_with(setting.prepared, setting.floor, base, setting.stated, steps, setting.seed):
             anew, start = replace(setting, prepared=referred(setting.prepared, again), anew=True), dict(known)
@@ -165,7 +160,7 @@ def _from_the_ordinary(
             break
         setting, base, steps, known = anew, again, further, start
     goes_on = steps[-1].taken and ordinary(steps, scales)
-    return setting, base, forward(setting, base, known, steps) if goes_on else steps
+    return setting, base, forward(setting, base, known, steps) if goes_on else steps, first
 
 
 def _grown(setting: Setting, base: Model, steps: Sequence[Step]) -> list[Placed]:
