@@ -53,8 +53,7 @@ def instead(
     if not taken:
         return []
     final, own = last_model(steps), len(steps[0].base.placed)
-    weights = weights_of(final, prepared, steps[-1].floor)
-    places, fits = [], []
+    pairs = []
     for i, step in enumerate(taken, own):
         rest = (*final.placed[:i], *final.placed[i + 1 :])
         possible = [
@@ -69,11 +68,31 @@ def instead(
             [rival for rival in some if (rival.effect.name, rival.effect.law, rival.joint) in possible]
             for some in (rivals, gone)
         )
-        for rival in (*seen[:RIVALS], *more):
-            places.append(final.placed[i])
-            placed = (*rest, Placed(rival.effect, rival.joint))
-            fits.append(delayed(fit_model)(prepared, placed, weights, final.fit, rival.values, evaluations=EVALUATIONS))
-    return [Instead(place, model) for place, model in zip(places, pool(fits), strict=True) if finite(model)]
+        pairs += [(final.placed[i], rival) for rival in (*seen[:RIVALS], *more)]
+    return in_its_place(prepared, steps, pairs, pool)
+
+
+def in_its_place(
+    prepared: Prepared, steps: Sequence[Step], pairs: Sequence[tuple[Placed, Placed]], pool: Any
+) -> list[Instead]:
+    """Return the last model of a search with other effects, each in the place of one that was taken, fitted from there.
+
+    Parameters
+    ----------
+    prepared : Prepared
+    steps : sequence of Step
+    pairs : sequence of (Placed, Placed)
+        What was taken, and the other one with values to start from.
+    pool : Pool
+    """
+    final = last_model(steps)
+    weights = weights_of(final, prepared, steps[-1].floor)
+    fits = []
+    for place, rival in pairs:
+        placed = (*(other for other in final.placed if other is not place), Placed(rival.effect, rival.joint))
+        fits.append(delayed(fit_model)(prepared, placed, weights, final.fit, rival.values, evaluations=EVALUATIONS))
+    found = zip(pairs, pool(fits), strict=True)
+    return [Instead(place, model) for (place, _), model in found if finite(model)]
 
 
 def outdone(prepared: Prepared, steps: Sequence[Step], others: Sequence[Instead], seed: int) -> tuple[str, int] | None:

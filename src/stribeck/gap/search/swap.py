@@ -8,11 +8,12 @@ import numpy as np
 
 from stribeck.gap.fitted.model import Model, finite
 from stribeck.gap.search.families import best_laws
-from stribeck.gap.search.instead import Instead
+from stribeck.gap.search.instead import Instead, in_its_place
 from stribeck.gap.search.rank import ALIKE
 from stribeck.gap.search.setting import Setting
 from stribeck.gap.search.step import Step, last_model
 from stribeck.gap.search.tryout import Tryout
+from stribeck.model.layout import Placed
 
 MOST = 3  # effects that are fitted in the place of one
 
@@ -33,7 +34,7 @@ def swapped(setting: Setting, steps: Sequence[Step], without: Sequence[Model]) -
         As of :func:`stribeck.gap.search.beside.without_each`.
     """
     own, taken = len(steps[0].base.placed), [step for step in steps if step.taken]
-    found = []
+    found: list[tuple[Placed, Placed]] = []
     for place, step, rest in zip(last_model(steps).placed[own:], taken[:-1], without, strict=False):
         if not finite(rest):
             continue
@@ -44,5 +45,5 @@ def swapped(setting: Setting, steps: Sequence[Step], without: Sequence[Model]) -
         trials = [trial for trial in best_laws(tryout.screened(here)) if np.isfinite(trial.promise)]
         least = ALIKE * max((trial.promise for trial in trials if trial.key == place.key), default=np.inf)
         others = sorted((t for t in trials if t.key != place.key and t.promise > least), key=lambda t: -t.promise)
-        found += [Instead(place, model) for model in tryout.fitted(others[:MOST]) if model is not None]
-    return found
+        found += [(place, Placed(trial.effect, trial.joint, trial.start)) for trial in others[:MOST]]
+    return in_its_place(setting.prepared, steps, found, setting.pool)
