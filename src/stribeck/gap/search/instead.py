@@ -85,6 +85,8 @@ def in_its_place(
         What was taken, and the other one with values to start from.
     pool : Pool
     """
+    if not pairs:
+        return []
     final = last_model(steps)
     weights = weights_of(final, prepared, steps[-1].floor)
     fits = []
