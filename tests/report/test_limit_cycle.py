@@ -159,6 +159,14 @@ def test_what_keeps_up_with_a_ramp_does_not_come_to_rest(
     assert [text.get_text() for text in figure.axes[0].get_legend().get_texts()] == ["steady sliding", "undetermined"]
 
 
+def told_in_words(analysis: Analysis) -> list[str]:
+    """What the headline, the badge, the tables and the facts say of the first joint."""
+    (answer,) = analysis.joints
+    said, facts = headline(answer).replace("\u00a0", " "), dict(gain_facts(answer).pairs)
+    cells = [table.rows[row].cells[1] for table, row in ((verdict_table(analysis), 0), (method_table(answer), 2))]
+    return [said, _answer(analysis).badge, *cells, facts["basin"]]
+
+
 def test_what_a_dither_forces_is_no_hunting(cycling: Analysis) -> None:
     hunting = Cycle("hunting", 0.05, 0.5, stick_fraction=0.34, basin={"own": "hunting"})
     branch = Branch("kp", np.array([10.0, 20.0]), (replace(hunting, period=0.7), hunting), np.full(2, np.nan))
@@ -171,11 +179,13 @@ def test_what_a_dither_forces_is_no_hunting(cycling: Analysis) -> None:
     answer = replace(cycling.joints[0], cycle=hunting, branch=branch, map=chart, passages=(shaken,))
     analysis = replace(cycling, joints=(answer,))
     said = "A: forced motion of ±50.0 mrad every 0.500 s, stuck 34 % of the time, forced by its dither"
-    assert headline(answer).replace("\u00a0", " ") == said
-    assert _answer(analysis).badge == "Forced motion"
-    assert verdict_table(analysis).rows[0].cells[1] == "forced motion"
-    assert method_table(answer).rows[2].cells[1] == "forced"
-    assert dict(gain_facts(answer).pairs)["basin"] == "the loop's own start: forced motion"
+    assert told_in_words(analysis) == [
+        said,
+        "Forced motion",
+        "forced motion",
+        "forced",
+        "the loop's own start: forced motion",
+    ]
     told = limit_cycle_json(analysis)["joints"]["A"]
     assert (told["verdict"], told["forced_by"]) == ("hunting", "dither")
     for figure, finding in (
@@ -199,11 +209,13 @@ def test_a_ripple_that_waves_force_is_no_cycle(cycling: Analysis) -> None:
     answer = replace(cycling.joints[0], entry=entry, cycle=ripple, branch=branch, map=chart, passages=(wave,))
     analysis = replace(cycling, joints=(answer,))
     said = "A: forced ripple of ±50.0 mrad every 40.0 s, in which its ramp passes a wave of position-dependent friction"
-    assert headline(answer).replace("\u00a0", " ") == said
-    assert _answer(analysis).badge == "Forced ripple"
-    assert verdict_table(analysis).rows[0].cells[1] == "forced ripple"
-    assert method_table(answer).rows[2].cells[1] == "ripple"
-    assert dict(gain_facts(answer).pairs)["basin"] == "the loop's own start: forced ripple"
+    assert told_in_words(analysis) == [
+        said,
+        "Forced ripple",
+        "forced ripple",
+        "ripple",
+        "the loop's own start: forced ripple",
+    ]
     for figure, finding in (
         (branch_figure(answer), "A: cycles at Kp 10.0 N m/rad, a forced ripple at Kp from 20.0 to 40.0"),
         (

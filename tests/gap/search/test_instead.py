@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from joblib import Parallel
 
-from stribeck.effects.registry import effect_named
+from stribeck.effects.registry import effect_named, registry
 from stribeck.gap.answer.verdict import causes_of
 from stribeck.gap.experiment.proposal import open_question
 from stribeck.gap.fitted.model import Model, fit_model, retune, weights_of
@@ -19,6 +19,7 @@ from stribeck.gap.search.instead import instead, outdone, with_as_good
 from stribeck.gap.search.ordinary import is_ordinary
 from stribeck.gap.search.rank import rank
 from stribeck.gap.search.screen import screen
+from stribeck.gap.search.setting import Setting
 from stribeck.gap.search.step import Step
 from stribeck.model.layout import Placed
 
@@ -47,6 +48,12 @@ def two_steps(
         ranking = replace(rank(prepared, [before, *rivals], FLOOR, 0), best=1)
         steps.append(Step(before, tuple(rivals), ranking, (1,), (), FLOOR))
     return prepared, tuple(steps)
+
+
+def setting_of(prepared: Prepared, *library: str) -> Setting:
+    """A setting in which only some effects are candidates."""
+    out = tuple(name for name in registry() if name not in library)
+    return Setting(prepared, FLOOR, 0, POOL, out, frozenset(), lambda text: None)
 
 
 @pytest.mark.parametrize(

@@ -217,6 +217,11 @@ def weights_of(model: Model, prepared: Prepared, floor: np.ndarray) -> Weights:
     return weights_from(model.fit.residual, prepared, floor, quieter(prepared, model.noise, floor), model.rows)
 
 
+def cost_by(model: Model, weights: Weights) -> float:
+    """Return what a model costs on the fit runs by any weights, those of another fit too, its prior included."""
+    return 0.5 * float(np.sum((model.fit.residual * weights.scale) ** 2)) + model.fit.prior
+
+
 def weights_from(
     residual: np.ndarray,
     prepared: Prepared,

@@ -11,7 +11,7 @@ import numpy as np
 from joblib import delayed
 
 from stribeck.effects.placing import stated_effects
-from stribeck.gap.fitted.model import Model, finite, fit_model, weights_of
+from stribeck.gap.fitted.model import Model, cost_by, finite, fit_model, weights_of
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.search.families import left_by
 from stribeck.gap.search.gates import needed
@@ -43,7 +43,7 @@ def without_each(prepared: Prepared, steps: Sequence[Step], pool: Any) -> list[M
     rests = [(*final.placed[:i], *final.placed[i + 1 :]) for i in range(own, own + count)]
     stated = {place.key for place in stated_effects(prepared.arm)}
     little = {place.key for place in final.placed if is_ordinary(place, prepared.scales)} - stated
-    enough = 0.5 * float(np.sum((final.fit.residual * weights.scale) ** 2)) + final.fit.prior + AS_WELL
+    enough = cost_by(final, weights) + AS_WELL
     *others, last = pool(delayed(_kept_little)(prepared, rest, weights, little, enough) for rest in rests)
     seen = steps[count - 1].base
     return [*others, min((seen, last), key=lambda model: left_by(model.whole, floor) if finite(model) else np.inf)]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from stribeck.gap.fitted.differentiable import differentiable
-from stribeck.gap.fitted.model import Model, finite, start_values, weights_of, with_noise
+from stribeck.gap.fitted.model import Model, cost_by, finite, start_values, weights_of, with_noise
 from stribeck.gap.fitted.sizes import effect_scales
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.search.decoys import Decoy, decoys
@@ -86,7 +86,7 @@ class _Place:
 def _hopeful(prepared: Prepared, without: Model, final: Model, weights: Weights) -> list[Decoy]:
     """Return the decoys that may close as much as an effect does, most hopeful first."""
     projector = Projector(without.fit, weights, np.arange(len(without.fit.residual)))
-    left = 0.5 * float(np.sum((final.fit.residual * weights.scale) ** 2)) + final.fit.prior
+    left = cost_by(final, weights)
     promises = [(_promise(projector, without, decoy, prepared), decoy) for decoy in decoys(prepared.arm)]
     least = HOPEFUL * (projector.cost - left)
     hopeful = [(promise, decoy) for promise, decoy in promises if promise > max(least, 0.0)]

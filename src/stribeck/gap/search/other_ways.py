@@ -11,7 +11,7 @@ from stribeck.gap.fitted.model import Model
 from stribeck.gap.search.families import left_by
 from stribeck.gap.search.forward import FAR_LESS, YIELDING, forward
 from stribeck.gap.search.rank import saved
-from stribeck.gap.search.setting import Known, Setting
+from stribeck.gap.search.setting import Setting
 from stribeck.gap.search.step import Step, last_model
 
 MUCH = 4.0  # noise floors rms at a joint, that what was taken leaves
@@ -38,8 +38,7 @@ def another_way(setting: Setting, base: Model, steps: tuple[Step, ...]) -> tuple
     much = np.any(np.mean(final.whole**2, axis=0) > MUCH**2 * steps[-1].floor ** 2)
     if not first.taken or not much:
         return steps
-    ranking, found = first.ranking, steps
-    known: Known = {(p.effect.name, p.effect.law, p.joint): dict(p.values) for p in first.ends}
+    ranking, known, found = first.ranking, first.ends, steps
     least = left_by(final.whole, setting.floor) - FAR_LESS
     near = PART * saved(ranking.overall[ranking.best])
     firm = [k for k in first.passing if not isinstance(first.rivals[k - 1].placed[-1].effect, YIELDING)]

@@ -9,7 +9,7 @@ import numpy as np
 
 from stribeck.gap.fitted.model import Model
 from stribeck.gap.search.rank import Ranking
-from stribeck.model.layout import Placed
+from stribeck.gap.search.setting import Known
 
 
 @dataclass(frozen=True)
@@ -73,9 +73,10 @@ class Step:
         return self.rivals[self.ranking.best - 1] if self.ranking.best else None
 
     @property
-    def ends(self) -> list[Placed]:
-        """The effects of the rivals, with the values at which their fits ended."""
-        return [model.placed[-1] for model in self.rivals]
+    def ends(self) -> Known:
+        """The values at which the fits of the rivals ended, by law and joint."""
+        last = (model.placed[-1] for model in self.rivals)
+        return {(place.effect.name, place.effect.law, place.joint): dict(place.values) for place in last}
 
 
 def last_model(steps: Sequence[Step]) -> Model:

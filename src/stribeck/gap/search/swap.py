@@ -38,8 +38,8 @@ def swapped(setting: Setting, steps: Sequence[Step], without: Sequence[Model]) -
     for place, step, rest in zip(last_model(steps).placed[own:], taken[:-1], without, strict=False):
         if not finite(rest):
             continue
-        seen = {(last.effect.name, last.effect.law, last.joint): dict(last.values) for last in step.ends}
-        tryout = Tryout(setting, rest, seen)
+        seen = step.ends
+        tryout = Tryout(setting, rest, dict(seen))
         every = {(effect.name, effect.law, joint): effect for effect, joint in tryout.possible if joint == place.joint}
         here = {key for key, effect in every.items() if key in seen or not effect.nonlinear}
         trials = [trial for trial in best_laws(tryout.screened(here)) if np.isfinite(trial.promise)]
