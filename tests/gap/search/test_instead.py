@@ -15,7 +15,7 @@ from stribeck.gap.experiment.proposal import open_question
 from stribeck.gap.fitted.model import Model, fit_model, retune, weights_of
 from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.search.beside import idle, weighed, without_each
-from stribeck.gap.search.instead import instead, outdone, with_as_good
+from stribeck.gap.search.instead import _one_of_each, instead, outdone, with_as_good
 from stribeck.gap.search.ordinary import is_ordinary
 from stribeck.gap.search.rank import rank
 from stribeck.gap.search.screen import screen
@@ -182,3 +182,11 @@ def test_no_rival_is_tried_where_a_later_effect_has_its_place(monkeypatch: pytes
     monkeypatch.setattr("stribeck.gap.search.instead.weights_of", lambda *given: None)
     assert tried(rocking) == []
     assert [placed[-1].effect.law for placed in tried(sliding)] == ["sliding"]
+
+
+def test_of_models_that_end_in_the_same_effect_the_cheapest_stands() -> None:
+    def model(name: str, cost: float) -> Any:
+        return SimpleNamespace(placed=(Placed(effect_named(name), 0),), fit=SimpleNamespace(cost=cost))
+
+    dear, cheap, other = model("cogging", 3.0), model("cogging", 2.0), model("delay", 9.0)
+    assert _one_of_each([dear, other, cheap]) == [cheap, other]

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
+import pytest
+
+from stribeck.gap.search import other_ways as module
 from stribeck.gap.search.other_ways import another_way
 from stribeck.gap.search.step import last_model
 
@@ -27,3 +31,22 @@ def test_where_much_is_left_the_search_begins_with_another_effect() -> None:
     assert another_way(setting, base, refused) is refused  # what may not be taken is not begun with
     nothing = (replace(first, passing=()),)
     assert another_way(setting, base, nothing) is nothing
+
+
+def test_no_compliance_is_second_and_nothing_is_begun_where_little_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    hidden = [("torque_offset", {"offset": 1.5}), ("delay", {"time": 0.02})]
+    prepared, (first, second) = two_steps(hidden, "torque_offset", "cable_spring", "delay")
+    left_out: list[tuple[str, ...]] = []
+
+    def forward(setting: Any, base: object, known: object, before: Any, **_: object) -> Any:
+        left_out.append(setting.leave_out)
+        return before
+
+    monkeypatch.setattr(module, "forward", forward)
+    setting = setting_of(prepared, "torque_offset", "delay", "joint_flexibility", "backlash")
+    first = replace(first, passing=(1, 2))
+    assert another_way(setting, first.base, (first, second))[1] is second
+    assert left_out == []
+    ended = (first, replace(second, passing=()))
+    assert another_way(setting, first.base, ended) is ended
+    assert [{"joint_flexibility", "backlash", "base_flexibility"} <= set(names) for names in left_out] == [True]
