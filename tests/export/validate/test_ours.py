@@ -102,7 +102,9 @@ CHANGES: dict[str, tuple[str, Callable[[bytes], bytes], str]] = {
 }
 
 
-@pytest.mark.parametrize("name", CHANGES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.long) if name == "source" else name for name in CHANGES]
+)
 def test_change_is_noticed(exported: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     file, change, says = CHANGES[name]
     runs = name in ("friction", "token", "another arm", "source")

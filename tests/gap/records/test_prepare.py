@@ -89,7 +89,7 @@ def test_runs_of_a_joint_whose_counter_begins_anew_are_prepared_in_one_turn() ->
     assert prepared.scales[0].covered < 2.5
 
 
-@pytest.mark.parametrize("seconds", [20.0, 400.0])
+@pytest.mark.parametrize("seconds", [20.0, pytest.param(400.0, marks=pytest.mark.long)])
 def test_the_distance_is_that_of_all_recordings_held_out_ones_too(seconds: float) -> None:
     """Of joints on one sine each, four times the amplitude a period; long ones are analysed in parts only."""
     t = np.arange(round(seconds * 200.0)) / 200.0

@@ -31,7 +31,10 @@ def test_a_motion_that_swings_has_a_rhythm_whatever_the_phases_of_its_runs() -> 
     assert apart == pytest.approx(0.1, rel=0.05)  # of 10 s
 
 
-@pytest.mark.parametrize(("hertz", "asked"), [(4.0, False), (4.0, True), (2.0, False)])
+@pytest.mark.parametrize(
+    ("hertz", "asked"),
+    [(4.0, True), *(pytest.param(hertz, False, marks=pytest.mark.long) for hertz in (4.0, 2.0))],
+)
 def test_a_long_recording_swings_as_a_short_one_does(hertz: float, asked: bool) -> None:
     """Taken every so many samples it would seem to swing at another frequency."""
     run = swung(hertz, 0.3, seconds=400.0)

@@ -42,7 +42,7 @@ def test_what_is_worked_out_along_recordings_is_known_to_the_next_task(prepared:
     assert len({total for _, _, total in (*found, *again)}) == 1
 
 
-@pytest.mark.parametrize("jobs", [1, 2])
+@pytest.mark.parametrize("jobs", [1, pytest.param(2, marks=pytest.mark.long)])
 def test_an_error_leaves_nothing_behind(prepared: Prepared, jobs: int) -> None:
     def fails(prepared: Prepared) -> None:
         raise ArithmeticError("of a task")
