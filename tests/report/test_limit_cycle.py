@@ -28,7 +28,7 @@ from stribeck.report.figures.cycle_branch import branch_figure
 from stribeck.report.figures.cycle_map import map_figure
 from stribeck.report.figures.cycle_trace import trace_figure
 from stribeck.report.figures.nyquist import nyquist_figure
-from stribeck.report.figures.portrait import portrait_figure
+from stribeck.report.figures.portrait import MOST, portrait_figure
 from stribeck.report.figures.root_locus import crossing_poles, locus_figure
 from stribeck.report.limit_cycle import PLOTS, _answer, write_report
 from stribeck.report.style import finding_of, png_and_svg
@@ -134,6 +134,17 @@ def test_every_verdict_has_words_tables_and_figures(cycling: Analysis, cycle: Cy
     assert [figure(answer) for figure in (nyquist_figure, branch_figure, map_figure)] == [None, None, None]
     assert finding_of(portrait_figure(changed, 0))
     assert finding_of(trace_figure(changed, 0))
+
+
+def test_the_way_of_a_joint_that_mostly_rests_is_drawn_as_finely(cycling: Analysis) -> None:
+    rows, motion = 10 * MOST, cycling.motion.motion
+    q, dq = np.zeros((rows, 1)), np.zeros((rows, 1))
+    q[500:600, 0], dq[500:600, 0] = np.linspace(0.0, 1.0, 100), 2.0
+    q[600:, 0] = 1.0
+    still = replace(motion, t=np.arange(float(rows)), q=q, dq=dq, modes=np.zeros((rows, 1)), filled=rows)
+    closed = replace(cycling.motion, motion=still, reference=np.zeros((rows, 1)))
+    (axes,) = portrait_figure(replace(cycling, motion=closed), 0).axes
+    assert (np.asarray(axes.lines[0].get_ydata()) == 2.0).sum() == 100
 
 
 @pytest.mark.parametrize(("velocity", "error", "side"), [(0.05, 0.018, "behind"), (0.05, -0.018, "ahead of"),

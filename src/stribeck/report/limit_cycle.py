@@ -38,8 +38,8 @@ PLOTS = (
     _Plot(
         "phase",
         portrait_figure,
-        "Velocity over position less reference. Grey: simulated from the loop's own start. Blue: the exact cycle, by "
-        "shooting with sticking phases. A joint that sticks stays on the axis.",
+        "Velocity over position less reference. Grey: simulated from the loop's own start. Blue: one period of what it "
+        "ends in. A joint that sticks stays on the axis.",
     ),
     _Plot(
         "trace",
@@ -51,7 +51,7 @@ PLOTS = (
         "branch",
         lambda analysis, i: branch_figure(analysis.joints[i]),
         "Amplitude of the exact cycle, followed downwards; hollow where it is unstable, ∞ where the motion grows "
-        "without bound; dashed, what the describing function predicts.",
+        "without bound, ? where it is not known; dashed, what the describing function predicts.",
     ),
     _Plot(
         "map",

@@ -120,4 +120,5 @@ def test_trace_is_one_period(joint_a, loop_of):
     assert np.abs(trace.velocity).max() == pytest.approx(found.peak_velocity, rel=1e-3)
     assert trace.stuck.mean() == pytest.approx(found.stick_fraction, abs=0.01)
     assert trace.position[-1] == pytest.approx(trace.position[0], abs=1e-8)
+    assert (~trace.stuck).sum() > 700  # however long it sticks
     assert (trace.velocity[trace.stuck] == 0.0).all()

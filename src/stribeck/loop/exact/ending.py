@@ -21,7 +21,7 @@ FRAGILE = "creeps to rest without ever stopping: noise, or rounding, would start
 WINDS_UP = "it sticks for longer than the other joints took to settle, and winds up"
 OPEN = "its motion had not settled when that of the other joints had"
 _FEW_SAMPLES = 4  # rounds of so many samples, and as many more for each one of delay, are chatter
-_ROWS = 801
+_ROWS, _MOST_ROWS = 801, 40_001  # of one period: while the joint moves, and in all
 _UNLIKE = 1.2  # the swing of all rounds together over the mean of one, from which on they are no rounds of one cycle
 _SAME_ROUND = 0.03  # of the range: between turns of a sampled loop, as they fall within an interval
 
@@ -221,11 +221,12 @@ def _plain(root: complex) -> float | complex:
 
 def _traces(rounds: Rounds, ending: Ending) -> dict[int, CycleTrace]:
     """Return one period of each joint: of the motion where it repeats, else of the first round after it settled."""
-    span = ending.span
-    if ending.kind == "roughly":
-        joints = [ending.turns[ending.turns["joint"] == j] for j in np.unique(ending.turns["joint"])]
-        span = max(size_of(ending, mine)[1] for mine in joints)
-    rows, step = _ROWS, span / (_ROWS - 1)
+    joints = [ending.turns[ending.turns["joint"] == j] for j in np.unique(ending.turns["joint"])]
+    sizes = [size_of(ending, mine) for mine in joints]
+    span = ending.span if ending.kind != "roughly" else max(period for _, period, _ in sizes)
+    moves = [1.0 - stuck / period for (_, period, stuck), mine in zip(sizes, joints, strict=True) if not _stands(mine)]
+    rows = int(min(_ROWS / max(min(moves, default=1.0), 1e-9), _MOST_ROWS))
+    step = span / (rows - 1)
     if rounds.sampled:
         step = rounds.loop.sample_time
         rows = int(np.ceil(span / step)) + 1

@@ -70,6 +70,11 @@ def _one_round(analysis: Analysis, index: int) -> CycleTrace | None:
 
 
 def _approach(analysis: Analysis, index: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return position less reference and velocity, thinned while they move: most of hunting is rest."""
     motion, j = analysis.motion, analysis.indices[index]
-    rows = slice(0, motion.motion.filled, max(1, motion.motion.filled // MOST))
-    return motion.motion.q[rows, j] - motion.reference[rows, j], motion.motion.dq[rows, j]
+    position = (motion.motion.q[:, j] - motion.reference[:, j])[: motion.motion.filled]
+    velocity = motion.motion.dq[: motion.motion.filled, j]
+    still = (np.diff(position) == 0.0) & (np.diff(velocity) == 0.0)
+    rows = np.flatnonzero(np.append(True, ~still) | np.append(~still, True))
+    rows = rows[:: max(1, len(rows) // MOST)]
+    return position[rows], velocity[rows]
