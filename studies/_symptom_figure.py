@@ -22,7 +22,6 @@ WIDEST = 3  # bins that the line passes without points
 REACH = 99.3  # %, of the points that the axes hold
 TELLING, BESIDE = 0.995, 0.5  # of the law's square that the axis holds, and how much of that stretch on either side
 COLOURS = 64  # of a picture that is shipped
-LETTER = 0.031  # of a panel's width
 SPEEDS = (0.3, 1.0, 2.0, 4.0)  # labelled where the axis is a root
 ACROSS = 3  # pictures in a row of the sheet
 
@@ -55,9 +54,9 @@ def symptom_figure(effect: Effect, symptom: Symptom) -> Figure:
     for ax in (left, right):
         ax.set_xlabel(symptom.xlabel)
     left.set_title(words.effect(effect.name).capitalize())
-    key(left, [("without", SIDES[0])], LETTER)
+    key(left, [("without", SIDES[0])])
     sides = zip(symptom.sides, (SIDES[1], SIDES[-1]), strict=True) if symptom.sides else [("with", SIDES[1])]
-    key(right, [*sides, ("law", INK)], LETTER)
+    key(right, [*sides, ("law", INK)])
     return figure
 
 

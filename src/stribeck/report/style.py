@@ -145,18 +145,15 @@ def title(ax: Axes, text: str, width: float = WIDTH) -> None:
     ax.set_title(_wrap(text, width, 10.5))
 
 
-def key(ax: Axes, entries: Sequence[tuple[str, str]], letter: float = 0.0) -> None:
-    """Name the colours (text, colour) above the right end of a panel, in place of a legend.
-
-    They stand 0.3 of the panel apart, or as far as their letters want, where the width of one (``letter``) is given.
-    """
-    x = 1.0
+def key(ax: Axes, entries: Sequence[tuple[str, str]]) -> None:
+    """Name the colours (text, colour) above the right end of a panel, in place of a legend."""
+    place: dict[str, Any] = {"xy": (1.0, 1.0), "xycoords": "axes fraction", "xytext": (0.0, 8.0)}
     for text, colour in reversed(entries):
-        ax.annotate(
-            text, (x, 1.0), xytext=(0, 8), xycoords="axes fraction", textcoords="offset points",
-            ha="right", va="bottom", color=colour, fontsize=9.5, fontweight="bold",
+        words = ax.annotate(
+            text, **place, textcoords="offset points", ha="right", va="bottom", color=colour, fontsize=9.5,
+            fontweight="bold",
         )  # fmt: skip
-        x -= letter * (len(text) + 2) if letter else 0.3
+        place = {"xy": (0.0, 0.0), "xycoords": words, "xytext": (-18.0, 0.0)}
 
 
 def grid(ax: Axes, axis: str = "y") -> None:

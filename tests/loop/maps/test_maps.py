@@ -207,6 +207,17 @@ def test_what_the_kernel_cannot_take_is_labelled_by_events(arm, loop_of):
     assert found.verdicts.item() == "sliding_cycle"
 
 
+def test_what_has_no_exact_cycle_is_labelled_by_what_it_settles_on(arm, loop_of):
+    """Under an encoder's noise nothing repeats; what it does without is what it does with a little."""
+    loop = loop_of(sample_time=0.0125)
+    noisy = replace(loop, joints=(replace(loop.joints[0], encoder_noise=1e-6),))
+    axes = {"k": (0.5, 1.5)}
+    found, quiet = (label_map(arm, each, "A", axes) for each in (noisy, loop))
+    assert found.method == "events"
+    assert (found.verdicts == quiet.verdicts).all()
+    assert found.amplitude == pytest.approx(quiet.amplitude, rel=0.02, nan_ok=True)
+
+
 def test_unstable_gains_and_delays_over_the_period_are_labelled(arm, loop_of):
     loop = loop_of("zero", sample_time=0.0125)
     found = label_map(arm, loop, "A", {"kp": (30.0, 5000.0), "delay": (0, 200)})

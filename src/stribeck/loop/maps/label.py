@@ -19,6 +19,7 @@ from stribeck.errors import InputError
 from stribeck.loop.cycle import VERDICTS
 from stribeck.loop.exact.engine import RoundsEngine
 from stribeck.loop.exact.rounds import Rounds
+from stribeck.loop.exact.settle import settle
 from stribeck.loop.exact.shooting import shoot
 from stribeck.loop.maps.cells import fits, kernel, run_cells, template_of
 from stribeck.loop.maps.grid import Axes, check_axes, loop_of_cell
@@ -156,7 +157,10 @@ def _shoot_cells(engine: RoundsEngine, loop: Loop, joint: str, grid: Axes, first
     codes, sizes = np.zeros(last - first, np.int8), np.full((last - first, 3), np.nan)
     for i in range(last - first):
         cell = {name: float(values[i]) for name, values in settings.items()}
-        found = shoot(engine, loop_of_cell(loop, entry, inertia, cell))[joint]
+        one = loop_of_cell(loop, entry, inertia, cell)
+        found = shoot(engine, one)[joint]
+        if found.verdict == "undetermined":  # as under noise and dither always
+            found = settle(engine, one)[joint]
         codes[i] = VERDICTS.index(found.verdict)
         if found.cycles:
             sizes[i] = [found.amplitude, found.period, found.stick_fraction]
