@@ -19,7 +19,7 @@ from stribeck.report.figures.measured import measured_figure
 from stribeck.report.figures.residual import residual_figure
 from stribeck.report.figures.waterfall import waterfall_figure
 from stribeck.report.figures.where import map_rows, where_figure
-from stribeck.report.style import finding_of, png
+from stribeck.report.style import INK, finding_of, key, new_figure, png
 from stribeck.report.tables import stage_table
 
 DRAW = (measured_figure, residual_figure, waterfall_figure, candidates_figure, where_figure)
@@ -224,6 +224,16 @@ def test_labels_at_the_end_of_lines_do_not_overlap(diagnosis, n):
         boxes = sorted((Text.get_window_extent(text) for text in ax.texts), key=lambda box: box.y0)
         assert len(boxes) == 3
         assert all(below.y1 <= above.y0 + 1.0 for below, above in pairwise(boxes))
+
+
+def test_names_of_colours_do_not_overlap_however_long():
+    figure = new_figure(4.0, 8.0)
+    ax = figure.add_subplot()
+    key(ax, [("this loop", INK), ("unstable on the right", INK), ("crosses: largest stable Kp", INK)])
+    figure.draw_without_rendering()
+    boxes = [Text.get_window_extent(text) for text in reversed(ax.texts)]
+    assert len(boxes) == 3
+    assert all(left.x1 < right.x0 and left.y0 == pytest.approx(right.y0) for left, right in pairwise(boxes))
 
 
 @pytest.mark.parametrize(("status", "said"), [
