@@ -36,7 +36,7 @@ def test_what_is_left_has_a_unit_and_a_measure() -> None:
     told = left_open([JointFriction("A", {"forward": sure}, None, None)], whole)  # type: ignore[arg-type,dict-item]
     share = 2.0 / (whole.arm.joints[0].friction.C0 + whole.arm.joints[0].friction.C1)
     left = "A: friction and rigid body leave 2 N m rms of the torque along the recordings unexplained"
-    assert told == [f"{left}, {share:.0%} of its break-away torque; try stribeck diagnose"]
+    assert told == [f"{left}, {100.0 * share:.0f} % of its break-away torque; try stribeck diagnose"]
 
 
 def test_readings_need_no_whole_recordings() -> None:

@@ -40,7 +40,7 @@ def left_open(joints: Sequence[JointFriction], whole: RunFit) -> list[str]:
         if joint.directions and share > UNEXPLAINED:
             left = f"{rms:.3g} {unit_at('N m', own.kind)} rms of the torque along the recordings"
             what = f"{joint.name}: friction and rigid body leave {left} unexplained"
-            said.append(f"{what}, {share:.0%} of its break-away torque; try stribeck diagnose")
+            said.append(f"{what}, {100.0 * share:.0f} % of its break-away torque; try stribeck diagnose")
     return said + [f"{key}: the recordings want more than three tolerances" for key in whole.fit.at_limit]
 
 
