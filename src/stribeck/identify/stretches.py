@@ -60,6 +60,6 @@ def between_gaps(runs: Sequence[Run], notes: list[str]) -> list[Run]:
 
 def part(run: Run, start: int, stop: int) -> Run:
     """Return a stretch of a run."""
-    keys = ("t", "q", "tau", "dq", "q_ref", "dq_ref", "tau_meas", "temperature", "gaps")
+    keys = ("t", "q", "tau", "dq", "q_ref", "dq_ref", "tau_meas", "temperature", "gaps", "droop")
     cut = {key: getattr(run, key)[start:stop] for key in keys if getattr(run, key) is not None}
     return replace(run, extra=None, **cut)

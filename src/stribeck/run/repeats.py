@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.run.values import Floats, Run
+from stribeck.run.held import mean_of_held
+from stribeck.run.values import Run
 
 FEWEST = 50  # changes of position, that show how often it is read
 REGULAR = 0.9  # of the rows from one to the next, that are as many, or twice as many, ...
@@ -42,12 +43,12 @@ def without_repeats(run: Run) -> tuple[Run, tuple[str, ...]]:
     if every < 2 or np.mean(apart % every == 0) < REGULAR or np.median(sizes) < COUNTS * sizes.min():
         return run, ()
     rows = _read(changed, every, len(run.t))
-    length = np.append(np.diff(run.t), run.sample_time)
+    edges = np.append(run.t[rows], run.t[-1] + run.sample_time)
     others = ("dq", "q_ref", "dq_ref", "tau_meas", "temperature")
     taken: dict[str, Any] = {name: values[rows] for name in others if (values := getattr(run, name)) is not None}
-    tau = _mean(run.tau, length, rows)
+    tau, droop = mean_of_held(run.t, run.tau, edges)
     note = f"{run.name}: positions are new in every {_ordinal(every)} row only; those between are left out"
-    return replace(run, t=run.t[rows], q=run.q[rows], tau=tau, extra=None, **taken), (note,)
+    return replace(run, t=run.t[rows], q=run.q[rows], tau=tau, droop=droop, extra=None, **taken), (note,)
 
 
 def _read(changed: NDArray[np.int_], every: int, rows: int) -> NDArray[np.int_]:
@@ -56,11 +57,6 @@ def _read(changed: NDArray[np.int_], every: int, rows: int) -> NDArray[np.int_]:
     last[changed] = changed
     last = np.maximum.accumulate(last)
     return np.flatnonzero((np.arange(rows) - last) % every == 0)
-
-
-def _mean(values: Floats, length: Floats, rows: NDArray[np.int_]) -> Floats:
-    """Return the mean over time of values (N, n) that are held, from each of some rows to the next, (M, n)."""
-    return np.asarray(np.add.reduceat(values * length[:, None], rows) / np.add.reduceat(length, rows)[:, None])
 
 
 def _ordinal(number: int) -> str:
