@@ -2,9 +2,22 @@
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import replace
+from typing import Any
 
-from stribeck.run.values import Floats
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.run.values import Floats, Run
+
+
+def on_rows(run: Run, rows: NDArray[np.int_]) -> Run:
+    """Return a run with some of its rows alone, and the mean over time of the command from each to the next."""
+    edges = np.append(run.t[rows], run.t[-1] + run.sample_time)
+    others = ("dq", "q_ref", "dq_ref", "tau_meas", "temperature")
+    taken: dict[str, Any] = {name: values[rows] for name in others if (values := getattr(run, name)) is not None}
+    tau, droop = mean_of_held(run.t, run.tau, edges)
+    return replace(run, t=run.t[rows], q=run.q[rows], tau=tau, droop=droop, extra=None, **taken)
 
 
 def mean_of_held(t: Floats, values: Floats, edges: Floats) -> tuple[Floats, Floats]:
