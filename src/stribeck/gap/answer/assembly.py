@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from stribeck.effects.placing import stated_effects
+from stribeck.gap.answer.as_sampled import told_as_sampled
 from stribeck.gap.answer.commands import told_commands
 from stribeck.gap.answer.delivered import delivered, told_lacking
 from stribeck.gap.answer.late_alone import told_late_alone
@@ -160,6 +161,7 @@ class Assembly:
                 *told_ordinary(self.base, stated_effects(arm), arm),
                 *told_unnamed(self.steps, prepared.scales, arm, beside=bool(in_torque)),
                 *told_off_the_line(arm, causes, named),
+                *told_as_sampled(causes, named, max(run.run.sample_time for run in every)),
                 *inseparable,
                 *told_lacking(prepared),
             ),
