@@ -188,3 +188,38 @@ def test_an_encoder_that_counts_slowly_is_read_in_every_row() -> None:
     q = 1e-3 * np.floor(0.2 * np.arange(3000) + 1e-9)[:, None]
     run = Run("r.csv", t, q, tau=q)
     assert as_read(run) == (run, ())
+
+
+def interpolated(run: Run, every: int, *, command: bool) -> Run:
+    """The run on a clock so many times as fast, by straight lines; its command held or interpolated as well."""
+    rows = np.arange((len(run.t) - 1) * every + 1) / every
+    t, q, tau = (
+        np.column_stack([np.interp(rows, np.arange(len(run.t)), column) for column in values.T])
+        for values in (run.t[:, None], run.q, run.tau)
+    )
+    return Run("r.csv", t[:, 0], np.round(q, 7), tau if command else run.tau[np.floor(rows).astype(int)])
+
+
+@pytest.mark.parametrize("every", [2, 10])
+@pytest.mark.parametrize("command", [True, False])
+def test_rows_that_were_interpolated_are_left_out(every: int, command: bool) -> None:
+    rng, run = np.random.default_rng(5), a_run()
+    run = Run(
+        "r.csv", run.t, np.round(run.q + 1e-5 * rng.standard_normal(run.q.shape), 7), rng.normal(size=run.q.shape)
+    )
+    again, (note,) = as_read(interpolated(run, every, command=command))
+    assert re.search(f"straight lines between every {'second' if every == 2 else '10th'} row", note)
+    np.testing.assert_allclose(again.t, run.t, atol=1e-9)
+    np.testing.assert_allclose(again.q, run.q, atol=1e-12)
+    np.testing.assert_allclose(again.tau[:-1], run.tau[:-1], atol=1e-9)
+
+
+@pytest.mark.parametrize("speed", [0.02, 0.3, 2.0])
+@pytest.mark.parametrize("step", [1e-6, 1e-3])
+def test_no_row_of_an_encoder_was_interpolated(speed: float, step: float) -> None:
+    """At a constant speed its counts lie on lines as well, and at 10 kHz any motion does."""
+    for rate in (50.0, 1000.0, 10_000.0):
+        t = np.arange(10_000) / rate
+        q = step * np.round(speed * np.column_stack([t, np.sin(t)]) / step)
+        run = Run("r.csv", t, q, tau=q)
+        assert not any("straight" in note for note in as_read(run)[1])

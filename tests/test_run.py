@@ -390,3 +390,12 @@ def test_real_recordings_load() -> None:
         assert run.warnings == ()
         assert (run.tau_meas is not None) == ("design-C.1" in str(path))
         assert (np.diff(run.t) > 0).all()
+
+
+def test_of_a_clock_that_was_set_back_the_rows_are_not_to_be_sorted(tmp_path: Path) -> None:
+    """Sorted, rows of before and after would lie between one another."""
+    t = 0.01 * np.arange(60)
+    t[30:] -= 0.105
+    save_run(Run("r", t, np.sin(t)[:, None], np.cos(t)[:, None]), tmp_path / "run.csv")
+    with pytest.raises(InputError, match=r"row 32 goes back in time.*split the recording there if its clock was set"):
+        load_run(tmp_path / "run.csv", 1)

@@ -13,6 +13,7 @@ from scipy.interpolate import CubicSpline
 
 from stribeck.errors import InputError
 from stribeck.run import Run
+from stribeck.run.held import mean_of_held
 from stribeck.run.reading import as_read
 from stribeck.run.values import Floats
 
@@ -36,8 +37,8 @@ def uniform(run: Run, since: float | None = None) -> tuple[Run, tuple[str, ...]]
     seconds are taken off the times. Where the clock is uniform to 1e-3 of its step, only `t` is replaced, if need be;
     so it is where the motion is smoother that way, as where samples are taken evenly but stamped when they arrive.
     Elsewhere the run is resampled: position by cubic splines between gaps (linear across them); commanded torque as the
-    time average, over each new step, of the torque held between the recorded samples, so that its impulse is kept; all
-    else linearly.
+    time average, over each new step, of the torque held between the recorded samples, so that its impulse is kept, and
+    what such a mean lacks of a held command is told along (`stribeck.run.held`); all else linearly.
 
     Parameters
     ----------
@@ -173,18 +174,19 @@ def _resample(run: Run, t: Floats, step: float, long: NDArray[np.intp]) -> Run:
     for i in long:
         gaps[np.searchsorted(t, run.t[i] + near, "right") : np.searchsorted(t, run.t[i + 1] - near, "left")] = True
     linear: dict[str, Any] = {}
-    for key in ("dq", "q_ref", "dq_ref", "tau_meas", "temperature"):
+    for key in ("dq", "q_ref", "dq_ref", "tau_meas", "temperature", "droop"):
         values = getattr(run, key)
         if values is not None:
             linear[key] = np.column_stack([np.interp(t, run.t, column) for column in values.T])
+    tau, droop = mean_of_held(run.t, run.tau, np.append(t, t[-1] + step))
     return dataclasses.replace(
         run,
         t=t,
         q=np.column_stack([_smooth(run.t, column, t, long) for column in run.q.T]),
-        tau=np.column_stack([_held(run.t, column, t, step) for column in run.tau.T]),
+        tau=tau,
         extra=None,  # of unknown meaning, so there is no right way to interpolate them
         gaps=gaps if len(long) else None,
-        **linear,
+        **{**linear, "droop": droop + linear.get("droop", 0.0)},
     )
 
 
@@ -200,12 +202,3 @@ def _smooth(t: Floats, values: Floats, new: Floats, long: NDArray[np.intp]) -> F
             inside = slice(np.searchsorted(new, t[first], "left"), np.searchsorted(new, t[last - 1], "right"))
             result[inside] = CubicSpline(t[first:last], values[first:last])(new[inside])
     return result
-
-
-def _held(t: Floats, values: Floats, new: Floats, step: float) -> Floats:
-    """Average, over each new step, a signal that is held from one sample to the next (the last one without end)."""
-    end = max(float(t[-1]), float(new[-1] + step)) + step
-    knots = np.append(t, end)
-    impulse = np.concatenate([[0.0], np.cumsum(values * np.diff(knots))])
-    edges = np.append(new, new[-1] + step)
-    return np.asarray(np.diff(np.interp(edges, knots, impulse)) / step)

@@ -22,7 +22,7 @@ def smallest_step(*records: np.ndarray) -> tuple[float, float]:
         return 0.0, 0.0
     steps = np.concatenate([np.abs(np.diff(record)) for record in moving])
     apart = np.concatenate([np.diff(np.unique(record)) for record in moving])
-    rounded, printed = (max(map(told, moving)) for told in (_rounded, _printed))
+    rounded, printed = (max(map(told, moving)) for told in (rounding, _printed))
     if np.sum(steps > RESTING) < LEAST_STEPS:
         return 0.0, 0.0
     for gaps in (steps, apart):
@@ -47,7 +47,7 @@ def _fitted(records: list[np.ndarray], steps: np.ndarray, quantum: float) -> tup
     return quantum, np.abs(np.concatenate([one - np.median(one) for one in off]))
 
 
-def _rounded(record: np.ndarray) -> float:
+def rounding(record: np.ndarray) -> float:
     """Return by how much a record's values may be rounded, rad: as printed with few digits, or in single precision."""
     for digits in range(3, 13):
         if np.all(np.abs(record - np.round(record, digits)) < 1e-14 + 4.0 * np.spacing(np.abs(record))):

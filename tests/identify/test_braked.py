@@ -105,3 +105,15 @@ def test_it_does_not_narrow_what_is_analysed() -> None:
     assert cutoff(0.7, 0.0) == alone
     assert cutoff(swung, 0.0) == pytest.approx(alone, rel=0.3)
     assert cutoff(0.7 + 0.01 * swung, 0.0) < 0.5 * alone
+
+
+def test_a_recording_that_moves_it_later_is_not_said_to_hold_it() -> None:
+    """Rows are lost in between: of its two stretches the first one holds the joint."""
+    run = beside(recorded(noise=NOISE), 0.7, 0.0)
+    late = np.arange(len(run.t)) >= 1500
+    run.q[late, 1], run.tau[late, 1] = run.q[late, 0], run.tau[late, 0]
+    kept = np.abs(np.arange(len(run.t)) - 1500) > 20
+    torn = replace(run, name="a", t=run.t[kept], q=run.q[kept], tau=run.tau[kept])
+    prepared = prepare(TWO, [torn], [replace(beside(recorded(), 0.7, 0.0), name="b")])
+    assert [run.braked[1] for run in prepared.fit] == [True, False]
+    assert [note.partition(":")[0] for note in prepared.notes if "neither moves" in note] == ["b"]

@@ -1,10 +1,12 @@
 """Noise read off records: right within a tenth for any rate and quantisation, blind to the motion and its blows."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from stribeck.grid import uniform
-from stribeck.identify.noise import encoder_noise, noise_of_run, position_noise
+from stribeck.identify.noise import doubtful_resolutions, encoder_noise, noise_of_run, position_noise
 from stribeck.quantum import smallest_step
 from stribeck.run import Run
 
@@ -107,3 +109,21 @@ def test_smallest_step() -> None:
     assert smallest_step(record(500.0, 0.0, 2e-4))[0] == pytest.approx(2e-4, rel=1e-6)
     assert smallest_step(record(500.0, 1e-4, 0.0)) == (0.0, 0.0)
     assert smallest_step(np.zeros(100)) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("rate", [30.0, 500.0, 10_000.0])
+def test_a_resolution_that_the_records_are_finer_than_is_told_of(rate: float) -> None:
+    """One that they go by is not, however slowly; nor is one of a joint that rests, or no coarser than the noise."""
+    step, arm = 6e-6, pendulum()
+    t = np.arange(round(20.0 * rate)) / rate
+    rest, slow = np.zeros(len(t)), 2e-3 * np.sin(2.0 * np.pi * 0.05 * t)
+
+    def told(stated: float, q: np.ndarray) -> list[str]:
+        joint = replace(arm.joints[0], encoder_resolution=stated)
+        return doubtful_resolutions(replace(arm, joints=(joint,)), [Run("run", t, q[:, None], np.zeros((len(t), 1)))])
+
+    (said,) = told(1e-3, record(rate, step, step, duration=20.0))
+    assert "encoder_resolution is 0.001 rad" in said
+    for stated, q in ((1e-3, rest), (1e-4, slow), (1e-3, record(rate, 0.0, 1e-3, duration=20.0))):
+        assert not told(stated, stated * np.round(q / stated))
+    assert not told(4.0 * step, record(rate, 2.0 * step, step, duration=20.0))

@@ -9,7 +9,7 @@ from stribeck.grid import uniform
 from stribeck.identify.cutoff import CUTOFF_RANGE, MOST_OF_RATE
 from stribeck.identify.filters import low_pass
 from stribeck.identify.identification import identify_friction
-from stribeck.identify.stretches import LEAST_SAMPLES, LEAST_STRETCH, between_gaps
+from stribeck.identify.stretches import LEAST_SAMPLES, LEAST_STRETCH, MOST_SAMPLES, between_gaps, shortened
 from stribeck.run import Run
 
 from .conftest import FRICTION, pendulum, recorded
@@ -60,3 +60,19 @@ def test_what_is_kept_is_long_enough_for_any_analysis_filter(rate: float) -> Non
     """Else one short piece would have a whole diagnosis refused."""
     low = min(CUTOFF_RANGE[0], MOST_OF_RATE * rate)
     assert len(low_pass(low, 1.0 / rate)) < max(LEAST_STRETCH * rate, LEAST_SAMPLES)
+
+
+@pytest.mark.parametrize(("rate", "duration", "runs"), [(10_000.0, 30.0, 3), (500.0, 100.0, 40), (1000.0, 900.0, 1)])
+def test_of_long_runs_the_end_is_used_too(rate: float, duration: float, runs: int) -> None:
+    """A joint may not move before: of three at 10 kHz the first 20 s alone would be left."""
+    t = np.arange(round(rate * duration)) / rate
+    q, notes = np.zeros((len(t), 1)), list[str]()
+    every = [Run(f"run_{k}", t, q, q) for k in range(runs)]
+    parts = shortened(every, notes)
+    assert sum(len(part.t) for part in parts) <= 1.01 * MOST_SAMPLES
+    for run, note in zip(every, notes, strict=True):
+        mine = [part for part in parts if part.name == run.name]
+        assert len(mine) >= 3
+        assert (mine[0].t[0], mine[-1].t[-1]) == (t[0], t[-1])
+        assert note.startswith(f"{run.name}: {len(mine)} stretches of ")
+        assert len(mine[0].t) / rate >= 2.0

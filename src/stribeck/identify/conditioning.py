@@ -158,7 +158,7 @@ def condition(
     position = smooth(run.q)
     curve = make_interp_spline(run.t, position, k=5)
     velocity, acceleration = curve(run.t, 1), curve(run.t, 2)
-    command = held_command(run.tau)
+    command = held_command(run.tau if run.droop is None else run.tau + run.droop)
     if keep > 1:
         command = smooth(command)
     speed = np.sqrt(np.mean(velocity**2, axis=0))

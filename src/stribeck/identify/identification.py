@@ -20,7 +20,7 @@ from stribeck.identify.curve import Point, read_points
 from stribeck.identify.cutoff import cutoff_frequency
 from stribeck.identify.doubts import left_open
 from stribeck.identify.findings import WAYS, Direction, Identification, JointFriction
-from stribeck.identify.noise import encoder_noise, noise_of_run
+from stribeck.identify.noise import doubtful_resolutions, encoder_noise, noise_of_run
 from stribeck.identify.residual import Residual
 from stribeck.identify.run_fit import RunFit, fit_runs
 from stribeck.identify.section3 import section3
@@ -86,6 +86,7 @@ def identify_friction(
     joints = tuple(_joint(arm, j, moved[j], points, whole, apart=apart[j]) for j in range(arm.n))
     doubts = dict.fromkeys(f"{run.name}: {text}" for run in even for text in run.warnings)
     warnings = [*driven, *doubtful_values(arm), *doubts]
+    warnings += doubtful_resolutions(arm, even, runs)
     warnings += doubtful_torques(arm, even, noise) + doubtful_commands(engine.path, engine.p, thin)
     warnings += left_open(joints, whole)
     names = tuple(run.name for run in runs)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import signal
 
-from stribeck.arm import Arm
+from stribeck.arm import Arm, unit_at
 from stribeck.quantum import smallest_step
 from stribeck.run import Run
 from stribeck.run.reading import as_read
@@ -19,6 +19,7 @@ SHORT = 1.25  # by which white noise's quietest are short of its power, times th
 MOVES = 4.0  # encoder steps, within which a joint rests: its record then shows less noise than there is
 LEAST_STRETCHES = 4
 AT_REST = 10.0  # standard deviations of its noise, within which the record of a joint that rests stays
+FINER = 4.0  # times less than steps of the stated resolution leave: the record is of another encoder, or filtered
 CLEARLY = 1.4  # times the noise of all, from which a run has its own
 
 
@@ -28,10 +29,37 @@ def encoder_noise(arm: Arm, runs: Sequence[Run], recorded: Sequence[Run] = ()) -
     That of the encoder, the same in all uniform runs: what a run shows beyond the others is how its joints moved. Its
     steps show in the runs as they were ``recorded``, not where a clock that jitters had them resampled.
     """
-    read, times = [as_read(run)[0] for run in recorded] or runs, [run.sample_time for run in runs]
-    steps = [smallest_step(*(run.q[:, j] for run in read))[0] for j in range(arm.n)]
+    times, steps = [run.sample_time for run in runs], _steps(runs, recorded)
     known = [max(joint.encoder_resolution or 0.0, step) for joint, step in zip(arm.joints, steps, strict=True)]
     return np.array([position_noise([run.q[:, j] for run in runs], times, known[j]) for j in range(arm.n)])
+
+
+def doubtful_resolutions(arm: Arm, runs: Sequence[Run], recorded: Sequence[Run] = ()) -> list[str]:
+    """Return a warning for each joint whose moving record is far smoother than steps of the stated resolution.
+
+    The parameters are those of :func:`encoder_noise`, which counts on what is stated: as long as it is too coarse,
+    noise hides what it should not.
+    """
+    said = []
+    for j, (joint, step) in enumerate(zip(arm.joints, _steps(runs, recorded), strict=True)):
+        stated = joint.encoder_resolution or 0.0
+        found = [_stretches(run.q[:, j], run.sample_time) for run in runs]
+        power, reach = (np.concatenate(values) for values in zip(*found, strict=True))
+        moving = reach > MOVES * stated
+        if np.sum(moving) < LEAST_STRETCHES:
+            continue
+        finer = max(step, float(np.sqrt(12.0 * np.quantile(power[moving], QUIET))))
+        if stated > FINER * finer:
+            unit = unit_at("rad", joint.kind)
+            what = f"{joint.name}: the arm file's encoder_resolution is {stated:.3g} {unit}, but recorded positions"
+            said.append(f"{what} scatter as of steps of {finer:.2g} {unit}: correct it, unless they were filtered")
+    return said
+
+
+def _steps(runs: Sequence[Run], recorded: Sequence[Run]) -> list[float]:
+    """Return the quantum of each joint's record, rad, as it was recorded; 0 where there is none."""
+    read = [as_read(run)[0] for run in recorded] or runs
+    return [smallest_step(*(run.q[:, j] for run in read))[0] for j in range(runs[0].n)]
 
 
 def noise_of_run(arm: Arm, run: Run, shared: np.ndarray) -> np.ndarray:

@@ -10,7 +10,8 @@ import numpy as np
 from stribeck.run import Run
 
 MOST_SAMPLES = 300_000  # of all runs together: more adds time and memory, not knowledge
-STRETCH = 20.0  # s
+STRETCH = (2.0, 20.0)  # s
+FEWEST = 3  # of a run, shorter where need be: at its beginning, middle and end other joints may move
 # between missing samples, s and samples: as long as an analysis filter ever is, which takes that much from its ends
 LEAST_STRETCH, LEAST_SAMPLES = 0.7, 24
 
@@ -22,15 +23,17 @@ def shortened(runs: Sequence[Run], notes: list[str]) -> list[Run]:
         return list(runs)
     out: list[Run] = []
     for run in runs:
-        length = max(16, round(STRETCH / run.sample_time))
-        count = max(1, int(MOST_SAMPLES * len(run.t) / total) // length)
+        kept = int(MOST_SAMPLES * len(run.t) / total)
+        shortest, longest = (max(16, round(seconds / run.sample_time)) for seconds in STRETCH)
+        length = min(max(kept // FEWEST, shortest), longest)
+        count = max(kept // length, FEWEST)
         if count * length >= len(run.t):
             out.append(run)
             continue
         starts = np.linspace(0, len(run.t) - length, count).astype(int)
         out += [part(run, start, start + length) for start in starts]
-        kept = f"{count} stretches of {length * run.sample_time:.3g} s out of {run.duration:.4g} s are used"
-        notes.append(f"{run.name}: {kept}")
+        used = f"{count} stretches of {length * run.sample_time:.3g} s out of {run.duration:.4g} s are used"
+        notes.append(f"{run.name}: {used}")
     return out
 
 
@@ -60,6 +63,6 @@ def between_gaps(runs: Sequence[Run], notes: list[str]) -> list[Run]:
 
 def part(run: Run, start: int, stop: int) -> Run:
     """Return a stretch of a run."""
-    keys = ("t", "q", "tau", "dq", "q_ref", "dq_ref", "tau_meas", "temperature", "gaps")
+    keys = ("t", "q", "tau", "dq", "q_ref", "dq_ref", "tau_meas", "temperature", "gaps", "droop")
     cut = {key: getattr(run, key)[start:stop] for key in keys if getattr(run, key) is not None}
     return replace(run, extra=None, **cut)

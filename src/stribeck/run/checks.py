@@ -51,7 +51,9 @@ def check_time(t: Floats, path: Path, rows: NDArray[np.int_]) -> None:
     before, now = float(t[i - 1]), float(t[i])
     fault = "repeats the time of the row before" if now == before else "goes back in time"
     more = int(stopped.sum())
-    do = "sort the rows by t and drop repeated ones" + (f" ({more} rows are like that)" if more > 1 else "")
+    ordered = "sort the rows by t and drop repeated ones"
+    do = ordered if now == before else f"split the recording there if its clock was set back, else {ordered}"
+    do += f" ({more} rows are like that)" if more > 1 else ""
     raise InputError(f"{path}: column t, row {rows[i]} {fault}", f"{now!r} after {before!r}", do)
 
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.run.interpolated import without_interpolated
 from stribeck.run.repeats import without_repeats
 from stribeck.run.spikes import without_spikes
 from stribeck.run.turns import turned_on
@@ -14,7 +15,7 @@ from stribeck.run.values import Run
 
 
 def as_read(run: Run) -> tuple[Run, tuple[str, ...]]:
-    """Return a run without leaps by whole turns, wrong readings and repeated rows, and notes on what was done.
+    """Return a run without leaps by whole turns, wrong readings and rows that are no readings, and notes on that.
 
     Parameters
     ----------
@@ -32,11 +33,12 @@ def as_read(run: Run) -> tuple[Run, tuple[str, ...]]:
         run = replace(run, q=q, q_ref=None if run.q_ref is None else turned_on(run.q_ref, run.t)[0])
         notes.append(f"{run.name}: leaps by a turn, as of a counter that begins anew: {_listed(leaps)}")
     run, said = without_repeats(run)
+    run, lines = without_interpolated(run)
     q, wrong = without_spikes(run.t, run.q)
     if wrong.any():
         run = replace(run, q=q)
         notes.append(f"{run.name}: positions that leap and are back, taken from rows around: {_listed(wrong)}")
-    return run, (*notes, *said)
+    return run, (*notes, *said, *lines)
 
 
 def _listed(times: NDArray[np.int_]) -> str:

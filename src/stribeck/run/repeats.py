@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.run.values import Floats, Run
+from stribeck.run.held import on_rows
+from stribeck.run.values import Run
 
 FEWEST = 50  # changes of position, that show how often it is read
 REGULAR = 0.9  # of the rows from one to the next, that are as many, or twice as many, ...
@@ -41,27 +39,29 @@ def without_repeats(run: Run) -> tuple[Run, tuple[str, ...]]:
     sizes = change[changed - 1]
     if every < 2 or np.mean(apart % every == 0) < REGULAR or np.median(sizes) < COUNTS * sizes.min():
         return run, ()
-    rows = _read(changed, every, len(run.t))
-    length = np.append(np.diff(run.t), run.sample_time)
-    others = ("dq", "q_ref", "dq_ref", "tau_meas", "temperature")
-    taken: dict[str, Any] = {name: values[rows] for name in others if (values := getattr(run, name)) is not None}
-    tau = _mean(run.tau, length, rows)
-    note = f"{run.name}: positions are new in every {_ordinal(every)} row only; those between are left out"
-    return replace(run, t=run.t[rows], q=run.q[rows], tau=tau, extra=None, **taken), (note,)
+    rows = read_rows(changed, every, len(run.t))
+    note = f"{run.name}: positions are new in every {ordinal(every)} row only; those between are left out"
+    return on_rows(run, rows), (note,)
 
 
-def _read(changed: NDArray[np.int_], every: int, rows: int) -> NDArray[np.int_]:
-    """Return the rows in which positions were read: those that changed, and so many apart where nothing moved."""
+def read_rows(changed: NDArray[np.int_], every: int, rows: int) -> NDArray[np.int_]:
+    """Return the rows in which positions were read: those that changed, and so many apart where nothing moved.
+
+    Parameters
+    ----------
+    changed : array (K,) of int
+        Rows that show that they were read.
+    every : int
+        Rows from one reading to the next.
+    rows : int
+        Of the run.
+    """
     last = np.full(rows, changed[0])
     last[changed] = changed
     last = np.maximum.accumulate(last)
     return np.flatnonzero((np.arange(rows) - last) % every == 0)
 
 
-def _mean(values: Floats, length: Floats, rows: NDArray[np.int_]) -> Floats:
-    """Return the mean over time of values (N, n) that are held, from each of some rows to the next, (M, n)."""
-    return np.asarray(np.add.reduceat(values * length[:, None], rows) / np.add.reduceat(length, rows)[:, None])
-
-
-def _ordinal(number: int) -> str:
+def ordinal(number: int) -> str:
+    """Return a number as a place in a row."""
     return {2: "second", 3: "third"}.get(number, f"{number}th")

@@ -41,6 +41,9 @@ class Run:
         Samples interpolated across missing ones (see `stribeck.grid.uniform`).
     warnings : tuple of str
         What reading the file gave reason to doubt.
+    droop : (N, n) array or None
+        What ``tau`` lacks of a held command that does the same, where it is the mean of one that changed in between,
+        N m (see `stribeck.run.held`).
     """
 
     name: str
@@ -55,11 +58,12 @@ class Run:
     extra: pa.Table | None = None
     gaps: NDArray[np.bool_] | None = None
     warnings: tuple[str, ...] = ()
+    droop: Floats | None = None
 
     def __post_init__(self) -> None:
         if self.t.ndim != 1 or self.q.ndim != 2:
             raise StribeckError("run: t must be (N,) and q (N, n)", f"{self.t.shape} and {self.q.shape}")
-        for key in ("q", "tau", "dq", "q_ref", "dq_ref", "tau_meas", "temperature"):
+        for key in ("q", "tau", "dq", "q_ref", "dq_ref", "tau_meas", "temperature", "droop"):
             value = getattr(self, key)
             if value is not None and value.shape != (len(self.t), self.n):
                 raise StribeckError(f"run: {key} must have shape {(len(self.t), self.n)}", str(value.shape))

@@ -25,7 +25,7 @@ from stribeck.identify.commanded import doubtful_torques
 from stribeck.identify.conditioning import Conditioned, condition, shaken
 from stribeck.identify.cutoff import cutoff_frequency
 from stribeck.identify.inertia import MovedInertia
-from stribeck.identify.noise import encoder_noise
+from stribeck.identify.noise import doubtful_resolutions, encoder_noise
 from stribeck.identify.stretches import between_gaps, shortened
 from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
@@ -111,7 +111,8 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = (), fitted:
     """
     notes: list[str] = []
     even, kept_back = _even(runs, held_out, notes)
-    noise = encoder_noise(arm, [*even, *kept_back], [*runs, *held_out])
+    whole, recorded = [*even, *kept_back], [*runs, *held_out]
+    noise = encoder_noise(arm, whole, recorded)
     moving, judged = ([without_long_rests(run, noise, notes) for run in runs] for runs in (even, kept_back))
     fit, held = (moving, judged) if held_out else split(moving, notes, fitted)
     fit, held = (shortened(between_gaps(part, notes), notes) for part in (fit, held))
@@ -121,14 +122,15 @@ def prepare(arm: Arm, runs: Sequence[Run], held_out: Sequence[Run] = (), fitted:
         _check_length(run.name, len(run.t), FEWEST_ROWS)
     cutoff = cutoff_frequency(arm, every, inertia, noise)
     notes.append(f"analysed up to {cutoff:.3g} Hz")
-    conditioned = in_sequence([condition(arm, run, cutoff, noise, thin=True) for run in every], [*even, *kept_back])
+    conditioned = in_sequence([condition(arm, run, cutoff, noise, thin=True) for run in every], whole)
     learnt, kept = (_filtered(group, cutoff) for group in (conditioned[: len(fit)], conditioned[len(fit) :]))
     conditioned = (*learnt, *kept)
-    notes += [f"{run.name}: {text}" for run in conditioned for text in _held(arm, run)]
+    notes += _held(arm, conditioned)
     doubts = dict.fromkeys(f"{run.name}: {text}" for run in every for text in run.warnings)
     unseen = (*driven_in_vain(arm, conditioned), *seen_on_one_side(arm, learnt, kept))
-    warnings = (*doubtful_values(arm), *doubts, *unseen, *doubtful_torques(arm, every, noise))
-    gone = sum(distance_gone(run.q, run.sample_time) for run in [*even, *kept_back])
+    doubtful = (*doubtful_resolutions(arm, whole, recorded), *doubtful_torques(arm, every, noise))
+    warnings = (*doubtful_values(arm), *doubts, *unseen, *doubtful)
+    gone = sum(distance_gone(run.q, run.sample_time) for run in whole)
     scales = typical(arm, learnt, inertia, np.asarray(gone))
     retunable, said = with_unsaid(arm, scales, standing(learnt)), _together(notes)
     return Prepared(retunable, learnt, kept, scales, cutoff, said, warnings, stated=arm)
@@ -171,10 +173,15 @@ def _check_filtered(one: Conditioned, cutoff: float) -> None:
         raise InputError(f"{one.name}: too short to be analysed", found, do)
 
 
-def _held(arm: Arm, run: Conditioned) -> list[str]:
-    """Return what is said of the joints that a run neither moves nor drives."""
-    names = [name for name, held in zip(arm.names, run.braked, strict=True) if held]
-    return [f"{', '.join(names)} neither moves nor is driven: taken as held, by a brake or not"] if names else []
+def _held(arm: Arm, runs: Sequence[Conditioned]) -> list[str]:
+    """Return a note on each recording, of which runs may be parts, with joints that it neither moves nor drives."""
+    said = []
+    for name in dict.fromkeys(run.name for run in runs):
+        held = np.all([run.braked for run in runs if run.name == name], axis=0)
+        if held.any():
+            which = ", ".join(arm.names[j] for j in np.flatnonzero(held))
+            said.append(f"{name}: {which} neither moves nor is driven: taken as held, by a brake or not")
+    return said
 
 
 def _together(notes: Sequence[str]) -> tuple[str, ...]:
