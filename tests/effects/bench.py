@@ -72,7 +72,7 @@ def scaled(arm: Arm, factor: float) -> Arm:
 
     joints = []
     for joint in arm.joints:
-        heavy = {name: factor * getattr(joint, name) for name in ("mass", "inertia", "rotor_inertia", "torque_limit")}
+        heavy = {name: factor * getattr(joint, name) for name in ("mass", "inertia", "rotor_inertia")}
         joints.append(replace(joint, **heavy, friction=rubs(joint.friction), backward=rubs(joint.backward)))
     return replace(arm, joints=tuple(joints))
 
