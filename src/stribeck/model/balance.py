@@ -223,10 +223,19 @@ class Balance:
         body = path.body()
         still = [0.0] * self.n
         static = inverse_dynamics(body, [s.position for s in motion], still, still, prismatic=path.prismatic)
+        resting = [s.at(velocity=0.0, link_velocity=0.0) for s in motion]
+        outside, resistance = path.external(resting, path.x), self._resistance(resting, path.x)
         out = ca.SX.zeros(path.x.numel())
         for i, j in enumerate(path.flexible):
             k, effect = path.transmission(j)  # type: ignore[misc]
-            at = motion[j].position - effect.deflection(static[j], path.parameters(k))
+            torque = ca.SX.sym("torque")
+            bent = effect.deflection(torque, path.parameters(k))
+            # a spring or a wall pushes less on a link that gives way: a step of Newton's method
+            less = resistance[i, i] * bent / (1.0 + resistance[i, i] * ca.jacobian(bent, torque))
+            pulled = static[j] + outside[j]
+            held = pulled - ca.substitute(less, torque, pulled)
+            held = ca.if_else(pulled * held > 0.0, held, 0.0)  # else it lies in its play
+            at = motion[j].position - ca.substitute(bent, torque, held)
             out[2 * i], out[2 * i + 1] = at, motion[j].velocity
         # a lag starts at what the stages before it leave of the command
         for k, place in sorted(enumerate(path.placed), key=lambda one: getattr(one[1].effect, "along", len(Along))):
