@@ -26,7 +26,7 @@ from stribeck.model.path import SignalPath
 from stribeck.model.scale import Scale
 from stribeck.model.values import Parameter
 
-from .bench import every_effect, nominal_arm, starts
+from .bench import every_effect, nominal_arm, starts, trace
 
 UNIT = re.compile(r"(1|N m|N|m|rad|s|kg|Hz|kg m\^2)( s(\^2)?| m)?(/(1|rad|s|kg|m)(\^[0-9.]+)?)?")
 
@@ -216,6 +216,11 @@ def test_starts_in_sight_of_the_residual(effect: Effect) -> None:
         for trial in starts(effect, joint):
             for parameter in effect.parameters:
                 assert parameter.lower <= trial[parameter.name] <= parameter.upper, parameter.name
+
+
+def test_a_wall_is_sought_with_a_damping_that_can_be_meant_however_fast_the_joint() -> None:
+    wall, fast = effect_named("contact"), replace(LARGE, speed=20.0)
+    assert all(wall.plausible(trial, fast) for trial in wall.starts_from(fast, trace(0)))
 
 
 @every_effect
