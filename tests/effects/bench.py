@@ -64,6 +64,19 @@ def nominal_arm(bend: bool = True) -> Arm:
     return misinformed(true_arm(bend), np.random.default_rng(3), inertial=0.02, friction=0.1)
 
 
+def scaled(arm: Arm, factor: float) -> Arm:
+    """The same arm with all masses, inertias and friction by a factor: it moves alike under as much torque."""
+
+    def rubs(own: Friction) -> Friction:
+        return replace(own, C0=factor * own.C0, C1=factor * own.C1, C2=factor * own.C2)
+
+    joints = []
+    for joint in arm.joints:
+        heavy = {name: factor * getattr(joint, name) for name in ("mass", "inertia", "rotor_inertia")}
+        joints.append(replace(joint, **heavy, friction=rubs(joint.friction), backward=rubs(joint.backward)))
+    return replace(arm, joints=tuple(joints))
+
+
 def recorded(
     effect: str | None = None,
     joints: Sequence[str] = (),

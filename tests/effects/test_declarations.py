@@ -26,7 +26,7 @@ from stribeck.model.path import SignalPath
 from stribeck.model.scale import Scale
 from stribeck.model.values import Parameter
 
-from .bench import every_effect, nominal_arm, starts
+from .bench import every_effect, nominal_arm, starts, trace
 
 UNIT = re.compile(r"(1|N m|N|m|rad|s|kg|Hz|kg m\^2)( s(\^2)?| m)?(/(1|rad|s|kg|m)(\^[0-9.]+)?)?")
 
@@ -35,6 +35,10 @@ SMALL = Scale(
     torque=0.1, friction=0.01, speed=0.5, travel=0.3, inertia=1e-3, sample_time=1e-3, length=0.1, distance=40.0
 )
 LARGE = Scale(torque=90.0, friction=12.0, speed=3.0, travel=4.0, inertia=6.0, sample_time=1e-2, length=0.8)
+TINY = Scale(
+    torque=2e-3, friction=2e-4, speed=20.0, travel=6.0, inertia=1e-7, sample_time=1e-3, length=0.02, distance=4e3
+)
+HUGE = Scale(torque=2e3, friction=300.0, speed=0.2, travel=2.0, inertia=500.0, sample_time=1e-2, length=2.0)
 ODD = Scale(torque=1e-9, friction=0.0, speed=1e-6, travel=1e-6, inertia=1e-6, sample_time=1e-3, length=0.0)
 
 
@@ -80,7 +84,7 @@ def test_what_depends_on_time_itself_says_how_fast(effect: Effect) -> None:
     assert [multiple for _, multiple in forward.waves] == [effect.waves] * depends
 
 
-@pytest.mark.parametrize("scale", [SMALL, LARGE, ODD], ids=["small", "large", "odd"])
+@pytest.mark.parametrize("scale", [SMALL, LARGE, TINY, HUGE, ODD], ids=["small", "large", "tiny", "huge", "odd"])
 @every_effect
 def test_starts(effect: Effect, scale: Scale) -> None:
     """Trial values: complete, finite, within the bounds, and clear of the null."""
@@ -95,6 +99,22 @@ def test_starts(effect: Effect, scale: Scale) -> None:
                 assert parameter.lower <= trial[parameter.name] <= parameter.upper
 
 
+@pytest.mark.parametrize(
+    ("label", "values"),
+    [
+        ("negative_damping/exponential", {"amount": 0.3, "velocity": 5e-4}),
+        ("negative_damping/gaussian", {"amount": 0.3, "velocity": 5e-4}),
+        ("history/running_in", {"change": 0.3, "distance": 0.05, "kept": 1.0}),
+    ],
+)
+def test_a_slow_axis_in_m_has_values_of_its_own(label: str, values: dict[str, float]) -> None:
+    """An axis at 5 mm/s: within the bounds, and meant."""
+    effect = laws()[tuple(label.split("/"))]  # type: ignore[index]
+    axis = replace(HUGE, torque=1.0, friction=0.5, speed=5e-3, travel=0.05, distance=0.5, prismatic=True)
+    assert all(parameter.lower <= values[parameter.name] <= parameter.upper for parameter in effect.parameters)
+    assert effect.plausible(values, axis)
+
+
 @every_effect
 def test_starts_know_no_zero_of_the_encoder(effect: Effect) -> None:
     """Places are sought where the joint moves; all else is the same wherever that is."""
@@ -104,7 +124,7 @@ def test_starts_know_no_zero_of_the_encoder(effect: Effect) -> None:
             assert other[parameter.name] == pytest.approx(one[parameter.name] + moved * parameter.place)
 
 
-@pytest.mark.parametrize("scale", [SMALL, LARGE], ids=["small", "large"])
+@pytest.mark.parametrize("scale", [SMALL, LARGE, TINY, HUGE], ids=["small", "large", "tiny", "huge"])
 @every_effect
 def test_starts_are_plausible(effect: Effect, scale: Scale) -> None:
     assert all(effect.plausible(start, scale) for start in effect.starts(scale))
@@ -196,6 +216,11 @@ def test_starts_in_sight_of_the_residual(effect: Effect) -> None:
         for trial in starts(effect, joint):
             for parameter in effect.parameters:
                 assert parameter.lower <= trial[parameter.name] <= parameter.upper, parameter.name
+
+
+def test_a_wall_is_sought_with_a_damping_that_can_be_meant_however_fast_the_joint() -> None:
+    wall, fast = effect_named("contact"), replace(LARGE, speed=20.0)
+    assert all(wall.plausible(trial, fast) for trial in wall.starts_from(fast, trace(0)))
 
 
 @every_effect

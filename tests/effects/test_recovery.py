@@ -21,7 +21,7 @@ from stribeck.identify.residual import Residual
 from stribeck.model.layout import Placed
 from stribeck.model.path import SignalPath
 
-from .bench import nominal_arm, recorded
+from .bench import nominal_arm, recorded, scaled
 
 FLOOR = np.full(2, 0.01)  # N m
 
@@ -220,22 +220,22 @@ SAMPLE = (  # one of each stage; all of them take a good part of a minute
 )  # fmt: skip
 
 
-def fitted(label: str, case: Case, turns: int = 0) -> tuple[Prepared, Model, Model]:
+def fitted(label: str, case: Case, turns: int = 0, factor: float = 1.0) -> tuple[Prepared, Model, Model]:
     """The re-tuned model and the one with the effect, as the search finds it: screened, then fitted.
 
-    All encoders count from ``turns`` away.
+    All encoders count from ``turns`` away; all masses, inertias and torques are by a ``factor``.
     """
     name, _, law = label.partition("/")
     effect = effect_named(name, law or None)
     bend = name != "negative_damping"
     runs = recorded(name, (case.joint, *case.elsewhere), case.hidden, bend=bend)
-    runs = [replace(run, q=run.q + 2.0 * np.pi * turns) for run in runs]
-    prepared = prepare(nominal_arm(bend), runs, runs[1:])
-    base = retune(prepared, FLOOR, rounds=1)
-    weights = weights_of(base, prepared, FLOOR)
+    runs = [replace(run, q=run.q + 2.0 * np.pi * turns, tau=factor * run.tau) for run in runs]
+    prepared, floor = prepare(scaled(nominal_arm(bend), factor), runs, runs[1:]), factor * FLOOR
+    base = retune(prepared, floor, rounds=1)
+    weights = weights_of(base, prepared, floor)
     trial = screen(prepared, base, weights, effect, prepared.arm.names.index(case.joint))
     model = fit_model(prepared, [Placed(effect, trial.joint)], weights, base.fit, trial.start, evaluations=25)
-    return prepared, base, retune(prepared, FLOOR, model.placed, rounds=case.rounds)
+    return prepared, base, retune(prepared, floor, model.placed, rounds=case.rounds)
 
 
 @pytest.mark.parametrize(
@@ -274,6 +274,18 @@ def test_an_encoder_may_count_from_many_turns_away(label: str, place: str) -> No
     for parameter, (value, allowed) in case.expected.items():
         there = value + 2.0 * np.pi * turns * (parameter == place)
         assert model.placed[0].values[parameter] == pytest.approx(there, abs=allowed)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("label", ["joint_flexibility", "presliding/lugre"])
+def test_an_arm_of_some_mN_m_has_no_bounds_of_its_own(label: str) -> None:
+    """All torques by 2^-15, which rounds nothing off: the same effect, as much weaker."""
+    factor = 2.0**-15
+    (_, _, one), (_, _, other) = (fitted(label, CASES[label], factor=part) for part in (1.0, factor))
+    for name, value in one.placed[0].values.items():
+        assert other.placed[0].values[name] == pytest.approx(factor * value, rel=1e-3)
+    left = [np.sqrt(np.mean(model.fit.residual**2, axis=0)) for model in (one, other)]
+    assert left[1] == pytest.approx(factor * left[0], rel=1e-3)
 
 
 @pytest.mark.long

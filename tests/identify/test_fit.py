@@ -283,3 +283,15 @@ def test_a_step_that_runs_away_costs_without_end_and_warns_nobody() -> None:
     problem = Problem(residual, Weights(np.array([1e-307]), np.ones(1)), values_of(path.entries), {})
     cost, _, _ = problem.evaluate(problem.start)
     assert not np.isfinite(cost)
+
+
+@pytest.mark.parametrize("side", ["lower", "upper"])
+@pytest.mark.parametrize("name", ["history", "presliding", "joint_flexibility", "torque_ripple"])
+def test_where_a_fit_rests_on_a_bound_an_arm_file_may_have_it(name: str, side: str) -> None:
+    """To the last digit: a corrected arm file is read back."""
+    path = SignalPath(pendulum(), [Placed(registry()[name], 0)])
+    run = condition(pendulum(), recorded(rate=250.0), 20.0, np.full(1, 1.6e-11))
+    columns = [i for i, entry in enumerate(path.entries) if isinstance(entry.owner, int)]
+    problem = Problem(Residual(path, [run], columns), SURE, values_of(path.entries), {})
+    p = problem.physical(problem.bounds()[side == "upper"])
+    assert all(path.entries[i].lower <= p[i] <= path.entries[i].upper for i in columns)

@@ -16,6 +16,7 @@ from stribeck.identify.run_fit import RunFit, fit_runs
 from stribeck.run import Run
 from stribeck.simulate import JointLoop, Loop, Reference, close_loop
 
+from ..effects.bench import scaled
 from .bench import BACKWARD, FORWARD, engine, joint
 from .conftest import PENDULUM, hoisted, law
 
@@ -36,6 +37,20 @@ def fitted(runs: list[Run], noise: float, seed: int) -> RunFit:
     arm = joint(WRONG, WRONG)
     conditioned = [condition(arm, run, CUTOFF, np.full(1, noise), thin=True) for run in noisy]
     return fit_runs(arm, conditioned, [(True, True)], CUTOFF)
+
+
+def test_intervals_know_no_unit() -> None:
+    """Of an arm whose torques are all by 2^-18 they are as much smaller."""
+    factor, plain = 2.0**-18, joint(WRONG, WRONG)
+    widths = []
+    for arm, part in ((plain, 1.0), (scaled(plain, factor), factor)):
+        runs = [replace(run, tau=part * run.tau) for run in swung(0.002)]
+        found = fit_runs(
+            arm, [condition(arm, run, CUTOFF, np.full(1, 1e-7), thin=True) for run in runs], [(True, True)], CUTOFF
+        )
+        i = [entry.key for entry in found.fit.entries].index("A.friction.C0")
+        widths.append((found.intervals.high[i] - found.intervals.low[i]) / part)
+    assert widths[1] == pytest.approx(widths[0], rel=1e-3)
 
 
 def holds(found: RunFit) -> list[bool]:

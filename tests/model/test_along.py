@@ -9,6 +9,7 @@ import pytest
 from stribeck.effects.friction.presliding_maxwell_slip import LEVEL, NAMES
 from stribeck.effects.registry import effect_named
 from stribeck.model.effect import Along, FrictionEffect, Upon
+from stribeck.model.forward import Forward
 from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
 from stribeck.model.values import Signals
@@ -49,6 +50,20 @@ def test_the_order_in_which_effects_are_placed_is_none(order: tuple[int, ...]) -
         torque, rate = law(trailing, command, *values_of(path.entries))
         assert float(torque) == pytest.approx(trailing * (1.0 + wave) + 0.4 + pull)
         assert float(rate) == pytest.approx((limited - trailing) / 0.01)
+
+
+@pytest.mark.parametrize("law", ["one_pole", "two_poles", "magnitude_optimum"])
+@pytest.mark.parametrize("first", [0, 1])
+def test_a_recording_starts_with_what_the_amplifier_leaves(law: str, first: int) -> None:
+    """Long after a step of the command its lag is over: none of what is cut off has come through."""
+    drive = [Placed(effect_named("actuator_lag", law), 0, {"time_constant": 0.01})]
+    drive.insert(first, Placed(effect_named("torque_saturation"), 0, {"limit": 2.0}))
+    path = SignalPath(nominal_arm(), drive)
+    forward, p = Forward(path), values_of(path.entries)
+    states = forward.settled(np.zeros(2), np.zeros(2), [7.0, 0.0], p).full().ravel()
+    rates, _ = forward.flow(0.0, np.concatenate([np.zeros(4), states]), np.zeros(2), [7.0, 0.0], p)
+    assert states == pytest.approx(2.0)
+    assert rates.full()[4:] == pytest.approx(0.0)
 
 
 FRICTION = (

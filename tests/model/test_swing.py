@@ -8,10 +8,11 @@ import pytest
 from scipy.optimize import brentq
 
 from stribeck.arm import Arm, Friction, Joint
-from stribeck.effects.registry import registry
+from stribeck.effects.registry import effect_named, registry
 from stribeck.model.balance import Balance
 from stribeck.model.cut import Cut
 from stribeck.model.drive import DRIVE
+from stribeck.model.forward import Forward
 from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
 from stribeck.model.swing import NEWTON, _newton
@@ -170,3 +171,25 @@ def test_a_face_with_a_strong_damper_is_found_from_free_flight() -> None:
             found = newton(found, start, began, free, [start, began], 1.0 / INERTIA, [0.0, 0.0], p)
         off.append(abs(float(found) - exact) / (abs(began + h * free - exact) + 1e-6))
     assert np.quantile(off, 0.99) < 0.02
+
+
+@pytest.mark.parametrize("outside", ["cable_spring", "contact/linear"])
+@pytest.mark.parametrize(
+    ("soft", "values"),
+    [
+        ("joint_flexibility", {"stiffness": 100.0, "damping": 0.1}),
+        ("backlash", {"gap": 0.01, "stiffness": 100.0, "damping": 0.1}),
+        ("base_flexibility", {"stiffness": 100.0, "damping": 0.1, "inertia": 0.1}),
+    ],
+)
+def test_a_link_starts_where_a_spring_or_a_wall_lets_it_rest(soft: str, values: dict[str, float], outside: str) -> None:
+    """Its compliance is wound up by as much as what pulls at the link from outside, there where the link is."""
+    name, _, law = outside.partition("/")
+    own = {"rest": -0.5} if not law else {"position": -0.5, "damping": 0.0}
+    spring = Placed(effect_named(name, law or None), 0, {"stiffness": 40.0, **own})
+    path = SignalPath(arm(INERTIA), (Placed(registry()[soft], 0, values), spring))
+    forward, p = Forward(path), values_of(path.entries)
+    links = forward.settled([0.0], [0.0], [0.0], p).full().ravel()
+    rates = forward.flow(0.0, [0.0, 0.0, *links], [0.0], [0.0], p)[0].full().ravel()
+    assert links[0] < -0.1
+    assert rates[3] == pytest.approx(0.0, abs=1e-9)

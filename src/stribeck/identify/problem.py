@@ -69,6 +69,8 @@ class Problem:
         self.has_prior = np.array([np.isfinite(self.entries[i].sd) for i in self.free], dtype=bool)
         self.unit = np.array([self._unit(self.entries[i], scales) for i in self.free])
         self.origin = np.where(self.has_prior, self.p0[self.free], 0.0)
+        self.lower = np.array([self.entries[i].lower for i in self.free])
+        self.upper = np.array([self.entries[i].upper for i in self.free])
         self.start = np.clip(self._scaled(start), *self.bounds())
         self._key: bytes | None = None  # of nothing yet: where all values are held, z has no bytes at all
         self._cost, self._rows = (np.inf, np.empty(0), np.empty(0)), (np.empty(0), np.empty(0), np.inf)
@@ -89,16 +91,15 @@ class Problem:
     def physical(self, z: np.ndarray) -> np.ndarray:
         """Return all parameter values (p,) at scaled coordinates."""
         p = self.p0.copy()
-        p[self.free] = np.where(self.log, np.exp(np.where(self.log, z, 0.0)), self.origin + self.unit * z)
+        values = np.where(self.log, np.exp(np.where(self.log, z, 0.0)), self.origin + self.unit * z)
+        p[self.free] = np.clip(values, self.lower, self.upper)  # where one rests, rounding leads beyond
         return p
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Return lower and upper bounds of z."""
-        lower = np.array([self.entries[i].lower for i in self.free])
-        upper = np.array([self.entries[i].upper for i in self.free])
-        safe = np.where(self.log, np.maximum(lower, 1e-300), 1.0)
-        low = np.where(self.log, np.log(safe), (lower - self.origin) / self.unit)
-        high = np.where(self.log, np.log(np.where(self.log, upper, 1.0)), (upper - self.origin) / self.unit)
+        safe = np.where(self.log, np.maximum(self.lower, 1e-300), 1.0)
+        low = np.where(self.log, np.log(safe), (self.lower - self.origin) / self.unit)
+        high = np.where(self.log, np.log(np.where(self.log, self.upper, 1.0)), (self.upper - self.origin) / self.unit)
         limit = np.where(self.has_prior, [prior_limit(self.entries[i]) for i in self.free], np.inf)
         return np.maximum(low, -limit), np.minimum(high, limit)
 

@@ -37,7 +37,7 @@ FRICTION_TOLERANCE = 2.0  # relative, of the constants read off the recordings, 
 ALPHAS = np.geomspace(0.003, 0.3, 25)  # of the fastest velocity, tried for the start
 EVALUATIONS = 250  # a decay that the recordings hardly show takes many
 MANY_RUNS = 12  # from so many on each run is a block of its own
-LEAST_SD = 1e-6  # N m
+LEAST_SD = 1e-9  # N m
 NEIGHBOURS = 7  # rows, over which what is blurred is averaged
 LEAST = {"C0": 0.3, "C1": 0.1, "C2": 0.1}  # of the friction there is: a start at zero would have no tolerance at all
 

@@ -10,6 +10,7 @@ from typing import Any
 import casadi as ca
 
 from stribeck.model.drive import Drive
+from stribeck.model.effect import Along
 from stribeck.model.links import Links, Motors
 from stribeck.model.path import SignalPath
 from stribeck.model.rigid_body import inverse_dynamics, mass_matrix
@@ -222,12 +223,25 @@ class Balance:
         body = path.body()
         still = [0.0] * self.n
         static = inverse_dynamics(body, [s.position for s in motion], still, still, prismatic=path.prismatic)
-        out: list[Expression] = []
-        for j in path.flexible:
+        resting = [s.at(velocity=0.0, link_velocity=0.0) for s in motion]
+        outside, resistance = path.external(resting, path.x), self._resistance(resting, path.x)
+        out = ca.SX.zeros(path.x.numel())
+        for i, j in enumerate(path.flexible):
             k, effect = path.transmission(j)  # type: ignore[misc]
-            out += [motion[j].position - effect.deflection(static[j], path.parameters(k)), motion[j].velocity]
-        for k, place in enumerate(path.placed):
-            s = motion[place.joint].at(torque=self._told.command(d, place.joint), load=static[place.joint])
+            torque = ca.SX.sym("torque")
+            bent = effect.deflection(torque, path.parameters(k))
+            # a spring or a wall pushes less on a link that gives way: a step of Newton's method
+            less = resistance[i, i] * bent / (1.0 + resistance[i, i] * ca.jacobian(bent, torque))
+            pulled = static[j] + outside[j]
+            held = pulled - ca.substitute(less, torque, pulled)
+            held = ca.if_else(pulled * held > 0.0, held, 0.0)  # else it lies in its play
+            at = motion[j].position - ca.substitute(bent, torque, held)
+            out[2 * i], out[2 * i + 1] = at, motion[j].velocity
+        # a lag starts at what the stages before it leave of the command
+        for k, place in sorted(enumerate(path.placed), key=lambda one: getattr(one[1].effect, "along", len(Along))):
+            s = motion[place.joint].at(load=static[place.joint])
+            s = s.at(torque=path.entering(k, self._told.command(d, place.joint), s, out))
             values = place.effect.initial(s, path.parameters(k))
-            out += [values[name] for name in place.effect.states]
-        return ca.vertcat(*out)
+            for name in place.effect.states:
+                out[path.state_index(f"{k}.{name}")] = values[name]
+        return out

@@ -20,7 +20,7 @@ class Bristle(FrictionEffect):
     bristle = True
     nonlinear = True
     parameters = (
-        Parameter("stiffness", "N m/rad", "stiffness of the contact before it slides", math.inf, 1e-2, 1e9, log=True),
+        Parameter("stiffness", "N m/rad", "stiffness of the contact before it slides", math.inf, 1e-8, 1e12, log=True),
         Parameter("damping", "N m s/rad", "damping of the contact before it slides", 0.0, 0.0),
     )
 

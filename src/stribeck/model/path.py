@@ -222,18 +222,19 @@ class SignalPath(Sensors):
             level = self.present_level(self.placed[k].joint, s, x)
             rates = effect.bristle_derivatives(level, s, states, values)
         else:
-            rates = effect.derivatives(s.at(torque=self._upstream(k, command, s, x)), states, values)
+            rates = effect.derivatives(s.at(torque=self.entering(k, command, s, x)), states, values)
         return [rates[name] for name in effect.states]
 
-    def _upstream(self, k: int, command: Expression, s: Signals, x: Any) -> Expression:
+    def entering(self, k: int, command: Expression, s: Signals, x: Any) -> Expression:
         """Return the torque that enters the k-th effect: the actuator's output for all but actuator effects."""
-        if not isinstance(self.placed[k].effect, ActuatorEffect):
-            return s.torque
+        joint, effect = self.placed[k].joint, self.placed[k].effect
+        if not isinstance(effect, ActuatorEffect):
+            return self.actuated(joint, command, s, x)
         torque = command
-        for other, effect in self._drive(self.placed[k].joint):
+        for other, before in self._drive(joint):
             if other == k:
                 break
-            torque = effect.torque(torque, s, self.states(other, x), self.parameters(other))
+            torque = before.torque(torque, s, self.states(other, x), self.parameters(other))
         return torque
 
     def transmission(self, joint: int) -> tuple[int, TransmissionEffect] | None:

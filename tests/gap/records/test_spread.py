@@ -24,6 +24,12 @@ def test_spread_is_noise_and_an_even_gap(gap: float) -> None:
     assert np.mean((drawn(gap) / found) ** 2) == pytest.approx(1.0, abs=1e-4)
 
 
+def test_spread_knows_no_unit() -> None:
+    """Of an arm of some mN m it is as much smaller, to the last digit."""
+    least = 2.0**-23
+    assert (spread(least * drawn(1.0), (least * NOISE) ** 2) == least * spread(drawn(1.0), NOISE**2)).all()
+
+
 def test_spread_at_the_floor_is_the_noise() -> None:
     assert (spread(0.5 * drawn(0.0), NOISE**2) == NOISE).all()
     assert (spread(np.zeros((ROWS, 1)), NOISE**2) == NOISE).all()

@@ -41,9 +41,8 @@ class Contact(ExternalEffect):
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
         size, place = scale.torque / (0.1 * scale.travel) ** EXPONENT, 0.3 * scale.travel
-        damping = min(DAMPING, 0.5 * LIFELESS / scale.speed)
         return tuple(
-            {"stiffness": side * size, "position": scale.middle + side * place, "damping": damping}
+            {"stiffness": side * size, "position": scale.middle + side * place, "damping": _damping(scale)}
             for side in (1.0, -1.0)
         )
 
@@ -51,7 +50,7 @@ class Contact(ExternalEffect):
         least = 0.02 * scale.torque / scale.travel**EXPONENT
         walls = zip((1.0, -1.0), likeliest_walls(trace, EXPONENT), strict=True)
         return tuple(
-            {"stiffness": side * max(side * k, least), "position": place, "damping": DAMPING}
+            {"stiffness": side * max(side * k, least), "position": place, "damping": _damping(scale)}
             for side, (k, place) in walls
         )
 
@@ -68,3 +67,7 @@ class Contact(ExternalEffect):
         depth = ca.fmax(side * (s.link_position - p["position"]), 0.0)
         push = ca.fmax(1.0 + p["damping"] * side * s.link_velocity, 0.0)
         return p["stiffness"] * depth**EXPONENT * push
+
+
+def _damping(scale: Scale) -> float:
+    return min(DAMPING, 0.5 * LIFELESS / scale.speed)

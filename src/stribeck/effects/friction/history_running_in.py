@@ -38,7 +38,7 @@ class HistoryRunningIn(FrictionEffect):
     elusive = True
     parameters = (
         Parameter("change", "1", "relative change of friction at the start of the first recording", 0.0, -0.9, 10.0),
-        Parameter("distance", "rad", "distance over which it falls to 1/e", 50.0, 0.1, 1e5, log=True),
+        Parameter("distance", "rad", "distance over which it falls to 1/e", 50.0, 1e-3, 1e5, log=True),
         Parameter("kept", "1", "part of it that lasts until the next recording", 1.0, 0.0, 1.0, firm=True),
     )
     states = ("newness",)
@@ -49,7 +49,7 @@ class HistoryRunningIn(FrictionEffect):
         return tuple({"change": 0.3, "distance": time * scale.speed, "kept": kept} for time, kept in ways)
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
-        return values["distance"] < SLOWEST * scale.distance
+        return scale.renews < values["distance"] < SLOWEST * scale.distance
 
     def level(self, level: Expression, direction: float, s: Signals, x: States, p: Parameters) -> Expression:
         return level * _factor(x, p)

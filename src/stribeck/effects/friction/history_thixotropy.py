@@ -15,6 +15,7 @@ from stribeck.model.values import Expression, Parameter, Parameters, Signals, St
 LEAST = 0.05  # of the level: however thin the grease, some friction is left
 OLDEST = 2.0  # an arm may have rested since the day before
 SHORTEST = 1e-9  # s
+WAYS = ((4.0, 0.5), (12.0, 0.3), (4.0, 0.1))  # s, and of the way gone in it, that a fit starts from
 
 
 @final
@@ -37,17 +38,15 @@ class HistoryThixotropy(FrictionEffect):
     parameters = (
         Parameter("change", "1", "relative rise of friction after a long rest", 0.0, -0.9, 10.0),
         Parameter("time", "s", "time over which rest builds up the structure", 5.0, 0.5, 1e4, log=True),
-        Parameter("distance", "rad", "distance over which motion breaks it to 1/e", 5.0, 1e-2, 1e5, log=True),
+        Parameter("distance", "rad", "distance over which motion breaks it to 1/e", 5.0, 1e-3, 1e5, log=True),
         Parameter("start", "1", "structure with which a recording starts, of that after a long rest", 1.0, 0.0, OLDEST),
     )
     states = ("structure",)
     state_units = MappingProxyType({"structure": "1"})
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:
-        return tuple(
-            {"change": 0.5, "time": time, "distance": part * time * scale.speed, "start": 0.9}
-            for time, part in ((4.0, 0.5), (12.0, 0.3), (4.0, 0.1))
-        )
+        ways = ((time, max(part * time * scale.speed, 2.0 * scale.renews)) for time, part in WAYS)
+        return tuple({"change": 0.5, "time": time, "distance": distance, "start": 0.9} for time, distance in ways)
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
         return values["distance"] > scale.renews

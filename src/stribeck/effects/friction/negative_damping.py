@@ -12,6 +12,8 @@ from stribeck.model.scale import Scale
 from stribeck.model.tustin import falls
 from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 
+NARROWEST = 1e-3  # of the typical speed: slower is rest, on an axis in m as well
+
 
 @final
 class NegativeDamping(FrictionEffect):
@@ -30,7 +32,7 @@ class NegativeDamping(FrictionEffect):
     kin = ("speed",)
     parameters = (
         Parameter("amount", "N m", "break-away above Coulomb friction", 0.0, 0.0),
-        Parameter("velocity", "rad/s", "velocity over which it falls", 0.1, 1e-3, 1e3, log=True),
+        Parameter("velocity", "rad/s", "velocity over which it falls", 0.1, 1e-6, 1e3, log=True),
     )
 
     def applies(self, arm: Any, joint: int) -> bool:
@@ -43,7 +45,8 @@ class NegativeDamping(FrictionEffect):
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
         # a peak of any height fits a joint at rest where it is narrow enough
-        return values["amount"] < 2.0 * max(scale.friction, scale.torque)
+        low = values["amount"] < 2.0 * max(scale.friction, scale.torque)
+        return low and values["velocity"] > NARROWEST * scale.speed
 
     def level(self, level: Expression, direction: float, s: Signals, x: States, p: Parameters) -> Expression:
         return level + p["amount"] * ca.exp(-ca.fabs(s.velocity) / p["velocity"])

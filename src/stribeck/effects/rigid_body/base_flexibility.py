@@ -35,9 +35,9 @@ class BaseFlexibility(TransmissionEffect):
     whole_arm = True
     alone = "a mass that swings on the link (a soft tool or load)"
     parameters = (
-        Parameter("stiffness", "N m/rad", "stiffness of the stand", math.inf, 1e-2, 1e9, log=True),
-        Parameter("damping", "N m s/rad", "damping of the stand", 0.0, 1e-6, 1e6, log=True),
-        Parameter("inertia", "kg m^2", "inertia of what rocks with the base, the arm apart", 1.0, 1e-9, 1e6, log=True),
+        Parameter("stiffness", "N m/rad", "stiffness of the stand", math.inf, 1e-8, 1e11, log=True),
+        Parameter("damping", "N m s/rad", "damping of the stand", 0.0, 1e-9, 1e8, log=True),
+        Parameter("inertia", "kg m^2", "inertia of what rocks with the base, the arm apart", 1.0, 1e-12, 1e6, log=True),
     )
 
     def sites(self, n: int) -> tuple[int, ...]:

@@ -43,8 +43,8 @@ class BaseFlexibilitySliding(StandEffect):
     whole_arm = True
     alone = "a mass that swings on the link (a soft tool or load)"
     parameters = (
-        Parameter("stiffness", "N/m", "stiffness of the stand", math.inf, 1e-2, 1e10, log=True),
-        Parameter("damping", "N s/m", "damping of the stand", 0.0, 1e-6, 1e7, log=True),
+        Parameter("stiffness", "N/m", "stiffness of the stand", math.inf, 1e-6, 1e11, log=True),
+        Parameter("damping", "N s/m", "damping of the stand", 0.0, 1e-9, 1e8, log=True),
         Parameter("mass", "kg", "mass of what slides with the base, the arm apart", 1.0, 1e-6, 1e6, log=True),
         Parameter("direction", "rad", "along which it slides, from the base frame's x", 0.0, -10.0, 10.0),
         Parameter("turn", "rad/m", "by how much it turns as it moves, as what tilts about its foot", 0.0, -20.0, 20.0),

@@ -43,8 +43,8 @@ class Backlash(TransmissionEffect):
     room = "gap"
     parameters = (
         Parameter("gap", "rad", "full width of the play", 0.0, 1e-7, 0.5, log=True),
-        Parameter("stiffness", "N m/rad", "contact stiffness", math.inf, 1e-2, 1e8, log=True),
-        Parameter("damping", "N m s/rad", "contact damping, pressed in far beyond 0.3 gap", 0.0, 1e-6, 1e5, log=True),
+        Parameter("stiffness", "N m/rad", "contact stiffness", math.inf, 1e-8, 1e11, log=True),
+        Parameter("damping", "N m s/rad", "contact damping, pressed in far beyond 0.3 gap", 0.0, 1e-9, 1e8, log=True),
     )
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:

@@ -27,8 +27,8 @@ class JointFlexibility(TransmissionEffect):
     filters = True
     nonlinear = True
     parameters = (
-        Parameter("stiffness", "N m/rad", "torsional stiffness", math.inf, 1e-2, 1e8, log=True),
-        Parameter("damping", "N m s/rad", "torsional damping", 0.0, 1e-6, 1e5, log=True),
+        Parameter("stiffness", "N m/rad", "torsional stiffness", math.inf, 1e-8, 1e11, log=True),
+        Parameter("damping", "N m s/rad", "torsional damping", 0.0, 1e-9, 1e8, log=True),
     )
 
     def starts(self, scale: Scale) -> tuple[dict[str, float], ...]:

@@ -285,6 +285,6 @@ def retune(
 def _alike(first: Weights, second: Weights) -> bool:
     """Return whether a fit by two weights comes to the same."""
     size, other = (np.sqrt(np.mean(weights.sd**2, axis=0)) for weights in (first, second))
-    return np.allclose(size, other, rtol=SAME_SIZE) and np.allclose(
+    return np.allclose(size, other, rtol=SAME_SIZE, atol=0.0) and np.allclose(
         first.correlation, second.correlation, rtol=SAME_MEMORY
     )

@@ -80,7 +80,10 @@ def _even(squares: np.ndarray, power: np.ndarray) -> float:
         return float(np.mean(squares / (power + even))) - 1.0
 
     most = 2.0 * float(np.mean(squares))  # once would do but for rounding, where the noise is next to nothing
-    return float(optimize.brentq(excess, 0.0, most, rtol=1e-6)) if most > 0.0 and excess(0.0) > 0.0 else 0.0
+    if most == 0.0 or excess(0.0) <= 0.0:
+        return 0.0
+    # as a part of the most: a root finder's absolute tolerance is no N^2 m^2
+    return most * float(optimize.brentq(lambda part: excess(part * most), 0.0, 1.0, rtol=1e-6))
 
 
 def levels(residual: np.ndarray, power: np.ndarray, floor: np.ndarray) -> np.ndarray:
