@@ -64,7 +64,7 @@ def test_a_contact_that_gives_way_by_no_more_than_any_does_is_ordinary(effect: E
         ("gravity_tilt", None, {"x": 0.04, "y": -0.02}),
         ("cable_spring", "linear", {"stiffness": 0.15, "rest": 0.3}),
         ("cable_spring", "hardening", {"stiffness": 0.06, "rest": 0.4, "cubic": 0.1}),
-        ("position_dependent_friction", None, {"sine": -0.013, "cosine": 0.013, "harmonic": 3.0}),
+        ("position_dependent_friction", None, {"sine": -0.027, "cosine": 0.027, "harmonic": 3.0}),
     ],
 )
 def test_what_strays_by_a_per_cent_is_ordinary(name: str, law: str | None, little: dict[str, float]) -> None:
