@@ -14,6 +14,7 @@ from stribeck.gap.answer.commands import told_commands
 from stribeck.gap.answer.delivered import delivered, told_lacking
 from stribeck.gap.answer.late_alone import told_late_alone
 from stribeck.gap.answer.listing import candidates_of, traces_of
+from stribeck.gap.answer.loads import told_loads
 from stribeck.gap.answer.noise import heard, heard_through
 from stribeck.gap.answer.off_the_line import told_off_the_line
 from stribeck.gap.answer.places import places
@@ -175,6 +176,7 @@ class Assembly:
                 *told_of(tuned),
                 *told_alone(recordings),
                 *told_late_alone(told.prepared, (self.base, final), told.floor),
+                *told_loads(told.prepared, (self.base, final), told.floor),
                 *(told_alike(self.steps, arm.names) if verdict != "no_gap" else ()),
                 *_limits(final),
             ),
