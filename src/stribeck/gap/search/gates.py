@@ -25,7 +25,7 @@ LARGE_GAIN, SURE = 0.25, 0.99  # a large gain needs no t value where any choice 
 PLAIN_T, PLAIN_GAIN = 4.0, 0.2  # from which held-out runs that hardly excite an effect need not confirm it
 MOST_LOST = 0.1  # of what fitted runs gain, that held-out ones may lose to it
 LEAST_POWER = 0.1  # of the noise floor's power, that an effect removes from a joint
-NOISE = 1.2  # of it, that is there without an effect: of less nothing is to be explained, whatever takes some of it
+NOISE = 1.2  # of it, up to which there is but noise, of which a filter takes some
 LEAST_PRIOR = 8.0  # cost that the prior must save for an effect that the residual alone does not show
 MOST_PRIOR = 4.0  # cost to the prior that a law may ask for: more, and it is the nominal values that it bends
 KEPT_T = 2.0  # block-robust t value below which an effect is dropped again
@@ -73,8 +73,8 @@ def earns_its_place(
             return False
     # held-out runs that hardly excite the effect cannot confirm it; they must not speak against it
     spared = ranking.lost[k] < MOST_LOST and (large or (t > PLAIN_T and gain > PLAIN_GAIN))
-    more = ranking.power[0, closing] > NOISE and removed[closing] > LEAST_POWER
-    shown = gain > least and more and (t > LEAST_T or large)
+    noise = new.effect.filters and ranking.power[0, closing] <= NOISE
+    shown = gain > least and removed[closing] > LEAST_POWER and not noise and (t > LEAST_T or large)
     by_prior = new.effect.rescales and ranking.prior_gain[k] > LEAST_PRIOR and gain > -LEAST_GAIN
     bearable = ranking.prior_gain[k] > -MOST_PRIOR or gain > LARGE_GAIN
     return bool((shown and bearable and (held > 0.5 * least or spared)) or by_prior)
