@@ -10,8 +10,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from stribeck.gap.answer.each_recording import NOTHING, recording_of_rows, slope_of_each
 from stribeck.gap.fitted.model import Model
-from stribeck.gap.records.blocks import block_sums
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.records.spread import noise_power, spread
 from stribeck.identify.blocks import block_of_rows
@@ -77,14 +77,8 @@ def _lateness(
     moves = np.concatenate([run.stuck[run.analysis_index] < 0.5 for run in runs]) / sd
     rate = np.concatenate([run.filtered(np.gradient(run.command, run.sample_time, axis=0)) for run in runs]) * moves
     left, block = whole * moves, block_of_rows(runs)
-    of_row = np.repeat([names.index(run.name) for run in runs], [len(run.analysis_index) for run in runs])
-    late, error, share = np.zeros((3, len(names), whole.shape[1]))
-    for k in range(len(names)):
-        own, change = left[of_row == k], rate[of_row == k]
-        power, squares = (np.maximum(np.sum(values**2, axis=0), 1e-300) for values in (change, own))
-        late[k] = -np.sum(own * change, axis=0) / power
-        rest = own + late[k] * change
-        scatter = np.sqrt(np.sum(block_sums(rest * change, block[of_row == k]) ** 2, axis=0))
-        error[k] = np.where(scatter > 0.0, scatter / power, np.inf)
-        share[k] = 1.0 - np.sum(rest**2, axis=0) / squares
-    return late, error, share
+    of_row = recording_of_rows(runs, names)
+    late, error, rest = slope_of_each(left, rate, of_row, block)
+    squares = [[np.sum(each[of_row == k] ** 2, axis=0) for k in range(len(names))] for each in (rest, left)]
+    share = 1.0 - np.asarray(squares[0]) / np.maximum(squares[1], NOTHING)
+    return late, np.where(error > 0.0, error, np.inf), share

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from stribeck.effects.registry import effect_named
+from stribeck.gap.answer.each_recording import NOTHING, recording_of_rows, slope_of_each
 from stribeck.gap.fitted.model import Model, start_values
-from stribeck.gap.records.blocks import block_sums
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.records.spread import noise_power, spread
 from stribeck.identify.blocks import block_of_rows
@@ -41,7 +41,7 @@ def told_loads(prepared: Prepared, models: Sequence[Model], floor: np.ndarray) -
     names = list(dict.fromkeys(run.name for run in (*prepared.fit, *prepared.held)))
     for model in models if len(names) >= LEAST else ():
         mass, error, share = _masses(prepared, model, floor, names)
-        above = (mass - mass.min()) / max(float(np.ptp(mass)), 1e-300)
+        above = (mass - mass.min()) / max(float(np.ptp(mass)), NOTHING)
         light, heavy = above < ALIKE, above > 1.0 - ALIKE
         if share < MOSTLY or not heavy.any() or not np.all(light | heavy):
             continue
@@ -65,19 +65,13 @@ def _masses(
     """
     runs, whole = (*prepared.fit, *prepared.held), model.whole
     sd = spread(whole, noise_power(prepared.noise, floor, len(whole), model.rows))
-    of_row = np.repeat([names.index(run.name) for run in runs], [len(run.analysis_index) for run in runs])
-    left, change, block = whole / sd, _per_mass(prepared, model) / sd, block_of_rows(runs)
-    mass, error = np.zeros((2, len(names)))
-    rest = np.zeros_like(left)
-    for k in range(len(names)):
-        own = of_row == k
-        power = max(float(np.sum(change[own] ** 2)), 1e-300)
-        mass[k] = -np.sum(left[own] * change[own]) / power
-        rest[own] = left[own] + mass[k] * change[own]
-        scatter = block_sums(np.sum(rest[own] * change[own], axis=1, keepdims=True), block[own])
-        error[k] = np.sqrt(np.sum(scatter**2)) / power
-    common = -np.sum(left * change) / max(float(np.sum(change**2)), 1e-300)
-    return mass, error, 1.0 - float(np.sum(rest**2) / np.sum((left + common * change) ** 2))
+    left, change = (
+        (each / sd).reshape(-1, 1) for each in (whole, _per_mass(prepared, model))
+    )  # one mass for all joints
+    of_row, block = (np.repeat(each, whole.shape[1]) for each in (recording_of_rows(runs, names), block_of_rows(runs)))
+    mass, error, rest = slope_of_each(left, change, of_row, block)
+    common = -np.sum(left * change) / max(float(np.sum(change**2)), NOTHING)
+    return mass[:, 0], error[:, 0], 1.0 - float(np.sum(rest**2) / np.sum((left + common * change) ** 2))
 
 
 def _per_mass(prepared: Prepared, model: Model) -> np.ndarray:
