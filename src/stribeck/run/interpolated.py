@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from stribeck.quantum import rounding
 from stribeck.run.held import on_rows
-from stribeck.run.repeats import FEWEST, REGULAR, ordinal, read_rows
+from stribeck.run.repeats import REGULAR, ordinal, period_of, read_rows
 from stribeck.run.values import Floats, Run
 
 ROUNDINGS = 4.0  # of a value, by which rounding three of them may bend a line
@@ -33,11 +33,8 @@ def without_interpolated(run: Run) -> tuple[Run, tuple[str, ...]]:
     notes : tuple of str
     """
     bent = np.flatnonzero(np.any(_bends(run.q), axis=1)) + 1
-    apart = np.diff(bent)
-    if len(apart) < FEWEST:
-        return run, ()
-    every = int(np.argmax(np.bincount(apart)))
-    if every < 2 or np.mean(apart % every == 0) < REGULAR:
+    every = period_of(bent)
+    if every < 2:
         return run, ()
     rows = read_rows(bent, every, len(run.t))
     between = np.delete(_bends(run.tau), rows[(rows > 0) & (rows < len(run.t) - 1)] - 1, axis=0)

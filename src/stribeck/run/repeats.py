@@ -32,16 +32,21 @@ def without_repeats(run: Run) -> tuple[Run, tuple[str, ...]]:
     """
     change = np.max(np.abs(np.diff(run.q, axis=0)), axis=1)
     changed = np.flatnonzero(change) + 1
-    apart = np.diff(changed)
-    if len(apart) < FEWEST:
-        return run, ()
-    every = int(np.argmax(np.bincount(apart)))
-    sizes = change[changed - 1]
-    if every < 2 or np.mean(apart % every == 0) < REGULAR or np.median(sizes) < COUNTS * sizes.min():
+    every, sizes = period_of(changed), change[changed - 1]
+    if every < 2 or np.median(sizes) < COUNTS * sizes.min():
         return run, ()
     rows = read_rows(changed, every, len(run.t))
     note = f"{run.name}: positions are new in every {ordinal(every)} row only; those between are left out"
     return on_rows(run, rows), (note,)
+
+
+def period_of(rows: NDArray[np.int_]) -> int:
+    """Return how many rows lie from one of some rows (K,) to the next, by far most of the time; 1 if no number does."""
+    apart = np.diff(rows)
+    if len(apart) < FEWEST:
+        return 1
+    every = int(np.argmax(np.bincount(apart)))
+    return every if np.mean(apart % every == 0) >= REGULAR else 1
 
 
 def read_rows(changed: NDArray[np.int_], every: int, rows: int) -> NDArray[np.int_]:
