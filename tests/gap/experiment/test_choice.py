@@ -20,7 +20,7 @@ from stribeck.gap.experiment.motions import Recorded
 from stribeck.gap.experiment.plan import Plan, swung
 from stribeck.gap.experiment.programme import Programme
 from stribeck.gap.experiment.proposal import without_twins
-from stribeck.gap.experiment.separation import AS_IT_IS
+from stribeck.gap.experiment.separation import ANEW, AS_IT_IS
 from stribeck.gap.experiment.wording import told_swung, what_to_do
 from stribeck.gap.result import Cause
 from stribeck.gap.search.rank import ALIKE
@@ -73,6 +73,14 @@ def test_a_change_is_laborious(monkeypatch: pytest.MonkeyPatch) -> None:
     assert proposed([(third, AS_IT_IS), (half, AS_IT_IS)], monkeypatch) == 1
     assert proposed([(third, AS_IT_IS), (half, CHANGE)], monkeypatch) == 0
     assert proposed([([OPEN] * 6, AS_IT_IS), (half, CHANGE), (most, CHANGE)], monkeypatch) == 2
+
+
+def test_what_a_recording_by_itself_tells_needs_no_change(monkeypatch: pytest.MonkeyPatch) -> None:
+    third, half = [TOLD, TOLD, OPEN, OPEN, OPEN, OPEN], [TOLD, TOLD, TOLD, OPEN, OPEN, OPEN]
+    assert proposed([(third, AS_IT_IS), (half, ANEW), (half, CHANGE)], monkeypatch) == 1
+    assert proposed([(third, AS_IT_IS), (half, ANEW), ([TOLD] * 6, CHANGE)], monkeypatch) == 2
+    assert proposed([(half, AS_IT_IS), (half, ANEW)], monkeypatch) == 0
+    assert proposed([(third, AS_IT_IS), (half, ANEW)], monkeypatch, as_it_is=True) == 0
 
 
 def test_a_change_is_not_laborious_where_motions_leave_the_likeliest_beside_another(
@@ -196,6 +204,8 @@ def what_is_told(pairs: np.ndarray, q: Sequence[float], kinds: Sequence[str] = (
     options = SimpleNamespace(change=AS_IT_IS, wider=1.5)
     choice = Choice(programme, prospect, options, SoFar(0.0, np.zeros(len(pairs))))  # type: ignore[arg-type]
     reference: Any = SimpleNamespace(q=np.stack([np.full(len(q), 0.5), q], axis=1))
+    anew = what_to_do(plan, replace(choice, options=SimpleNamespace(change=ANEW, wider=1.5)), reference)  # type: ignore[arg-type]
+    assert "(6 s in all), and diagnose that by itself with the same arm file: together with the runs so far, " in anew
     told = what_to_do(plan, choice, reference)
     start = "Record a chirp, at B alone (6 s in all), and diagnose it together with the runs so far."
     assert told.startswith(start)
@@ -270,11 +280,11 @@ def test_a_change_is_offered_within_what_was_recorded_first(monkeypatch: pytest.
     monkeypatch.setattr(made, "options", lambda wider: Options((None,), (None,), (), wider))  # type: ignore[arg-type]
     monkeypatch.setattr(made, "promised", lambda motions, reach, change: motions)
     monkeypatch.setattr(made, "_makes", lambda prospect: True)
-    monkeypatch.setattr(made, "best", lambda options: (options.wider, options.change.words))
-    widths = (1.0, plan_module.WIDER)
-    every = [(wider, words) for words in ("", CHANGE.words, "fix a payload") for wider in widths]
-    assert list(made.choices()) == every
-    assert list(made.choices(as_it_is=True)) == every[:2]
+    monkeypatch.setattr(made, "best", lambda options: Choice(None, None, options, None))  # type: ignore[arg-type]
+    offered = [(choice.options.wider, choice.change.words, choice.change is ANEW) for choice in made.choices()]
+    kinds = (("", False), ("", True), (CHANGE.words, False), ("fix a payload", False))
+    assert offered == [(wider, *kind) for kind in kinds for wider in (1.0, plan_module.WIDER)]
+    assert [choice.change is AS_IT_IS for choice in made.choices(as_it_is=True)] == [True, True]
     third = [TOLD, OPEN, OPEN], CHANGE
     assert proposed([([OPEN] * 3, AS_IT_IS), third, third], monkeypatch) == 1
 

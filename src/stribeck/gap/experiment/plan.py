@@ -11,7 +11,7 @@ from stribeck.gap.experiment.changes import Change, changes
 from stribeck.gap.experiment.choice import Choice, Options, SoFar
 from stribeck.gap.experiment.motions import Motion, Reach, family, reaches, recorded
 from stribeck.gap.experiment.programme import Programme, shortest, times
-from stribeck.gap.experiment.separation import AS_IT_IS, Candidate, Prospect, prospects
+from stribeck.gap.experiment.separation import ANEW, AS_IT_IS, Candidate, Prospect, prospects
 from stribeck.gap.fitted.model import Model, fit_model, weights_of
 from stribeck.gap.records.floor import noise_of_rows
 from stribeck.gap.records.prepare import Prepared
@@ -126,22 +126,25 @@ class Plan:
         return bool(np.all(prospect.torque <= self.limit)) and prospect.left < ASTRAY
 
     def choices(self, *, as_it_is: bool = False) -> Iterator[Choice]:
-        """Yield the best programme within what was recorded, that beyond it, and those with a change if asked for.
+        """Yield the best programme within what was recorded, that beyond it, and those to be diagnosed by themselves.
 
-        These, too, within what was recorded first.
+        These only if asked for: the same two without the runs so far, then those with a change, within what was
+        recorded first.
         """
-        known: list[Options] = []
+        known: list[Choice] = []
         for wider in (1.0, WIDER):
             options = self.options(wider)
             if options.motions:
-                yield self.best(options)
-                known.append(options)
+                known.append(self.best(options))
+                yield known[-1]
         if as_it_is:
             return
+        for choice in known:
+            yield replace(choice, options=replace(choice.options, change=ANEW))
         tilted = any(model.placed[-1].effect.name == "gravity_tilt" for model in self.models)
         for change in changes(self.prepared.arm, self.joints, tilted=tilted):
-            for options in known:
-                changed = self._changed(options, change)
+            for choice in known:
+                changed = self._changed(choice.options, change)
                 if changed.motions:
                     yield self.best(changed)
 

@@ -148,9 +148,9 @@ def _better(choice: Choice, best: Choice) -> bool:
     Any more is enough for one that sets the likeliest model apart where the other one does not, if it is not laborious
     for next to nothing.
     """
-    if choice.change is not AS_IT_IS and _promise(choice) < CHANGED:
+    if choice.change.words and _promise(choice) < CHANGED:
         return False
-    laborious = best.change is AS_IT_IS and choice.change is not AS_IT_IS
+    laborious = bool(choice.change.words) and not best.change.words
     enough = 0.0 if best.apart <= FAINT < choice.apart else CHANGED if laborious else MORE
     return _promise(choice) > _promise(best) + enough
 
@@ -159,7 +159,7 @@ def _experiment(plan: Plan, choice: Choice) -> Experiment:
     reference = plan.reference(choice)
     names, told = names_of(plan.models, plan.prepared.arm.names), np.any(choice.chances >= LITTLE, axis=1)
     return Experiment(
-        kind="motion" if choice.change is AS_IT_IS else "change",
+        kind="change" if choice.change.words else "motion",
         what=what_to_do(plan, choice, reference),
         separates=tuple(name for name, apart in zip(names, told, strict=True) if apart),
         apart=choice.apart,

@@ -24,6 +24,11 @@ def what_to_do(plan: Plan, choice: Choice, reference: Run) -> str:
     mind = "".join(f" {text}" for text in (*_beyond(plan, reference), *_left(choice, names_of(plan.models, arm.names))))
     if choice.change is AS_IT_IS:
         return f"Record {path}, and diagnose it together with the runs so far.{mind}"
+    if not choice.change.words:
+        return (
+            f"Record {path}, and diagnose that by itself with {choice.change.known_by}: together with the runs so far, "
+            f"what these candidates have in common would outweigh what tells them apart.{mind}"
+        )
     return (
         f"No motion is enough: {choice.change.words}, record {path}, and diagnose that by itself with "
         f"{choice.change.known_by}.{mind}"
