@@ -6,7 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stribeck.effects.registry import registry
 from stribeck.gap.answer.late_alone import told_late_alone
+from stribeck.gap.diagnose import diagnose
 from stribeck.gap.records.prepare import prepare
 from stribeck.gap.search.setting import Asked
 from stribeck.gap.search.tuned import retuned
@@ -54,3 +56,10 @@ def test_none_is_late_alone_for_what_the_arm_does(effects: tuple[tuple[str, dict
 def test_of_two_either_may_be_late() -> None:
     first, second, *_ = recorded()
     assert not told([logged_late(first, 1), second])
+
+
+def test_a_diagnosis_warns_of_it() -> None:
+    runs = [logged_late(run, 1) if k == 1 else run for k, run in enumerate(recorded())]
+    others = [name for name in registry() if name not in ("payload", "cogging")]
+    found = diagnose(NOMINAL, runs, jobs=1, leave_out=others)
+    assert any(text.startswith(f"{runs[1].name}: commands come about") for text in found.warnings)

@@ -1,10 +1,14 @@
 """Recordings that carry a load are told from those that do not; whatever an arm has in all of them is no load."""
 
 from collections.abc import Sequence
+from types import SimpleNamespace
+from typing import Any
 
+import numpy as np
 import pytest
 
 from stribeck.effects.registry import registry
+from stribeck.gap.answer import loads
 from stribeck.gap.answer.loads import told_loads
 from stribeck.gap.diagnose import diagnose
 from stribeck.gap.records.prepare import prepare
@@ -43,6 +47,25 @@ def test_those_that_carry_a_load_are_told_with_its_mass(loaded: tuple[int, ...])
 )
 def test_what_is_in_all_recordings_is_no_load(effects: tuple[tuple[str, dict[str, float]], ...]) -> None:
     assert not told(recorded(*effects))
+
+
+@pytest.mark.parametrize(
+    ("masses", "error", "share", "said"),
+    [
+        ((0.0, 0.01, 0.2, 0.21), 0.005, 0.7, ["b, d: as with 0.2 kg more at the tip"]),
+        ((0.0, 0.01, 0.2, 0.21), 0.05, 0.7, []),  # no surer than by chance
+        ((0.0, 0.01, 0.2, 0.21), 0.005, 0.2, []),  # hardly any of what is left
+        ((0.0, 0.07, 0.13, 0.2), 0.001, 0.7, []),  # no two groups
+    ],
+)
+def test_each_bar_alone_keeps_it_silent(
+    masses: Sequence[float], error: float, share: float, said: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = np.array(masses), np.full(4, error), share
+    monkeypatch.setattr(loads, "_masses", lambda *given: found)
+    prepared: Any = SimpleNamespace(fit=[SimpleNamespace(name=name) for name in "acdb"], held=())
+    text = told_loads(prepared, (None,), np.ones(1))  # type: ignore[arg-type]
+    assert [one.partition(" than")[0] for one in text] == said
 
 
 def test_of_two_recordings_none_is_told_to_carry_a_load() -> None:
