@@ -40,7 +40,7 @@ def cutoff_frequency(arm: Arm, runs: Sequence[Run], inertia: np.ndarray, noise: 
     accelerated = [_acceleration(run) for run in runs]
     for j in np.flatnonzero(~np.all([braked(arm, run, noise) for run in runs], axis=0)):
         torque = max(_rms([run.tau[:, j] for run in runs]), inertia[j] * _rms([swung[:, j] for swung in accelerated]))
-        ratio = (NOISE_SHARE * torque) / (SKIRT * inertia[j] * noise[j] * (2 * np.pi) ** 2)
+        ratio = NOISE_SHARE * torque / (SKIRT * inertia[j] * noise[j] * (2 * np.pi) ** 2)
         best = min(best, float((ratio**2 * 2.5 * rate) ** 0.2))
     return max(best, min(CUTOFF_RANGE[0], MOST_OF_RATE * rate))
 

@@ -8,6 +8,7 @@ from stribeck.arm import Friction
 from stribeck.model.values import Expression, Parameters
 
 NONE = 1e-6  # of the Coulomb friction: a falling part of less is what a fit has left at its bound
+NARROWEST = 1e-3  # of the typical speed, over which a part falls: slower is rest, on an axis in m as well
 
 
 def tustin_level(speed: Expression, constants: Parameters) -> Expression:

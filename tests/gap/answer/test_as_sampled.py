@@ -5,9 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stribeck.effects.registry import registry
 from stribeck.gap.answer.as_sampled import told_as_sampled
+from stribeck.gap.diagnose import diagnose
 from stribeck.gap.result import Cause, Estimate
 from stribeck.identify.conditioning import held_command
+
+from ..conftest import NOMINAL, recorded
 
 STEP = 0.01  # s
 
@@ -37,3 +41,10 @@ def test_other_shifts_are_not() -> None:
     assert not told_as_sampled([shift(-4.0)], [], STEP)
     assert not told_as_sampled([shift(-4.0, "delay")], ["delay"], STEP)
     assert not told_as_sampled([replace(shift(-4.0), parameters={})], ["time_shift"], STEP)
+
+
+def test_a_diagnosis_says_so() -> None:
+    others = [name for name in registry() if name not in ("time_shift", "cogging")]
+    found = diagnose(NOMINAL, recorded(("time_shift", {"time": -1.8e-3})), jobs=1, leave_out=others)  # of 4 ms
+    assert found.named == ("time_shift",)
+    assert any("from row to row" in note for note in found.notes)

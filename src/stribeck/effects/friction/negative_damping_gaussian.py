@@ -9,10 +9,8 @@ import casadi as ca
 
 from stribeck.model.effect import FrictionEffect
 from stribeck.model.scale import Scale
-from stribeck.model.tustin import falls
+from stribeck.model.tustin import NARROWEST, falls
 from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
-
-NARROWEST = 1e-3  # of the typical speed: slower is rest, on an axis in m as well
 
 
 @final

@@ -65,9 +65,8 @@ def _masses(
     """
     runs, whole = (*prepared.fit, *prepared.held), model.whole
     sd = spread(whole, noise_power(prepared.noise, floor, len(whole), model.rows))
-    left, change = (
-        (each / sd).reshape(-1, 1) for each in (whole, _per_mass(prepared, model))
-    )  # one mass for all joints
+    change = _per_mass(prepared, model)
+    left, change = ((each / sd).reshape(-1, 1) for each in (whole, change))  # one mass for all joints
     of_row, block = (np.repeat(each, whole.shape[1]) for each in (recording_of_rows(runs, names), block_of_rows(runs)))
     mass, error, rest = slope_of_each(left, change, of_row, block)
     common = -np.sum(left * change) / max(float(np.sum(change**2)), NOTHING)
