@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from stribeck.loop.analyse import _shown
-from stribeck.loop.exact.rounds import Rounds
+from stribeck.loop.exact.rounds import NONE, Rounds
 from stribeck.loop.exact.settle import settle
 from stribeck.loop.exact.starts import own_start, starts
 from stribeck.loop.linear.operating import pose
@@ -29,6 +29,16 @@ def test_it_ends_where_the_simulation_does(loop_of, sample_time):
     assert found.verdict == "rest"
     assert found.steady_error == pytest.approx(ended, rel=1e-5)
     assert abs(ended) > 0.01
+
+
+@pytest.mark.parametrize("coarse", ["encoder_resolution", "encoder_noise"])
+def test_the_first_sample_sees_no_velocity(loop_of, coarse):
+    """What the encoder adds to the position is no step from where the joint is."""
+    loop = loop_of(0.9, zeta=0.4, sample_time=0.005, error=0.3004, **{coarse: 1e-3})
+    arm, rounds = one_joint(A), Rounds(one_joint(A), loop)
+    after = rounds.run(own_start(rounds), NONE, duration=1.5 * loop.sample_time, quiet=False).place
+    command = simulate_loop(arm, loop).command[0, 0]
+    assert after.values[rounds.layout.torque][0] == pytest.approx(command, abs=0.2)  # noises differ by their seeds
 
 
 @pytest.mark.parametrize("sample_time", [0.0, 0.005])
