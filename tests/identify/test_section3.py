@@ -80,6 +80,7 @@ def test_amplification_is_what_an_error_of_the_torque_does() -> None:
         ([0.0, 0.05, 0.15, 0.5, 1.0], [6.2, 5.6, 4.9, 5.7, 6.5], "the saddle lies below the line of 3.1"),
         ([0.0, 0.05, 0.15, 0.5, 1.0], [6.2, 5.6, 4.9, 5.7, 6.5], "condition (2) does not hold"),
         ([0.0, 0.1, 0.3, 0.5, 1.0], [6.2, 6.0, 5.5, 5.4, 6.5], "not large against the saddle's"),
+        ([0.0, 0.1, 0.7], [6.2, 5.3, 6.1], "the line of 3.1 passes through the least torque, at 0.1 rad/s: no alpha"),
     ],
 )
 def test_pitfalls_are_said(speed: list[float], torque: list[float], says: str) -> None:
@@ -112,4 +113,5 @@ def test_nothing_is_made_up_for_steps_that_fail() -> None:
     assert not found.ok
     assert math.isnan(found.constants[1])
     assert math.isfinite(found.constants[2])
+    assert math.isnan(section3(np.array([0.0, 0.1, 0.7]), np.array([6.2, 5.3, 6.1])).constants[3])
     assert not section3(np.array([0.0, 0.0]), np.array([5.0, 5.1])).ok

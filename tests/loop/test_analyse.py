@@ -285,6 +285,22 @@ def test_a_record_too_short_for_two_rounds_says_so() -> None:
     assert watched(simulate_loop(arm(), loop(0.0125)), 0) == "rest"
 
 
+def test_a_cycle_that_shooting_finds_is_seen_in_the_record() -> None:
+    """Torques and positions of millionths: a swing of half a microradian is no rest to one of the methods alone."""
+    scale = 2e-6
+    fine = Friction(scale * A.C0, scale * A.C1, A.C2, scale * A.alpha)
+    given = loop(
+        0.0125, Reference("regulate", initial_error=0.3 * scale), kv=math.sqrt(30.0),
+        compensation=Compensation("feedback", 1.9, at_zero="zero"),
+    )  # fmt: skip
+    _, found = answer(fine, given)
+    shot, seen = found.methods["shooting"], found.methods["simulation"]
+    assert shot.cycle
+    assert shot.amplitude == pytest.approx(5.5e-7, rel=0.05)
+    assert seen.cycle
+    assert seen.amplitude == pytest.approx(shot.amplitude, rel=1e-3)
+
+
 @pytest.mark.parametrize(
     ("error", "says"),
     [

@@ -64,6 +64,14 @@ def cycling(_own_cache: None) -> Analysis:
     return analyse_loop(arm(), Loop(0.0, 10.0, (entry,)), grid=Grid(7, 6))
 
 
+@pytest.mark.usefixtures("_own_cache")
+def test_a_motion_that_is_unbounded_at_once_is_drawn() -> None:
+    entry = JointLoop("A", 1e9, Reference("regulate", initial_error=0.2), kv=5.0)
+    found = analyse_loop(arm(), Loop(0.0125, 10.0, (entry,)), grid=Grid(wanted=False))
+    assert found.motion.motion.filled == 1
+    assert "unbounded after" in finding_of(trace_figure(found, 0))
+
+
 @pytest.mark.parametrize("drawn", [pytest.param("", marks=pytest.mark.slow), "swings"])
 def test_the_page_is_whole_and_escapes_names(
     cycling: Analysis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, drawn: str

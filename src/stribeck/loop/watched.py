@@ -7,11 +7,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.loop.exact.turns import TINY
 from stribeck.simulate import Closed
 
 Floats = NDArray[np.float64]
 
-TINY = 1e-6  # rad; a smaller swing is rest
 BAND = 0.25  # of the swing: what the error must cross on either side to count as a period
 STEADY = 0.05  # of a swing: by so much may that of the later periods differ from that of the earlier ones, and repeat
 UNLIKE = 1.2  # the swing over all periods over the mean of one, from which on they are no periods of one cycle

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stribeck.arm import Friction
 from stribeck.loop.exact.critical import fold_velocity, k_critical
 from stribeck.loop.exact.settle import settle
 from stribeck.loop.exact.shooting import shoot
@@ -83,6 +84,22 @@ def test_fold_velocity(joint_b, loop_of, zeta, fold):
     assert found == pytest.approx(fold, abs=6e-4)
     for share, verdict in ((0.99, "stick_slip"), (1.01, "rest")):
         assert shoot(joint_b, loop_of(zeta=zeta, velocity=share * found))["A"].verdict == verdict
+
+
+def test_a_fold_as_fast_as_a_motor_is_found(joint_b, engine_of, loop_of):
+    """The same joint with a thousandth of its unit of time."""
+    scale = 1000.0
+    fast = Friction(B.C0 * scale**2, B.C1 * scale**2, B.C2 * scale, B.alpha * scale)
+    found = fold_velocity(engine_of(fast), loop_of(zeta=0.5, kp=30.0 * scale**2), "A")
+    assert found == pytest.approx(scale * fold_velocity(joint_b, loop_of(zeta=0.5), "A"), rel=1e-4)
+
+
+def test_a_ramp_that_leads_far_is_no_unbounded_motion(engine_of, loop_of):
+    """Sliding along a ramp of 100 rad/s it settles with a time constant of 20 s, and so thousands of radians away."""
+    engine = engine_of(Friction(5.0, 0.0, 0.1, 0.05))
+    found = shoot(engine, loop_of(zeta=0.0, kp=30.0, sample_time=1e-3, velocity=100.0))["A"]
+    assert found.verdict == "rest"
+    assert found.steady_error == pytest.approx((5.0 + 0.1 * 100.0) / 30.0, rel=1e-3)
 
 
 @pytest.mark.parametrize("sample_time", [0.0, 0.0125])

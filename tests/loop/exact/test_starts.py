@@ -4,9 +4,11 @@ from dataclasses import replace
 
 import pytest
 
+from stribeck.arm import Friction
 from stribeck.loop.analyse import _shown
-from stribeck.loop.exact.rounds import Rounds
+from stribeck.loop.exact.rounds import NONE, Rounds
 from stribeck.loop.exact.settle import settle
+from stribeck.loop.exact.shooting import shoot
 from stribeck.loop.exact.starts import own_start, starts
 from stribeck.loop.linear.operating import pose
 from stribeck.loop.maps.cells import fits
@@ -31,11 +33,30 @@ def test_it_ends_where_the_simulation_does(loop_of, sample_time):
     assert abs(ended) > 0.01
 
 
+@pytest.mark.parametrize("coarse", ["encoder_resolution", "encoder_noise"])
+def test_the_first_sample_sees_no_velocity(loop_of, coarse):
+    """What the encoder adds to the position is no step from where the joint is."""
+    loop = loop_of(0.9, zeta=0.4, sample_time=0.005, error=0.3004, **{coarse: 1e-3})
+    arm, rounds = one_joint(A), Rounds(one_joint(A), loop)
+    after = rounds.run(own_start(rounds), NONE, duration=1.5 * loop.sample_time, quiet=False).place
+    command = simulate_loop(arm, loop).command[0, 0]
+    assert after.values[rounds.layout.torque][0] == pytest.approx(command, abs=0.2)  # noises differ by their seeds
+
+
 @pytest.mark.parametrize("sample_time", [0.0, 0.005])
 def test_a_cycle_that_a_step_draws_in_is_the_own_one(loop_of, sample_time):
     loop = stepping(loop_of(1.8, "zero", zeta=0.2, sample_time=sample_time), THERE_AND_BACK)
     found = settle(one_joint(A), loop)["A"]
     assert (found.basin["small"], found.basin["own"]) == ("rest", "sliding_cycle")
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-4])
+def test_a_small_start_is_small_beside_the_error_that_moves_the_joint(loop_of, scale):
+    """It stays where it is, and a large one cycles, on an axis that an error of 35 µm moves as well."""
+    friction = Friction(scale * A.C0, scale * A.C1, A.C2, scale * A.alpha)
+    loop = loop_of(1.27, kp=18.0, zeta=0.64, error=0.3 * scale)
+    basin = shoot(one_joint(friction), loop)["A"].basin
+    assert basin == {"own": "sliding_cycle", "small": "rest", "large": "sliding_cycle"}
 
 
 @pytest.mark.parametrize("sample_time", [0.0, 0.005])

@@ -65,6 +65,38 @@ def test_labels_are_those_of_the_events(arm, loop_of, family):
     assert np.abs(fast.period / exact.period - 1.0)[cycles].max() < close
 
 
+SCALED = {  # loop settings, axes
+    "set-valued": ({}, {"k": (0.9, 1.02, 1.2), "kp": (18.0, 50.0), "kv": (4.0, 8.0)}),
+    "PID": ({"kind": "none", "ki": 10.0}, {"kp": (30.0, 50.0), "kv": (6.0, 11.0)}),
+    "ramp": ({"kind": "none", "velocity": 0.01}, {"velocity": (0.001, 0.01, 0.1), "kp": (10.0, 80.0), "kv": (3.0,)}),
+}
+
+
+@pytest.mark.parametrize("family", SCALED)
+@pytest.mark.parametrize(("length", "period"), [(1e-3, 1.0), (1.0, 30.0)], ids=["small", "slow"])
+def test_a_small_or_a_slow_joint_has_the_map_of_any_other(arm, loop_of, family, length, period):
+    """The same equations in other units: a linear axis that moves by micrometres, or a joint that creeps."""
+    settings, axes = SCALED[family]
+    units = {"k": 1.0, "kp": 1.0 / length, "kv": period / length, "velocity": length / period}
+    own, f = arm.joints[0], arm.joints[0].friction
+    friction = Friction(f.C0, f.C1, f.C2 * period / length, f.alpha * length / period)
+    inertia = period**2 / length - 1e-9
+    joint = replace(own, mass=1e-9, inertia=1e-9, rotor_inertia=inertia, friction=friction, backward=friction)
+    loop = loop_of(**settings)
+    entry = loop.joints[0]
+    goal = entry.reference
+    reference = replace(goal, initial_error=goal.initial_error * length, velocity=goal.velocity * length / period)
+    entry = replace(entry, kp=entry.kp / length, ki=entry.ki / (length * period), reference=reference)
+    scaled = {name: tuple(value * units[name] for value in values) for name, values in axes.items()}
+    there = label_map(replace(arm, joints=(joint,)), replace(loop, joints=(entry,)), "A", scaled)
+    here = label_map(arm, loop, "A", axes)
+    assert (there.verdicts == here.verdicts).all()
+    cycles = np.isfinite(here.amplitude)
+    assert cycles.any()
+    assert np.abs(there.amplitude / length / here.amplitude - 1.0)[cycles].max() < 1e-3
+    assert np.abs(there.period / period / here.period - 1.0)[cycles].max() < 1e-3
+
+
 def test_amplitude_follows_the_coth_law(arm, loop_of):
     """Coulomb friction by a bend so narrow that it does not matter."""
     joint = arm.joints[0]

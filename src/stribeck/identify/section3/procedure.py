@@ -71,7 +71,8 @@ def section3(speed: Floats, torque: Floats, kind: str = "revolute") -> Section3:
     line, saddle = viscous_line(readings), lowest_reading(readings)
     C0, C2 = (line.C0, line.C2) if line else (math.nan, math.nan)
     C1 = math.nan if readings.break_away is None else readings.break_away - C0  # equation (9)
-    alpha = alpha_at(saddle, C0, C2) if saddle else math.nan
+    apart = saddle is not None and line is not None and saddle.velocity not in (line.first, line.second)
+    alpha = alpha_at(saddle, C0, C2) if saddle and apart else math.nan
     constants = C0, C1, C2, alpha
     return Section3(
         constants=constants,
@@ -80,7 +81,7 @@ def section3(speed: Floats, torque: Floats, kind: str = "revolute") -> Section3:
         break_away=readings.break_away,
         condition=_condition(constants),
         alphas_by_velocity=alphas_by_velocity(saddle.velocity, C1, C2) if saddle else (),
-        amplification=amplification(saddle, C2, alpha) if saddle else math.inf,
+        amplification=amplification(saddle, C2, alpha) if saddle and apart else math.inf,
         remarks=tuple(_remarks(readings, line, saddle, constants, kind)),
     )
 
@@ -111,7 +112,9 @@ def _remarks(
         said.append(f"3.3: the least torque is at the slowest velocity, {saddle.velocity:.3g} {speed}; no bend is seen")
     if line and saddle and min(line.first, line.second) < LARGE * saddle.velocity:
         said.append(f"3.1: the velocities are not large against the saddle's, {saddle.velocity:.3g} {speed}")
-    if math.isfinite(alpha) and alpha <= 0.0:
+    if saddle and line and saddle.velocity in (line.first, line.second):
+        said.append(f"3.3: the line of 3.1 passes through the least torque, at {saddle.velocity:.3g} {speed}: no alpha")
+    elif math.isfinite(alpha) and alpha <= 0.0:
         said.append(f"3.3: alpha = {alpha:.3g} {speed} by equation (12); the saddle lies below the line of 3.1")
     elif saddle and math.isfinite(alpha) and C2 > 0.0:
         factor = amplification(saddle, C2, alpha)

@@ -61,7 +61,7 @@ def k_critical(arm: Arm | RoundsEngine, loop: Loop, joint: str) -> float | None:
     return _bisect(moves, low, high)
 
 
-def fold_velocity(arm: Arm | RoundsEngine, loop: Loop, joint: str, fastest: float = 10.0) -> float | None:
+def fold_velocity(arm: Arm | RoundsEngine, loop: Loop, joint: str, fastest: float = 1e3) -> float | None:
     """Return the ramp's speed (rad/s) over which the joint, released from standstill, no longer sticks again.
 
     Parameters
@@ -71,7 +71,7 @@ def fold_velocity(arm: Arm | RoundsEngine, loop: Loop, joint: str, fastest: floa
         The joint's reference is replaced by ramps in the same direction; forward where it is none.
     joint : str
     fastest : float
-        rad/s; None is returned where it sticks even there, or at no velocity.
+        rad/s, as fast as a loop file's ramps may be; None is returned where it sticks even there, or at no velocity.
     """
     engine = arm if isinstance(arm, RoundsEngine) else RoundsEngine(arm)
     entry = _entry(loop, joint)

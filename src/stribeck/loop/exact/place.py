@@ -125,12 +125,15 @@ class Layout:
         """Return the index among all states of a continuous controller's own state of joint j."""
         return self.size + CONTROLLER_STATES * j + which
 
-    def start(self, state: Floats, theta: Floats, q: Floats, sampled: bool) -> Floats:
-        """Return the values at time 0 from the arm's state (s,) and the laws' constants (n, 3)."""
+    def start(self, state: Floats, theta: Floats, sampled: bool) -> Floats:
+        """Return the values at time 0 from the arm's state (s,) and the laws' constants (n, 3).
+
+        No position was measured before, so that the first sample sees no velocity.
+        """
         values = np.zeros(self.marks.stop)
         values[2 : 2 + self.size] = state
         memory = values[self.memory].reshape(self.n, _MEMORY)
-        memory[:, 0], memory[:, 4:] = q, theta
+        memory[:, 0], memory[:, 4:] = np.nan, theta
         if not sampled:
             values[2 + self.size : 2 + self.ny].reshape(self.n, CONTROLLER_STATES)[:, THETA:] = theta
         return self.anew(values)

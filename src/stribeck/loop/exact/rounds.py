@@ -119,7 +119,7 @@ class Rounds:
         theta = np.array([[axis.ratio * axis.friction[i] for i in range(3)] for axis in self.axes])
         dq = np.array([(rates or {}).get(name, 0.0) for name in self.arm.names])
         state = self.engine.start(self.p, q, dq)
-        return Place(self.layout.start(state, theta, q, self.sampled), np.zeros((2, self.history, self.n)))
+        return Place(self.layout.start(state, theta, self.sampled), np.zeros((2, self.history, self.n)))
 
     def run(
         self, place: Place, watch: int, *, most: int = 1, duration: float = 1e9, rows: int = 0, step: float = 0.0,

@@ -5,11 +5,15 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from stribeck.loop.exact.place import Place
 from stribeck.loop.exact.rounds import NONE, Rounds
 from stribeck.simulate import JointLoop
 
 SMALL, LARGE = 0.02, 20.0  # of the error at which the drive just moves the joint
+_LEAST, _FREE = 1e-5, 1e-3  # rad: below the least a joint is as good as free, and measured by the other
 
 
 def starts(rounds: Rounds) -> dict[str, Place]:
@@ -26,8 +30,9 @@ def starts(rounds: Rounds) -> dict[str, Place]:
         axis, rate = rounds.axes[j], rounds.rate(j)
         ratio = axis.ratio if entry.compensation.kind == "feedback" else 0.0
         size = max(level[0] + level[1] for level in (axis.friction[:4], axis.friction[4:])) / entry.kp
-        large[entry.joint] = LARGE * max(1.0, ratio) * max(size, 1e-3)
-        small[entry.joint] = SMALL * max(size, 1e-3)
+        unit = float(moving_error(np.array(size)))
+        large[entry.joint] = LARGE * max(1.0, ratio) * unit
+        small[entry.joint] = SMALL * unit
         if rate != 0.0:
             large[entry.joint] = 0.0
             small[entry.joint] = 1.001 * _steady(rounds, j, entry.kp, ratio, rate)
@@ -36,6 +41,11 @@ def starts(rounds: Rounds) -> dict[str, Place]:
     if all(rounds.rate(rounds.index(entry.joint)) != 0.0 for entry in rounds.loop.joints):
         del found["large"]  # standing still behind a ramp is the loop's own start
     return found
+
+
+def moving_error(error: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the error (rad) by which starts are measured, given that at which the drive just moves the joint."""
+    return np.where(error < _LEAST, _FREE, error)
 
 
 def own_start(rounds: Rounds) -> Place:

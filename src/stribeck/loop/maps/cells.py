@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from stribeck.compiler import build, load
 from stribeck.loop.cycle import VERDICTS
 from stribeck.loop.exact.rounds import Rounds
-from stribeck.loop.exact.starts import LARGE, SMALL
+from stribeck.loop.exact.starts import LARGE, SMALL, moving_error
 from stribeck.loop.maps.grid import Axes
 from stribeck.mirrored import check_names, check_structure
 from stribeck.simulate.axis import AT_ZERO
@@ -104,7 +104,7 @@ def _set_starts(cells: np.ndarray, error: float) -> None:
     """Set the starts of every cell, the same as `stribeck.loop.exact.starts` gives."""
     ahead, behind = cells["friction"][:, :4].T, cells["friction"][:, 4:].T
     forward, backward = ahead[0] + ahead[1], behind[0] + behind[1]
-    size = np.maximum(np.maximum(forward, backward) / cells["kp"], 1e-3)
+    size = moving_error(np.maximum(forward, backward) / cells["kp"])
     ratio = np.where(cells["kind"] == 2, cells["ratio"], 0.0)
     ramp, rate = cells["rate"] != 0.0, cells["rate"]
     starts = [np.full(len(cells), v) for v in (error, 0.0, math.nan, 0.0, 0.0, 0.0)]

@@ -36,7 +36,8 @@ def trace_figure(analysis: Analysis, index: int) -> Figure:
         _shade(ax, time, motion.motion.modes[rows, j] == 0.0)
         grid(ax)
     axes[2].set_xlabel("time, s")
-    axes[2].set_xlim(time[0], time[-1])
+    if len(time) > 1:  # a motion may be beyond all bounds at once
+        axes[2].set_xlim(time[0], time[-1])
     heading(figure, _finding(analysis, answer), 8.0)
     return figure
 

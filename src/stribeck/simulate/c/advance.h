@@ -57,8 +57,10 @@ static void sb_accept(sb_sim *s, double t, const double *y, const double *f, con
     memcpy(s->margin, margin, sizeof s->margin);
     s->steps++;
     if (s->remember) s->remember(s);
-    for (int i = 0; i < 2 * SB_N; i++)
-        if (!(fabs(y[i]) < s->bound)) s->status = SB_UNBOUNDED;
+    for (int j = 0; j < SB_N; j++) {
+        const double far = fmin(fabs(y[j]), fabs(y[j] - s->ramp[j] * t)); /* what is led, or left behind, does not grow */
+        if (!(far < s->bound && fabs(y[SB_N + j]) < s->bound)) s->status = SB_UNBOUNDED;
+    }
 }
 
 /* Pass an event at the present state, found by the watch values g. */

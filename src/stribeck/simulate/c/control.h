@@ -186,7 +186,7 @@ static double sb_sampled(const sb_axis *a, sb_memory *m, double t, double sample
     double r, velocity = dq;
     sb_seen s;
     sb_reference(a, t, &r, &s.reference_rate, &s.reference_acceleration);
-    if (!a->true_velocity) velocity = first || fabs(q - m->last) < SB_LEAST_MOVE ? 0.0 : (q - m->last) / sample;
+    if (!a->true_velocity) velocity = !first && fabs(q - m->last) >= SB_LEAST_MOVE ? (q - m->last) / sample : 0.0;
     m->last = q;
     if (a->filter > 0.0) {
         m->filtered += -expm1(-sample / a->filter) * (velocity - m->filtered);

@@ -43,6 +43,7 @@ struct sb_sim {
     const double *p;
     double t, h, rtol, atol, bound;
     double longest; /* step */
+    double ramp[SB_N]; /* rad/s that a position is led at */
     double y[SB_NY], mode[SB_N], u[SB_N];
     double f[SB_NY], margin[2 * SB_N]; /* at the present state, where fresh */
     int ny, fresh, stiff, near_edge, suspicion, calm, status;

@@ -54,6 +54,7 @@ static void sb_rounds_start(sb_rounds *w, sb_sim *s, const sb_loop *loop, const 
         const sb_axis *a = loop->axis + j;
         if (!a->controlled) continue;
         sb_reference(a, s->t, &r, w->rate + j, &ddr);
+        s->ramp[j] = w->rate[j];
         if (sb_dithered(a)) w->calm = fmax(w->calm, SB_TURN / fabs(a->omega) + SB_FORGOTTEN * a->lag);
         w->sign[j] = w->rate[j] < 0.0 ? -1.0 : 1.0;
         if (marks[0] == 2.0) {

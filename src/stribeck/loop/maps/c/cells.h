@@ -68,6 +68,15 @@ static double break_away(const cell *c, double direction) {
     return f[0] + f[1];
 }
 
+/* The error at which the drive just moves the joint, and the loop's own frequency: a cell is measured by these, so that
+ * a slow one or a small one is followed as finely as any other. */
+static double reach(const cell *c) {
+    const double torque = fmax(break_away(c, 1.0), break_away(c, -1.0));
+    return torque > 0.0 ? torque / c->kp : 1e-3;
+}
+
+static double own(const cell *c) { return sqrt(c->kp / c->inertia); }
+
 static double limited(const cell *c, double torque) { return fmax(-c->limit, fmin(c->limit, torque)); }
 
 /* Torque of the law; direction as the law takes it, at rest by the rule. */
@@ -192,6 +201,7 @@ static void rates(const cell *c, const track *k, const double *y, double *dy) {
 /* One Bogacki-Shampine step, 3(2). Gives the scaled error. */
 static double step(const cell *c, const track *k, const double *k1, double h, double *after, double *k4) {
     double k2[STATES], k3[STATES], y[STATES], worst = 0.0;
+    const double far = reach(c), w = own(c), unit[STATES] = {far, far * w, far / w, far * w, far * c->kp};
     for (int i = 0; i < STATES; i++) y[i] = k->y[i] + 0.5 * h * k1[i];
     rates(c, k, y, k2);
     for (int i = 0; i < STATES; i++) y[i] = k->y[i] + 0.75 * h * k2[i];
@@ -201,7 +211,7 @@ static double step(const cell *c, const track *k, const double *k1, double h, do
     for (int i = 0; i < STATES; i++) {
         const double error = h * (-5 * k1[i] / 72 + k2[i] / 12 + k3[i] / 9 - k4[i] / 8);
         const double size = fmax(fabs(k->y[i]), fabs(after[i]));
-        worst = fmax(worst, fabs(error) / (1e-10 + 1e-5 * size));
+        worst = fmax(worst, fabs(error) / (1e-10 * unit[i] + 1e-5 * size));
     }
     return worst;
 }
@@ -253,6 +263,16 @@ static double linear_return(const cell *c, const track *k, const double *dy) {
     return phase / omega;
 }
 
+/* Whether a sliding joint hardly moves relative to its reference any more: slowly even beside the speed over which its
+ * friction bends, and beside its ramp, which it is not to be taken for following while it only breaks away. */
+static int calm(const cell *c, const track *k, const double *dy) {
+    const double far = reach(c), w = own(c), bend = c->friction[k->mode < 0 ? 7 : 3];
+    const double ramp = c->rate != 0.0 ? 1e-3 * fabs(c->rate) : HUGE_VAL;
+    const double slow = fmin(fmin(1e-5 * far * w, 2e-4 * bend), ramp), change = fmin(2e-5 * far * w, ramp) * w;
+    return fabs(k->y[V] - c->rate) < slow && fabs(dy[V]) < change && fabs(dy[W]) < change &&
+           fabs(dy[L]) < 3e-5 * far * c->kp * w && (c->ki == 0.0 || fabs(k->y[X]) < 5e-6 * far);
+}
+
 /* Slide until `end`, the velocity's zero or a turn; gives 1 at rest (asymptotically), 2 where it cannot. */
 static int slide(const cell *c, track *k, double end, double *h, int continuous) {
     double k1[STATES], k4[STATES], after[STATES];
@@ -297,8 +317,7 @@ static int slide(const cell *c, track *k, double end, double *h, int continuous)
             return 0;
         }
         if (!(fabs(k->y[X]) < 1e4 && fabs(k->y[V]) < 1e4)) return 0;
-        if (continuous && fabs(k->y[V] - c->rate) < 1e-5 && fabs(k1[V]) < 1e-4 && fabs(k1[W]) < 1e-4 &&
-            fabs(k1[L]) < 1e-3 && (c->ki == 0.0 || fabs(k->y[X]) < 1e-6)) {
+        if (continuous && calm(c, k, k1)) {
             const double wait = c->rate == 0.0 ? linear_return(c, k, k1) : -1.0;
             if (wait < 0.0) return 1;
             k->y[X] += k1[V] / (c->kp / c->inertia), k->y[V] = 0.0, k->t += wait; /* on to the resting point */
