@@ -78,6 +78,13 @@ def test_noise_makes_the_critically_damped_loop_cycle_and_a_dead_band_stops_it(j
     assert settle(joint_a, loop_of(1.3, "zero", dead_band=band, **noisy))["A"].verdict == "rest"
 
 
+@pytest.mark.parametrize(("coulomb", "said"), [(5.0, True), (0.0, False)])
+def test_noise_starts_a_cycle_only_where_there_is_friction_to_compensate(engine_of, loop_of, coulomb, said):
+    found = shoot(engine_of(Friction(coulomb, 0.0, 1.5, 0.05)), loop_of(1.3, "zero", zeta=1.5))["A"]
+    assert found.verdict == "rest"
+    assert ("noise" in found.status) is said
+
+
 @pytest.mark.parametrize(("zeta", "fold"), [(1.0, 0.010), (0.5, 0.039), (0.25, 0.072)])
 def test_fold_velocity(joint_b, loop_of, zeta, fold):
     found = fold_velocity(joint_b, loop_of(zeta=zeta), "A")
