@@ -13,8 +13,9 @@ from stribeck.gap.diagnose import searched_from
 from stribeck.gap.fitted import band as band_module
 from stribeck.gap.fitted.band import CORNERS, band_of, corner_of, rolled_off, told_band
 from stribeck.gap.records.prepare import Prepared, prepare
+from stribeck.gap.search import search as search_module
 from stribeck.gap.search.setting import Asked
-from stribeck.gap.search.tuned import retuned
+from stribeck.gap.search.tuned import lies_above, retuned
 from stribeck.run import Run
 
 from ..conftest import NOMINAL, recorded
@@ -60,12 +61,43 @@ def test_what_a_search_has_found_hides_nothing_below_the_noise_any_more() -> Non
     assert found.noise.shape == found.given.shape == found.steps[0].base.held.shape
 
 
+@pytest.mark.long
+def test_a_search_keeps_the_band_where_a_lower_one_would_lose_what_it_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(search_module, "lies_above", lambda *_: True)
+    asked = Asked(jobs=1, leave_out=tuple(name for name in registry() if name != SLOW[0]))
+    found = searched_from(retuned(prepare(NOMINAL, recorded(SLOW, noise=NOISE)), asked), asked)
+    assert found.prepared.fit[0].corner == math.inf
+    assert {step.best.placed[-1].effect.name for step in found.steps if step.taken and step.best} == {SLOW[0]}
+
+
 @pytest.mark.parametrize("runs", [recorded(FAST, noise=NOISE), shaken(recorded(noise=NOISE), 2.0)])
 def test_it_is_flat_where_more_is_left_than_noise(runs: tuple[Run, ...]) -> None:
     prepared = band(*runs)
     assert prepared.fit[0].corner == math.inf
     assert band_of(prepared) == {"cutoff_hz": prepared.cutoff}
     assert told_band(prepared) == []
+
+
+def hummed(amplitude: float) -> tuple[Run, ...]:
+    """Recordings with a hum just below the cutoff, N m."""
+    frequency = 0.97 * prepare(NOMINAL, recorded(noise=NOISE)).cutoff
+    hum = {"amplitude": amplitude, "frequency": frequency, "phase": 0.3, "duty": 0.0, "noise": 0.0, "bandwidth": 10.0}
+    return recorded(("input_disturbance", hum), noise=NOISE)
+
+
+def test_a_faint_hum_just_below_the_cutoff_counts() -> None:
+    assert band(*hummed(0.14)).fit[0].corner == math.inf
+
+
+@pytest.mark.parametrize(("amplitude", "above"), [(0.4, True), (0.0, False)])
+def test_what_lies_above_a_lower_band_is_not_lost_to_it(amplitude: float, above: bool) -> None:
+    tuned = retuned(prepare(NOMINAL, hummed(amplitude)), Asked(jobs=1))
+    lower = rolled_off(tuned.prepared, CORNERS[0] * tuned.prepared.cutoff)
+    nothing: list[Any] = [SimpleNamespace(taken=False, base=tuned.base)]
+    found: list[Any] = [SimpleNamespace(taken=True)]
+    assert lies_above(rolled_off(tuned.prepared, math.inf), found, lower, nothing) is above
+    assert not lies_above(tuned.prepared, found, lower, found)
+    assert not lies_above(tuned.prepared, nothing, lower, nothing)
 
 
 @pytest.mark.long

@@ -20,7 +20,7 @@ from stribeck.identify.conditioning import Conditioned
 from stribeck.identify.residual import Residual
 from stribeck.model.path import SignalPath
 
-CORNERS = (0.35, 0.5, 0.7, 0.95)  # of the cutoff: the band may roll off from one of the first three on
+CORNERS = (0.35, 0.5, 0.7, 1.0)  # of the cutoff: the band may roll off from one of the first three on
 MOSTLY = 3.0  # of the power of the encoder's noise, up to which a part of the band holds little else
 FEWEST = 32  # samples of a recording, of which a spectrum tells
 
@@ -34,9 +34,10 @@ def corner_of(prepared: Prepared, model: Model) -> float:
     if all(len(run.analysis_index) < FEWEST for run in runs):
         return math.inf
     residual = Residual(SignalPath(prepared.arm, model.placed), runs, ())
-    noise = residual.along(prepared.moved).value(model.fit.p) - residual.value(model.fit.p)
+    left = residual.value(model.fit.p)
+    noise = residual.along(prepared.moved).value(model.fit.p) - left
     edges = prepared.cutoff * np.array(CORNERS)
-    loud = np.flatnonzero(~np.all(_power(model.whole, runs, edges) <= MOSTLY * _power(noise, runs, edges), axis=1))
+    loud = np.flatnonzero(~np.all(_power(left, runs, edges) <= MOSTLY * _power(noise, runs, edges), axis=1))
     first = int(loud[-1]) + 1 if len(loud) else 0
     return math.inf if first == len(edges) - 1 else float(edges[first])
 

@@ -24,7 +24,7 @@ from stribeck.gap.search.rank import rank
 from stribeck.gap.search.setting import Asked, Known, Setting
 from stribeck.gap.search.step import Step, last_model
 from stribeck.gap.search.swap import swapped
-from stribeck.gap.search.tuned import Retuned, asks_for_lower, in_lower_band
+from stribeck.gap.search.tuned import Retuned, asks_for_lower, in_lower_band, lies_above
 from stribeck.model.layout import Placed
 from stribeck.model.scale import Scale
 
@@ -36,7 +36,8 @@ def search(tuned: Retuned, asked: Asked) -> tuple[Retuned, tuple[Step, ...]]:
     """Return the recordings, as the re-tuned model is compared by them, and the steps of the search from there.
 
     Forward first, from a model that is re-tuned with what every arm has, where that is found; and once more where what
-    was taken leaves little but the encoder's noise in the upper part of the band, by a lower one. Then each effect is
+    was taken leaves little but the encoder's noise in the upper part of the band, by a lower one, unless it then lies
+    above that. Then each effect is
     tried without: what it is worth beside the others. One that was taken for the sake of a later one (masking) is not
     needed any more, and the search is made again without it; so it is where the only one leaves much that nothing
     closes.
@@ -53,9 +54,12 @@ def search(tuned: Retuned, asked: Asked) -> tuple[Retuned, tuple[Step, ...]]:
         setting, base, found, first = _from_the_ordinary(setting, tuned.base, until=asks_for_lower)
         while lower := in_lower_band(replace(tuned, prepared=setting.prepared), last_model(found), asked):
             progress("again, by a band with less of the encoder's noise")
-            tuned, same = lower, [step for step in first if step.taken]
-            setting = _setting(tuned, asked, pool)
-            setting, base, found, first = _from_the_ordinary(setting, tuned.base, same, until=asks_for_lower)
+            same = [step for step in first if step.taken]
+            below = _setting(lower, asked, pool)
+            below, lower_base, rest, again = _from_the_ordinary(below, lower.base, same, until=asks_for_lower)
+            if lies_above(setting.prepared, found, lower.prepared, rest):
+                break
+            tuned, setting, base, found, first = lower, below, lower_base, rest, again
         start = tuned.base
         told = in_step_beside(setting.prepared, last_model(found))
         if told is not setting.prepared:

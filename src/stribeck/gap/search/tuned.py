@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,6 +16,7 @@ from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.records.spread import Noise
 from stribeck.gap.search.lateness import on_time
 from stribeck.gap.search.setting import Asked
+from stribeck.gap.search.step import Step, last_model
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import values_of
 from stribeck.model.path import SignalPath
@@ -46,6 +48,21 @@ def in_lower_band(tuned: Retuned, model: Model, asked: Asked) -> Retuned | None:
 def asks_for_lower(prepared: Prepared, model: Model) -> bool:
     """Return whether a model leaves little but noise in a part of the band in which it counts as much as any."""
     return corner_of(prepared, model) < prepared.fit[0].corner
+
+
+def lies_above(whole: Prepared, found: Sequence[Step], lower: Prepared, rest: Sequence[Step]) -> bool:
+    """Return whether what was found lies above a lower band: nothing is found there, and more than noise left above it.
+
+    Parameters
+    ----------
+    whole, lower : Prepared
+        Recordings by the band in which steps ``found`` were taken, and by the lower one.
+    found, rest : sequence of Step
+        Of the searches by the one and by the other.
+    """
+    if not any(step.taken for step in found) or any(step.taken for step in rest):
+        return False
+    return corner_of(whole, last_model(rest)) > lower.fit[0].corner
 
 
 def _retuned(prepared: Prepared, asked: Asked) -> Retuned:
