@@ -68,6 +68,7 @@ def test_a_search_keeps_the_band_where_a_lower_one_would_lose_what_it_found(monk
     found = searched_from(retuned(prepare(NOMINAL, recorded(SLOW, noise=NOISE)), asked), asked)
     assert found.prepared.fit[0].corner == math.inf
     assert {step.best.placed[-1].effect.name for step in found.steps if step.taken and step.best} == {SLOW[0]}
+    assert not found.steps[-1].taken  # it went on to its end
 
 
 @pytest.mark.parametrize("runs", [recorded(FAST, noise=NOISE), shaken(recorded(noise=NOISE), 2.0)])

@@ -37,10 +37,9 @@ def search(tuned: Retuned, asked: Asked) -> tuple[Retuned, tuple[Step, ...]]:
 
     Forward first, from a model that is re-tuned with what every arm has, where that is found; and once more where what
     was taken leaves little but the encoder's noise in the upper part of the band, by a lower one, unless it then lies
-    above that. Then each effect is
-    tried without: what it is worth beside the others. One that was taken for the sake of a later one (masking) is not
-    needed any more, and the search is made again without it; so it is where the only one leaves much that nothing
-    closes.
+    above that. Then each effect is tried without: what it is worth beside the others. One that was taken for the sake
+    of a later one (masking) is not needed any more, and the search is made again without it; so it is where the only
+    one leaves much that nothing closes.
 
     Parameters
     ----------
@@ -55,9 +54,11 @@ def search(tuned: Retuned, asked: Asked) -> tuple[Retuned, tuple[Step, ...]]:
         while lower := in_lower_band(replace(tuned, prepared=setting.prepared), last_model(found), asked):
             progress("again, by a band with less of the encoder's noise")
             same = [step for step in first if step.taken]
-            below = _setting(lower, asked, pool)
-            below, lower_base, rest, again = _from_the_ordinary(below, lower.base, same, until=asks_for_lower)
-            if lies_above(setting.prepared, found, lower.prepared, rest):
+            below, lower_base, rest, again = _from_the_ordinary(
+                _setting(lower, asked, pool), lower.base, same, until=asks_for_lower
+            )
+            if lies_above(setting.prepared, found, lower.prepared, rest):  # by this band, then, to the end
+                setting, base, found, _ = _from_the_ordinary(_setting(tuned, asked, pool), tuned.base, same)
                 break
             tuned, setting, base, found, first = lower, below, lower_base, rest, again
         start = tuned.base

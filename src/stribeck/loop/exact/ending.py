@@ -133,8 +133,7 @@ def _answer(rounds: Rounds, ending: Ending, j: int, alike: bool) -> Cycle:
     if ending.kind == "rest":
         creeps = ending.place.values[rounds.layout.modes][j] != 0.0 and not rounds.engine.forward.bristles[j]
         ratio = rounds.axes[j].ratio if rounds.entry(rounds.arm.names[j]).compensation.kind == "feedback" else 0.0
-        friction = np.array(rounds.axes[j].friction).reshape(2, 4)[:, :2].sum(axis=1)  # either way, as it stops
-        fragile = creeps and rounds.rate(j) == 0.0 and ratio > 1.0 and friction.max() > 0.0
+        fragile = creeps and rounds.rate(j) == 0.0 and ratio > 1.0 and rounds.break_away(j) > 0.0
         return Cycle(
             "rest", steady_error=steady, status=FRAGILE if fragile and ending.status == "ok" else ending.status
         )

@@ -89,6 +89,11 @@ class Rounds:
         """Return a joint's place in the arm."""
         return self.arm.names.index(joint)
 
+    def break_away(self, j: int) -> float:
+        """Return the torque, N m, that moves joint j from rest in either direction: C0 + C1, the larger."""
+        friction = self.axes[j].friction
+        return max(float(level[0] + level[1]) for level in (friction[:4], friction[4:]))
+
     def rate(self, j: int) -> float:
         """Return the velocity of a joint's reference, rad/s."""
         axis = self.axes[j]

@@ -29,8 +29,7 @@ def starts(rounds: Rounds) -> dict[str, Place]:
         j = rounds.index(entry.joint)
         axis, rate = rounds.axes[j], rounds.rate(j)
         ratio = axis.ratio if entry.compensation.kind == "feedback" else 0.0
-        size = max(level[0] + level[1] for level in (axis.friction[:4], axis.friction[4:])) / entry.kp
-        unit = float(moving_error(np.array(size)))
+        unit = float(moving_error(np.array(rounds.break_away(j) / entry.kp)))
         large[entry.joint] = LARGE * max(1.0, ratio) * unit
         small[entry.joint] = SMALL * unit
         if rate != 0.0:
