@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from stribeck.gap.search import other_ways as module
-from stribeck.gap.search.other_ways import another_way
+from stribeck.gap.search.other_ways import another_way, passed_over
 from stribeck.gap.search.step import last_model
 
 from .test_instead import setting_of, two_steps
@@ -50,3 +50,18 @@ def test_no_compliance_is_second_and_nothing_is_begun_where_little_is_left(monke
     ended = (first, replace(second, passing=()))
     assert another_way(setting, first.base, ended) is ended
     assert [{"joint_flexibility", "backlash", "base_flexibility"} <= set(names) for names in left_out] == [True]
+
+
+def test_what_came_after_a_needless_effect_is_taken_at_once() -> None:
+    """Where its step has seen that: a search that starts anew would stand before the same choice."""
+    prepared, (first, second) = two_steps([("torque_offset", {"offset": 1.5})], "cogging", "torque_offset", "delay")
+    after = replace(second.rivals[0], placed=(*second.base.placed, first.rivals[1].placed[-1]))
+    steps = first, replace(second, rivals=(after,))
+    setting = replace(setting_of(prepared, "torque_offset", "delay"), barred=frozenset({("cogging", 0)}))
+    assert last_model(steps).placed[-1].key == ("torque_offset", 0)
+    found = passed_over(setting, first.base, steps, ("cogging", 0))
+    assert [step.best.placed[-1].key for step in found if step.taken and step.best] == [("torque_offset", 0)]
+    assert passed_over(setting, first.base, (first, second), ("cogging", 0)) == (first, second)  # a delay it never saw
+    blind = replace(first.ranking, overall=0.0 * first.ranking.overall)  # nor what showed nothing there
+    hidden = (replace(first, ranking=blind), steps[1])
+    assert passed_over(setting, first.base, hidden, ("cogging", 0)) is hidden

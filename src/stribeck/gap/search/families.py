@@ -51,11 +51,14 @@ def laws_instead(
     tried: Sequence[Trial],
     fitted: Mapping[tuple[str, str, int], Model | None],
     cost: np.ndarray,
+    base: Model,
     prepared: Prepared,
+    floor: np.ndarray,
 ) -> list[Trial]:
     """Return the trials of further laws where a family's law promised most of a gap, and none that was fitted holds.
 
-    At a bound, say. What promises less than half as much would not stand for it.
+    At a bound, say, or lost: it leaves no less than the base. What promises less than half as much would not stand for
+    it.
 
     Parameters
     ----------
@@ -64,11 +67,18 @@ def laws_instead(
         Models by the law key of their trial.
     cost : array (n,)
         As in :func:`close_laws`.
+    base : Model
+        Beside which they are tried.
     prepared : Prepared
+    floor : array (n,)
+        Noise floor, N m rms.
     """
+    least = left_by(base.whole, floor) - LEAST_GAIN
     sound: dict[tuple[str, int], bool] = {}
     for (name, _, joint), model in fitted.items():
-        holds = model is not None and _sound(model, len(model.placed) - 1, prepared)
+        holds = (
+            model is not None and _sound(model, len(model.placed) - 1, prepared) and left_by(model.whole, floor) < least
+        )
         sound[name, joint] = sound.get((name, joint), False) or holds
     promised: dict[tuple[str, int], float] = {}
     for trial in tried:

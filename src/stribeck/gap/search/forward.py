@@ -111,7 +111,7 @@ def _step(
     setting.progress(f"fitting {len({trial.key for trial in best_trials})} candidates")
     fitted = tryout.fitted(best_trials)
     known = {trial.law_key: model for trial, model in zip(best_trials, fitted, strict=True)}
-    fitted += tryout.fitted(laws_instead(tried, known, tryout.cost, prepared))
+    fitted += tryout.fitted(laws_instead(tried, known, tryout.cost, base, prepared, setting.floor))
     judged = judge(prepared, setting.floor, setting.seed, base, fitted, taken, before)
     same_hopes = as_hopeful(best_laws(tried), {trial.key for trial in best_trials}, judged)
     if same_hopes:
@@ -164,14 +164,18 @@ def _survivors(tried: Sequence[Trial], *, strained: bool) -> list[Trial]:
 
     Screened without an observer, a compliance takes noise from a residual besides: at each joint of a long arm two of
     them may promise more than what is there, and their fits take long. Where re-tuning has come to its limits
-    (``strained``), what these forbid is linear no more, and the laws that such values mimic are fitted in any case.
+    (``strained``), what these forbid is linear no more, and what a law promises there says little: those that do not
+    take long are fitted in any case.
     """
     firm = [trial for trial in tried if not isinstance(trial.effect, YIELDING)]
-    yielding = [trial for trial in _most_hopeful(tried, strained=strained) if isinstance(trial.effect, YIELDING)]
-    return _most_hopeful(firm, strained=strained) + yielding[:MOST_SURVIVORS]
+    hopeful = _most_hopeful(firm)
+    kept = {trial.key for trial in hopeful}
+    asked = [t for t in firm if t.key not in kept and not t.effect.nonlinear and np.isfinite(t.promise)]
+    yielding = [trial for trial in _most_hopeful(tried) if isinstance(trial.effect, YIELDING)]
+    return hopeful + (asked if strained else []) + yielding[:MOST_SURVIVORS]
 
 
-def _most_hopeful(tried: Sequence[Trial], *, strained: bool) -> list[Trial]:
+def _most_hopeful(tried: Sequence[Trial]) -> list[Trial]:
     """Return the trials that promise most, a few at each joint."""
     ordered = sorted((trial for trial in tried if np.isfinite(trial.promise)), key=lambda trial: -trial.promise)
     best = ordered[0].promise if ordered else 0.0
@@ -180,7 +184,6 @@ def _most_hopeful(tried: Sequence[Trial], *, strained: bool) -> list[Trial]:
     for place, trial in enumerate(ordered):
         here[trial.joint] = here.get(trial.joint, 0) + 1
         first = place < LEAST_SURVIVORS or here[trial.joint] <= LEAST_AT_JOINT
-        asked = strained and trial.effect.rescales
-        if first or asked or (trial.promise > HOPEFUL * best and len(kept) < MOST_SURVIVORS):
+        if first or (trial.promise > HOPEFUL * best and len(kept) < MOST_SURVIVORS):
             kept.append(trial)
     return kept

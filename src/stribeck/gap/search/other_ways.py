@@ -1,4 +1,4 @@
-"""Other effects to begin with, where those that were taken leave much."""
+"""Other effects to begin with, where those that were taken leave much, or one of them has become needless."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from stribeck.effects.registry import registry
 from stribeck.gap.fitted.model import Model
 from stribeck.gap.search.families import left_by
 from stribeck.gap.search.forward import FAR_LESS, YIELDING, forward
+from stribeck.gap.search.gates import LEAST_GAIN
 from stribeck.gap.search.rank import saved
 from stribeck.gap.search.setting import Setting
 from stribeck.gap.search.step import Step, last_model
@@ -47,10 +48,41 @@ def another_way(setting: Setting, base: Model, steps: tuple[Step, ...]) -> tuple
     firmly = replace(setting, leave_out=(*setting.leave_out, *compliances))
     for k in others[:MOST]:
         setting.progress(f"again, {first.rivals[k - 1].placed[-1].effect.name} first")
-        passing = (k, *(other for other in first.passing if other != k))
-        begun = replace(first, ranking=replace(ranking, best=k), passing=passing)
-        tried = forward(firmly, base, known, (begun,), until=lambda model: True)
+        tried = forward(firmly, base, known, (_taking(first, k),), until=lambda model: True)
         left = left_by(last_model(tried).whole, setting.floor)
         if left < least:
             found, least = tried, left
     return steps if found is steps else forward(setting, base, known, found)
+
+
+def passed_over(setting: Setting, base: Model, steps: tuple[Step, ...], needless: tuple[str, int]) -> tuple[Step, ...]:
+    """Return steps that take at once what came after a needless effect, and go on from there; the same ones else.
+
+    Half of two gaps may not hold on other runs, and something else that does comes first. That it has become needless
+    says that what followed will do without it; a search that starts anew would stand before the same choice.
+
+    Parameters
+    ----------
+    setting : Setting
+        In which the needless effect is barred.
+    base : Model
+        From which the search started.
+    steps : tuple of Step
+        Of the search.
+    needless : (str, int)
+        Name and joint of what one of them took.
+    """
+    taken = [place.key for place in last_model(steps).placed[len(steps[0].base.placed) :]]
+    i = taken.index(needless)
+    step = steps[i]
+    later = [k for k in range(1, len(step.rivals) + 1) if step.rivals[k - 1].placed[-1].key in taken[i + 1 :]]
+    best = max(later, key=lambda k: step.ranking.overall[k], default=0)
+    if not best or step.ranking.overall[best] < LEAST_GAIN:
+        return steps
+    return forward(setting, base, step.ends, (*steps[:i], _taking(step, best)))
+
+
+def _taking(step: Step, k: int) -> Step:
+    """Return a step that takes its k-th rival instead."""
+    passing = (k, *(other for other in step.passing if other != k))
+    return replace(step, ranking=replace(step.ranking, best=k), passing=passing)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -17,7 +17,7 @@ from stribeck.gap.search.gates import LEAST_GAIN
 from stribeck.gap.search.instead import SURELY, instead, outdone, with_as_good
 from stribeck.gap.search.look_alike import with_look_alikes
 from stribeck.gap.search.ordinary import is_ordinary, ordinary, retuned_with
-from stribeck.gap.search.other_ways import another_way
+from stribeck.gap.search.other_ways import another_way, passed_over
 from stribeck.gap.search.pool import Pool
 from stribeck.gap.search.presence import evidence, presence
 from stribeck.gap.search.rank import rank
@@ -78,19 +78,33 @@ def search(tuned: Retuned, asked: Asked) -> tuple[Retuned, tuple[Step, ...]]:
         needless = unneeded or outdone(prepared, steps, others, seed) or misleading(steps)
         if needless is not None:
             progress(f"again without {needless[0]}")
-            anew = replace(setting, barred=frozenset({needless}), anew=False)
-            barring, _, other, _ = _from_the_ordinary(anew, base)
-            ranking = rank(prepared, [last_model(steps), last_model(other)], steps[-1].floor, seed)
-            better = ranking.overall[1] > -LEAST_GAIN if unneeded else ranking.probability[1] > SURELY
-            if better:
+            for barring, other in _ways_without(needless, setting, base, steps, unneeded=bool(unneeded)):
+                ranking = rank(prepared, [last_model(steps), last_model(other)], steps[-1].floor, seed)
+                better = ranking.overall[1] > -LEAST_GAIN if unneeded else ranking.probability[1] > SURELY
+                if not better:
+                    continue
                 prepared = barring.prepared
                 gone = [place for place in last_model(steps).placed if place.key == needless]
                 steps, without = _believed(barring, other)
                 others = instead(prepared, steps, pool, leave_out, gone) + swapped(barring, steps, without)
+                break
         steps = with_as_good(prepared, steps, without, others, seed)
         steps = with_lags(prepared, steps, without, pool, seed, leave_out)
         steps = with_together(prepared, steps, pool, seed)
         return replace(tuned, prepared=prepared), with_look_alikes(prepared, steps, without, pool, seed)
+
+
+def _ways_without(
+    needless: tuple[str, int], setting: Setting, base: Model, steps: tuple[Step, ...], *, unneeded: bool
+) -> Iterator[tuple[Setting, tuple[Step, ...]]]:
+    """Yield searches without an effect: anew, and where it has become needless also with what came after it first."""
+    anew = replace(setting, barred=frozenset({needless}), anew=False)
+    barring, _, other, _ = _from_the_ordinary(anew, base)
+    yield barring, other
+    if unneeded:
+        other = passed_over(anew, base, steps, needless)
+        if other is not steps:
+            yield anew, other
 
 
 def _setting(tuned: Retuned, asked: Asked, pool: Pool) -> Setting:
