@@ -181,6 +181,24 @@ def test_a_late_velocity_is_no_filter(samples: int) -> None:
     assert VelocityFilter().observed(Record(plain.position, late, plain.sample_time, plain.resolution)) is None
 
 
+def test_in_a_lower_band_a_filter_is_seen_behind_noise() -> None:
+    """Neither a late velocity nor one without a lag is told there."""
+
+    def noisy(plain: Record, samples: int = 0) -> Record:
+        rng = np.random.default_rng(0)
+        late = (np.concatenate([np.full(samples, dq[0]), dq[: len(dq) - samples]]) for dq in plain.velocity)
+        return replace(plain, velocity=tuple(dq + 4.0 * rng.standard_normal(len(dq)) for dq in late))
+
+    seen = VelocityFilter().observed(noisy(record(lag=0.04)))
+    assert seen is not None
+    assert seen.probability > 0.7
+    value, low, high = seen.values["time"]
+    assert low < 0.04 < high
+    assert value == pytest.approx(0.04, rel=0.1)
+    assert VelocityFilter().observed(noisy(record())) is None
+    assert VelocityFilter().observed(noisy(record(), samples=40)) is None
+
+
 SLOW = 0.01  # s, a sample of a logger that keeps every fifth
 
 

@@ -19,12 +19,16 @@ Floats: TypeAlias = NDArray[np.float64]
 Filter: TypeAlias = Callable[[Floats, float], Floats]
 """Signal and lag at low frequency, samples, to the filtered signal."""
 
-TOP = 20.0  # Hz: what is compared lies below this, and below a fifth of the sample rate
+# Hz: what is compared lies below one of these, and below a fifth of the sample rate: noise of either record hides a lag
+# above
+TOPS = 20.0, 5.0
 LONGEST = 0.5  # s
 GROUPS = 8  # of runs, at most, that are left out in turn
 SHORTEST = 50  # samples: of fewer nothing is told
 LEAST = 0.5  # of the squared difference that a lag must explain
-RATHER = 1.5  # times what a delay leaves, a lag may leave: a late record, of either channel, is not a filter
+RATHER = 6.0  # of twice the logarithm of their likelihoods, that a lag is better than a delay: a late record, of either
+# channel, is not a filter
+BETTER = 1.5  # times what a lag leaves, a difference of two positions must leave
 QUOTIENT = 0.5  # samples: so late is the difference of two positions, the mean of the velocity between them
 FINE = 1e-3  # s: longest step between which slopes are taken to be straight
 AT_ONCE = 3e-3  # s: any drive smooths its velocity by as much
@@ -58,16 +62,19 @@ class VelocityFilter(SensingEffect):
     def observed(self, record: Record) -> Observed | None:
         if not record.velocity:
             return None
-        every = zip(record.position, record.velocity, record.sample_time, strict=True)
-        runs = [_Compared(*run) for run in every if len(run[0]) >= SHORTEST]
-        if not runs:
-            return None
+        every = list(zip(record.position, record.velocity, record.sample_time, strict=True))
+        long = [run for run in every if len(run[0]) >= SHORTEST]
+        seen = [self._seen([_Compared(*run, top) for run in long]) for top in TOPS] if long else []
+        return max((found for found in seen if found is not None), key=lambda found: found.probability, default=None)
+
+    def _seen(self, runs: list[_Compared]) -> Observed | None:
         alone = sum(run.misfit(0.0, _late) for run in runs)
         kind, (time, left) = min(((kind, _best(runs, kind)) for kind in KINDS), key=lambda found: found[1][1])
         if left > (1.0 - LEAST) * alone or time < AT_ONCE:
             return None
         quotient = sum(run.misfit(QUOTIENT * run.step, _average) for run in runs)
-        if left > RATHER * _best(runs, _late)[1] or left > quotient / RATHER:
+        rather = sum(run.independent for run in runs) * np.log(_best(runs, _late)[1] / left)
+        if rather < RATHER or left > quotient / BETTER:
             return None
         spread = _spread(runs, kind) + 0.02 * time
         return Observed({"time": (time, max(time - spread, 0.0), time + spread)}, 1.0 - left / alone)
@@ -76,9 +83,11 @@ class VelocityFilter(SensingEffect):
 class _Compared:
     """Slope of a position record and the recorded velocity, in the band that both can show."""
 
-    def __init__(self, position: np.ndarray, velocity: np.ndarray, step: float) -> None:
+    def __init__(self, position: np.ndarray, velocity: np.ndarray, step: float, top: float) -> None:
         self.step = step
-        self.low_pass = signal.butter(3, min(TOP, 0.2 / step), fs=1.0 / step, output="sos")
+        top = min(top, 0.2 / step)
+        self.independent = 2.0 * top * len(position) * step  # samples that the low-pass leaves
+        self.low_pass = signal.butter(3, top, fs=1.0 / step, output="sos")
         self.parts = max(1, round(step / FINE))
         rows = np.arange(len(position))
         fine = np.arange((len(position) - 1) * self.parts + 1) / self.parts
