@@ -505,7 +505,9 @@ def test_where_no_law_holds_that_takes_the_gap_the_family_has_others_to_fit(monk
     assert others({first.law_key: lost}) == [second]
     monkeypatch.setattr("stribeck.gap.search.families.strained", lambda place, scale: True)
     assert others({first.law_key: model}) == [second]
-    assert others({first.law_key: model}, 3.0 * cost) == []
+    little: Any = SimpleNamespace(placed=placed, whole=0.9 * base.whole)
+    assert others({first.law_key: little}, 3.0 * cost) == []
+    assert others({first.law_key: model}, 3.0 * cost) == [second]  # which promised little, and took most of it
     assert others({first.law_key: model, second.law_key: model}) == []
     for promise in (4.0, -1.0, -np.inf):
         assert others({first.law_key: model}, tried=[first, Trial(other, 0, {}, promise)]) == []

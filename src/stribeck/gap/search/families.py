@@ -55,10 +55,10 @@ def laws_instead(
     prepared: Prepared,
     floor: np.ndarray,
 ) -> list[Trial]:
-    """Return the trials of further laws where a family's law promised most of a gap, and none that was fitted holds.
+    """Return the trials of further laws where a family's law takes most of a gap, and none that was fitted holds.
 
-    At a bound, say, or lost: it leaves no less than the base. What promises less than half as much would not stand for
-    it.
+    At a bound, say, or lost: it leaves no less than the base. Most of it by its promise or by its fit, for beside a
+    constant at its limit any law promises little. What promises less than half as much would not stand for it.
 
     Parameters
     ----------
@@ -73,19 +73,20 @@ def laws_instead(
     floor : array (n,)
         Noise floor, N m rms.
     """
-    least = left_by(base.whole, floor) - LEAST_GAIN
+    left = {key: left_by(model.whole, floor) for key, model in fitted.items() if model is not None}
+    without = left_by(base.whole, floor)
     sound: dict[tuple[str, int], bool] = {}
-    for (name, _, joint), model in fitted.items():
-        holds = (
-            model is not None and _sound(model, len(model.placed) - 1, prepared) and left_by(model.whole, floor) < least
-        )
+    for (name, law, joint), model in fitted.items():
+        less = model is not None and left[name, law, joint] < without - LEAST_GAIN
+        holds = model is not None and less and _sound(model, len(model.placed) - 1, prepared)
         sound[name, joint] = sound.get((name, joint), False) or holds
     promised: dict[tuple[str, int], float] = {}
     for trial in tried:
-        if trial.law_key in fitted and trial.promise > MOST * cost[trial.joint]:
+        taken = 1.0 - np.exp(left[trial.law_key] - without) if trial.law_key in left else 0.0
+        if trial.law_key in fitted and (trial.promise > MOST * cost[trial.joint] or taken > MOST):
             promised[trial.key] = max(promised.get(trial.key, 0.0), trial.promise)
-    left = (trial for trial in tried if trial.law_key not in fitted and trial.key in promised)
-    return [trial for trial in left if not sound[trial.key] and trial.promise > HALF * promised[trial.key]]
+    others = (trial for trial in tried if trial.law_key not in fitted and trial.key in promised)
+    return [trial for trial in others if not sound[trial.key] and trial.promise > HALF * promised[trial.key]]
 
 
 def best_of_each(models: Sequence[Model | None], prepared: Prepared, floor: np.ndarray) -> list[Model]:
