@@ -68,6 +68,15 @@ def test_an_edge_that_ends_at_the_noise_is_there_beside_a_wave() -> None:
     assert filling_in(taken(("cable_spring", 0, 20.0), ("contact", 0, 9.0), left=1.1), SCALES) == [False, True]
 
 
+def test_a_wall_before_the_tip_and_a_spring_at_one_joint_are_two_where_nothing_is_left() -> None:
+    """The wall is felt at all joints, by where they all are; on one joint the two are curves over the same angle."""
+    wall, spring = (Placed(effect_named(*law), 0, {}) for law in (("contact", "plane"), ("cable_spring",)))
+    for left, fills in ((1.1, False), (2.5, True)):
+        steps = taken_steps([wall, spring], [20.0, 9.0], gap=FLOOR, floor=FLOOR, left=left)
+        assert filling_in(steps, SCALES) == [False, fills]
+        assert filling_in(steps, SCALES[:1]) == [False, True]
+
+
 def test_many_periods_are_no_kin_of_a_spring() -> None:
     """Of a line over its range, beside a constant, a wave of BENDS periods takes less than a tenth at any phase."""
     both = ("cogging", 0, 20.0), ("cable_spring", 0, 9.0)

@@ -5,7 +5,8 @@ what the wave leaves. Two kinds of lateness, or two waves, hardly ever meet in o
 But what fills in leaves some in turn: one that ends at the noise what another one left is there. Not so a curve over
 position, for two waves bend like any, nor a second lateness of one channel: a pole and a delay make up most third ones.
 An edge bends like no wave: laid over one, with line and constant re-tuned, it leaves a thirtieth of it at least. Nor
-does a wave of many periods bend like a curve, so it is no kin of one.
+does a wall in the way of the tip, which pushes at all joints by where they all are, make up a curve with one that is
+felt at a single joint. Nor does a wave of many periods bend like a curve, so it is no kin of one.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from stribeck.model.scale import Scale
 WAVE = {"wave"}
 ENDING = WAVE | {"speed"}  # kinds of which only what is there ends at the noise what another one left
 ACROSS = {"late"}  # the same, where the other one is of another channel
-BENT = {"curve"}  # the same, of an edge and a wave
+BENT = {"curve"}  # the same, of an edge and a wave, and of laws that are not felt at the same joints
 SLIGHT = WAVE | {"curve"}  # kinds of which what every arm has leaves nothing to fill in
 ENDED = 0.1  # of what such a one leaves beyond the noise: the most that may be left beside another that is there too
 EDGED = 0.02  # the same, of an edge and a wave
@@ -39,7 +40,10 @@ def filling_in(steps: Sequence[Step], scales: Sequence[Scale]) -> list[bool]:
     before = steps[0].base.placed if steps else ()
     known = [place for place in before if place.effect.ordinary(place.values, scales[place.joint])]
     return [
-        any(size < larger and _kin(mine, other, scales) - _ended(mine, other, left) for other, larger, _ in found)
+        any(
+            size < larger and _kin(mine, other, scales) - _ended(mine, other, left, len(scales))
+            for other, larger, _ in found
+        )
         or any(_kin(mine, other, scales) - SLIGHT for other in known)
         for mine, size, left in found
     ]
@@ -58,7 +62,7 @@ def _kin(one: Placed, other: Placed, scales: Sequence[Scale]) -> set[str]:
     return first & second
 
 
-def _ended(one: Placed, other: Placed, left: float) -> set[str]:
+def _ended(one: Placed, other: Placed, left: float, joints: int) -> set[str]:
     """Return the kinds in which one that ends at the noise what another left fills in nothing; none where it does not.
 
     A drive and a record that are late are two.
@@ -67,7 +71,7 @@ def _ended(one: Placed, other: Placed, left: float) -> set[str]:
         return set()
     kinds = ENDING if one.effect.channel == other.effect.channel else ENDING | ACROSS
     edged = any(a.effect.edged and "wave" in b.effect.kin for a, b in ((one, other), (other, one)))
-    bent = edged and left < EDGED
+    bent = (edged and left < EDGED) or one.joints(joints) != other.joints(joints)
     return kinds | BENT if bent else kinds
 
 
