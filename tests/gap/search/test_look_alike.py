@@ -88,6 +88,25 @@ def test_a_drive_that_pulls_harder_to_one_side_is_no_offset(there: bool) -> None
     assert any("pulls harder to one side" in text for text in found.warnings) == there
 
 
+def saturating(runs: Sequence[Run], most: float) -> list[Run]:
+    """The same motions under a drive that gives c (1 - |c| / 4 m) of a command c, and no more than ``most``, m."""
+    return [
+        replace(run, tau=2.0 * most * np.sign(run.tau) * (1.0 - np.sqrt(1.0 - np.abs(run.tau) / most))) for run in runs
+    ]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("there", [True, False], ids=["iron", "a gain"])
+def test_a_drive_whose_gain_falls_with_its_torque_is_no_gain(there: bool) -> None:
+    others = tuple(name for name in registry() if name not in ("torque_gain", "torque_dead_zone", "torque_saturation"))
+    plain = recorded()
+    most = 1.3 * max(float(np.abs(run.tau).max()) for run in plain)
+    runs = saturating(plain, most) if there else recorded(("torque_gain", {"gain": 0.8}))
+    found = diagnose(PENDULUM, runs, leave_out=others, jobs=1)
+    assert found.named == (() if there else ("torque_gain",))
+    assert any("iron that saturates" in text for text in found.warnings) == there
+
+
 def alike(*chances: float | None) -> list[Step]:
     """The steps of a search that took effects, with a decoy that does better than each with some chance."""
     placed = [Placed(effect_named(name), 1) for name in ("torque_gain", "cable_spring")[: len(chances)]]
@@ -137,6 +156,7 @@ def test_an_axis_has_no_turns() -> None:
     assert [decoy.says for decoy in decoys(axis)] == [
         "torque that speed takes at A (a drive's voltage limit)",
         "a drive at A that pulls harder to one side (half of its bridge)",
+        "a drive at A whose gain changes with its torque (iron that saturates)",
         "torque that heat takes at A (a magnet that warms)",
     ]
 
@@ -182,6 +202,7 @@ def test_what_rubs_takes_energy_in_its_own_motion_alone(kind: str, side: float) 
 
 FORMULAS: dict[str, Callable[[Any], tuple[Any, Any]]] = {
     "torque that speed takes at B": lambda m: (0.0, m.command[:, 1] * m.velocity[:, 1] ** 2),
+    "a drive at B whose gain changes": lambda m: (0.0, m.command[:, 1] * np.abs(m.command[:, 1])),
     "a share of A's command at B": lambda m: (0.0, -m.command[:, 0]),
     "friction at A under the load of B": lambda m: (np.sign(m.velocity[:, 0]) * np.abs(m.command[:, 1]), 0.0),
     "torque at B by the square of A's speed": lambda m: (0.0, m.velocity[:, 0] ** 2),

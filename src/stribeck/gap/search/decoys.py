@@ -2,8 +2,8 @@
 
 Of laws that no library holds, some pass for one that it does: a share of another drive's command is a torque gain to a
 fit that knows no better. Each decoy is torque linear in a constant or a few: couplings of two joints that no effect of
-the library is, inertia that varies, a drive that speed or heat weakens or that pulls harder to one side, a tool that
-rings or swings.
+the library is, inertia that varies, a drive that speed, heat or its own torque weakens or that pulls harder to one
+side, a tool that rings or swings.
 """
 
 from __future__ import annotations
@@ -70,6 +70,8 @@ def decoys(arm: Arm) -> Iterator[Decoy]:
             yield Decoy(says, (_varying(j, turns, 0.0), _varying(j, turns, 0.5 * np.pi)))
         yield Decoy(f"torque that speed takes at {name} (a drive's voltage limit)", (_at(j, _taken_by_speed),), True)
         yield Decoy(f"a drive at {name} that pulls harder to one side (half of its bridge)", (_at(j, _one_sided),))
+        says = f"a drive at {name} whose gain changes with its torque (iron that saturates)"
+        yield Decoy(says, (_at(j, _by_its_torque),))
         warmth = partial(_warmth, j, name)
         yield replace(warmth(np.zeros(1)), nearby=warmth, bent=1, form=f"heat {j}")
     for hertz in RINGS if arm.n > 1 and all(turning) else ():  # at a single joint a stand that gives way is the same
@@ -194,6 +196,10 @@ def _taken_by_speed(run: Conditioned, j: int) -> Floats:
 
 def _one_sided(run: Conditioned, j: int) -> Floats:
     return np.asarray(np.abs(run.command[:, j]))
+
+
+def _by_its_torque(run: Conditioned, j: int) -> Floats:
+    return np.asarray(run.command[:, j] * np.abs(run.command[:, j]))
 
 
 def _warmth(j: int, name: str, moved: Floats) -> Decoy:
