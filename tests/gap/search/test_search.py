@@ -1129,6 +1129,38 @@ def test_the_search_without_what_is_needless_starts_from_what_every_arm_has_as_w
     assert tuned.prepared.rounds == 2  # type: ignore[attr-defined]
 
 
+@pytest.mark.parametrize(
+    ("anew", "after", "taken_at_once"), [(-0.5, 0.0, True), (0.0, 0.0, False), (-0.5, -0.5, False)]
+)
+def test_where_a_search_anew_leaves_more_what_came_after_the_needless_one_is_taken(
+    anew: float, after: float, taken_at_once: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Only where that is as good as with the needless one."""
+    first, other, at_once = ((taken(name, 0.9, 12.0),) for name in ("delay", "payload", "cogging"))
+    searches, gains = iter((first, other)), iter((anew, after))
+    base: Any = SimpleNamespace(placed=())
+
+    def from_the_ordinary(setting: Any, start: object, **_: object) -> Any:
+        return setting, base, next(searches), ()
+
+    monkeypatch.setattr(search_module, "_setting", lambda *_: SimpleNamespace(prepared="prepared"))
+    monkeypatch.setattr(search_module, "replace", lambda given, **_: given)
+    monkeypatch.setattr(search_module, "_from_the_ordinary", from_the_ordinary)
+    monkeypatch.setattr(search_module, "in_lower_band", lambda *_: None)
+    monkeypatch.setattr(search_module, "in_step_beside", lambda prepared, _: prepared)
+    monkeypatch.setattr(search_module, "_believed", lambda setting, steps: (steps, []))
+    monkeypatch.setattr(search_module, "passed_over", lambda *_: at_once)
+    monkeypatch.setattr(search_module, "rank", lambda *_: SimpleNamespace(overall=[0.0, next(gains)]))
+    monkeypatch.setattr(search_module, "idle", lambda steps: ("cogging", 0))
+    for name in ("another_way", "with_as_good", "with_lags", "with_together", "with_look_alikes"):
+        monkeypatch.setattr(search_module, name, lambda *given: next(one for one in given if isinstance(one, tuple)))
+    for name in ("instead", "swapped"):
+        monkeypatch.setattr(search_module, name, lambda *_: [])
+    tuned: Any = SimpleNamespace(prepared="prepared", base=base)
+    wanted = at_once if taken_at_once else first if anew < 0.0 else other
+    assert search_module.search(tuned, Asked(jobs=1))[1] == wanted
+
+
 @pytest.mark.long
 def test_what_promised_as_much_as_what_is_taken_is_fitted_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
     """Few are fitted; of those left out one may be the same in disguise as the one that is taken."""
