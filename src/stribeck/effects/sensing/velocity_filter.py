@@ -31,6 +31,7 @@ RATHER = 6.0  # of twice the logarithm of their likelihoods, that a lag is bette
 BETTER = 1.5  # times what a lag leaves, a difference of two positions must leave
 QUOTIENT = 0.5  # samples: so late is the difference of two positions, the mean of the velocity between them
 FINE = 1e-3  # s: longest step between which slopes are taken to be straight
+TINY = 1e-12  # of what a delay leaves: less is none
 AT_ONCE = 3e-3  # s: any drive smooths its velocity by as much
 USUAL = 8e-3  # s: and many, with coarse encoders, by as much at all joints
 DIFFERENCES = 2.0  # samples: nor does anyone take differences of positions without smoothing them over so many
@@ -73,7 +74,8 @@ class VelocityFilter(SensingEffect):
         if left > (1.0 - LEAST) * alone or time < AT_ONCE:
             return None
         quotient = sum(run.misfit(QUOTIENT * run.step, _average) for run in runs)
-        rather = sum(run.independent for run in runs) * np.log(_best(runs, _late)[1] / left)
+        late = _best(runs, _late)[1]
+        rather = sum(run.independent for run in runs) * np.log(late / max(left, TINY * late))
         if rather < RATHER or left > quotient / BETTER:
             return None
         spread = _spread(runs, kind) + 0.02 * time
