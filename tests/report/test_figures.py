@@ -81,6 +81,33 @@ def test_the_joint_of_a_title_is_the_one_that_holds_most_of_the_gap(diagnosis):
     )  # where what is named acts, though two others hold more
 
 
+def test_where_most_of_the_gap_stays_the_residual_tells_of_the_joint_that_is_relieved(diagnosis):
+    made = diagnosis(duration=3.0)
+    top = max(made.where, key=lambda place: place.share.value)
+    stays = tuple(
+        replace(r, rms_corrected=r.rms) if (r.joint, r.region) == (top.joint, top.region) else r for r in made.regions
+    )
+    k = made.joints.index(top.joint)
+    kept, gone = (
+        tuple(
+            replace(x, corrected=np.where(np.arange(2) == k if one else [True] * 2, x.retuned, x.corrected))
+            for x in made.traces
+        )
+        for one in (True, False)
+    )
+
+    def found(traces):
+        return finding_of(residual_figure(replace(made, regions=stays, traces=traces))).replace("\u00a0", " ")
+
+    (other,) = set(made.joints) - {top.joint}
+    plain = r"Presliding: [\d.]+ % of the squared residual of [AB] is gone"
+    assert re.fullmatch(plain, found(made.traces))
+    assert re.fullmatch(
+        rf"Presliding: [\d.]+ % of the squared residual of {other} is gone, little of that of {top.joint}", found(kept)
+    )
+    assert found(gone) == sentences.finding(made).replace("\u00a0", " ")  # nor anywhere
+
+
 def test_a_cell_is_as_dark_as_what_it_holds_of_the_whole_gap(diagnosis):
     made = diagnosis(duration=3.0)
     places = tuple(

@@ -14,6 +14,7 @@ from stribeck.report.numbers import percent, percent_interval
 from stribeck.report.style import COLOUR, INK, MUTED, WIDTH, drawn, grid, heading, new_figure, title
 
 MOST = 14  # rows of one step; the rest is counted, and listed in diagnosis.json
+LABELS = 0.075  # inches that a letter of a row's label takes from its panel
 LOWEST = -0.25  # gains below are drawn at the edge, with an arrow
 
 
@@ -29,7 +30,8 @@ def candidates_figure(diagnosis: Diagnosis) -> Figure | None:
     axes = figure.subplots(len(steps), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
     for step, ax in zip(steps, axes, strict=True):
         draw_ranking(ax, shown[step], partners(diagnosis, step), diagnosis.named)
-        title(ax, _panel(diagnosis, step, shown[step]), WIDTH - 1.5)
+        labels = max((len(_label(row)) for row in shown[step]), default=0)
+        title(ax, _panel(diagnosis, step, shown[step]), WIDTH - LABELS * labels - 0.5)
     ends = [x for rows in shown.values() for row in rows for x in (row.gain.low, row.gain.high) if math.isfinite(x)]
     axes[-1].set_xlim(max(min(ends, default=0.0), LOWEST) - 0.02, min(max(ends, default=1.0), 1.5) + 0.05)
     axes[-1].xaxis.set_major_formatter(lambda x, _: percent(round(x, 3)))

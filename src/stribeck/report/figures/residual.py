@@ -12,6 +12,8 @@ from stribeck.report.numbers import change, percent
 from stribeck.report.signals import Window, sampled, stacked, telling_family, telling_window, thin
 from stribeck.report.style import COLOUR, MUTED, RULE, drawn, grid, heading, key, new_figure, title
 
+TELLING = 0.1  # of a squared residual: less is not told as gone
+
 
 @drawn
 def residual_figure(diagnosis: Diagnosis) -> Figure | None:
@@ -75,15 +77,17 @@ def _zero(ax: Axes) -> None:
 
 
 def _panel(diagnosis: Diagnosis, joint: int) -> str:
-    name = words.short(diagnosis.joints[joint])
+    name, changed = words.short(diagnosis.joints[joint]), _changed(diagnosis, joint)
+    return name if changed is None else f"{name}: squared residual {change(changed)}"
+
+
+def _changed(diagnosis: Diagnosis, joint: int) -> float | None:
+    """Return the relative change of a joint's squared residual by the named effects; None where there are none."""
     measured = stacked(diagnosis, "measured")[:, joint]
-    rms = [
-        float(np.sqrt(np.nanmean((measured - stacked(diagnosis, model)[:, joint]) ** 2)))
-        for model, _ in _models(diagnosis)
+    power = [
+        float(np.nanmean((measured - stacked(diagnosis, model)[:, joint]) ** 2)) for model, _ in _models(diagnosis)
     ]
-    if len(rms) == 1 or not rms[0] > 0:
-        return name
-    return f"{name}: squared residual {change((rms[1] / rms[0]) ** 2 - 1.0)}"
+    return None if len(power) == 1 or not power[0] > 0 else power[1] / power[0] - 1.0
 
 
 def _removed(diagnosis: Diagnosis, place: Place) -> float:
@@ -101,7 +105,13 @@ def _finding(diagnosis: Diagnosis) -> str:
         return "The residual that re-tuning leaves"
     top = max(diagnosis.where, key=lambda place: place.share.value)
     gone = _removed(diagnosis, top)
-    if diagnosis.named and gone > 0.1:
+    if diagnosis.named and gone > TELLING:
         place = f"{words.short(top.joint)} {words.region(top.region)}"
         return f"{words.named(diagnosis)}: {percent(gone)} of the squared residual of {place} is gone"
+    relieved = {name: -(_changed(diagnosis, j) or 0.0) for j, name in enumerate(diagnosis.joints)}
+    most = max(relieved, key=lambda name: relieved[name])
+    if relieved[most] > TELLING:
+        less = f"{percent(relieved[most])} of the squared residual of {words.short(most)} is gone"
+        others = relieved[top.joint] < TELLING and f", little of that of {words.short(top.joint)}"
+        return f"{words.named(diagnosis)}: {less}{others or ''}"
     return sentences.finding(diagnosis)
