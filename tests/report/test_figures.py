@@ -269,3 +269,15 @@ def test_names_of_colours_do_not_overlap_however_long():
 ])  # fmt: skip
 def test_how_a_fit_ended_is_said_in_the_readers_words(status: str, said: str) -> None:
     assert _trouble(status) == said
+
+
+def test_a_family_of_one_region_is_no_part_of_the_map(diagnosis):
+    """Where the last third of a run is held out, all of the gap lies there."""
+    made = diagnosis(duration=3.0)
+    (last,) = {r.region for r in made.regions if r.family == "time" and r.region.startswith("last")}
+    regions = tuple(r for r in made.regions if r.family != "time" or r.region == last)
+    assert {r.family for r in regions} == {r.family for r in made.regions}
+    shown = {row.family for row in map_rows(replace(made, regions=regions))}
+    assert shown == {r.family for r in regions} - {"time"}
+    alone = tuple(r for r in regions if r.family == "time")
+    assert {row.family for row in map_rows(replace(made, regions=alone))} == {"time"}

@@ -48,12 +48,18 @@ def where_figure(diagnosis: Diagnosis) -> Figure | None:
 
 
 def map_rows(diagnosis: Diagnosis) -> list[MapRow]:
-    """Return the rows from top to bottom, families in order of first mention."""
+    """Return the rows from top to bottom, families in order of first mention.
+
+    A family of one region says nothing of where: of a run whose last third is held out, say. Of nothing else it stays.
+    """
     rows: list[MapRow] = []
     y = 0.0
-    for family in dict.fromkeys(region.family for region in diagnosis.regions):
+    families = dict.fromkeys(region.family for region in diagnosis.regions)
+    every = {family: _family_rows(diagnosis, family) for family in families}
+    telling = {family: parts for family, parts in every.items() if len(parts) > 1} or every
+    for family, parts in telling.items():
         y += 0.8
-        for label, cells in _family_rows(diagnosis, family):
+        for label, cells in parts:
             rows.append(MapRow(family, label, y, cells))
             y += 1.0
     return rows
