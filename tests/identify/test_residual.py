@@ -173,6 +173,28 @@ def test_a_gain_that_goes_with_position_shrinks_no_residual() -> None:
     assert left[0] == pytest.approx(left[1], abs=1e-9)
 
 
+@pytest.mark.parametrize("law", ["lugre", "maxwell_slip", "elasto_plastic"])
+@pytest.mark.parametrize("rate", [100.0, 1000.0])
+def test_a_bristle_is_damped_by_as_much_as_it_bends(law: str, rate: float) -> None:
+    """At a reversal within an instant: at the samples alone that pulse is missed, or counted for all of a sample."""
+    run = condition(pendulum(), recorded(rate=rate), 10.0, np.full(1, 1e-9))
+
+    def along(damping: float) -> tuple[np.ndarray, np.ndarray]:
+        placed = Placed(effect_named("presliding", law), 0, {**BRISTLE, "damping": damping})
+        residual = Residual(SignalPath(pendulum(), [placed]), [run], (), observe=False)
+        p = values_of(residual.path.entries)
+        return residual.states(run, p), residual.stages(run, p)["friction"][:, 0]
+
+    (states, damped), (_, plain) = along(BRISTLE["damping"]), along(0.0)
+    held, bending = states[:, :-1].sum(axis=1), states[:, -1]
+    np.testing.assert_allclose(bending, np.gradient(held, run.sample_time), atol=1e-6 * np.abs(bending).max())
+    np.testing.assert_allclose(damped - plain, BRISTLE["damping"] / BRISTLE["stiffness"] * bending, atol=1e-9)
+    middle = slice(50, -50)
+    gone = np.sum((damped - plain)[middle]) * run.sample_time  # of momentum
+    bent = BRISTLE["damping"] / BRISTLE["stiffness"] * (held[-50] - held[50])
+    assert gone == pytest.approx(bent, abs=0.02 * BRISTLE["damping"] / BRISTLE["stiffness"] * np.abs(held).max())
+
+
 def test_values_leave_no_trace_in_the_runs() -> None:
     """What the runs drive is laid out once: a delay that was tried before, or other runs, change nothing."""
     both = [condition(pendulum(), recorded(duration=3.0, noise=1e-5, seed=seed), 20.0) for seed in (0, 1)]

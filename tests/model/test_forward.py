@@ -75,10 +75,16 @@ def check_balance(placed: list[Placed], inverted: float = 1e-9) -> None:
         recorded = cut_drive(path, p, y, rates, u)
         delays = np.array([place.values.get("time", 0.0) for place in path.placed])
         slowing = [rates[2 + j] - rates[5 + 2 * i] for i, j in enumerate(path.flexible)] if sample.contacts else []
-        residual, derivatives = balance(recorded, np.concatenate([y[4:], slowing]), p, delays)
+        bending = [sum(rates[4 + i] for i in bristle_rows(path, j)) for j in sample.bristled]
+        residual, derivatives = balance(recorded, np.concatenate([y[4:], slowing, bending]), p, delays)
         size = 1.0 + np.abs(rates).max() * 0.3
         assert residual.full().ravel() == pytest.approx([0.0, 0.0], abs=inverted * size)
         assert derivatives.full().ravel() == pytest.approx(rates[4:], rel=1e-9, abs=1e-9 * size)
+
+
+def bristle_rows(path: SignalPath, joint: int) -> list[int]:
+    k, effect = path.bristle(joint)  # type: ignore[misc]
+    return [path.state_index(f"{k}.{name}") for name in effect.states]
 
 
 @pytest.mark.parametrize(("effect", "values"), [pytest.param(e, v, id=e.label) for e, v in trials()])

@@ -105,6 +105,11 @@ def test_where_most_of_the_gap_stays_the_residual_tells_of_the_joint_that_is_rel
     assert re.fullmatch(
         rf"Presliding: [\d.]+ % of the squared residual of {other} is gone, little of that of {top.joint}", found(kept)
     )
+    more = tuple(
+        replace(x, corrected=np.where(np.arange(2) == k, x.measured - 1.5 * (x.measured - x.retuned), x.corrected))
+        for x in made.traces
+    )
+    assert found(more).endswith(f"of {other} is gone; that of {top.joint} has grown")
     assert found(gone) == sentences.finding(made).replace("\u00a0", " ")  # nor anywhere
 
 
@@ -269,6 +274,17 @@ def test_names_of_colours_do_not_overlap_however_long():
 ])  # fmt: skip
 def test_how_a_fit_ended_is_said_in_the_readers_words(status: str, said: str) -> None:
     assert _trouble(status) == said
+
+
+def test_titles_of_candidates_end_within_the_figure(diagnosis):
+    """Of a short-named step below a long-named one too: their panels begin at one place."""
+    made = diagnosis(duration=3.0, candidates=8)
+    first = tuple(replace(row, joint="a joint of long name", chosen=row.chosen) for row in made.candidates)
+    other = tuple(replace(row, step=2, effect="delay", joint="A", chosen=i == 0) for i, row in enumerate(first))
+    figure = candidates_figure(replace(made, candidates=first + other))
+    figure.draw_without_rendering()
+    for ax in figure.axes:
+        assert ax.title.get_window_extent().x1 < figure.bbox.x1
 
 
 def test_a_family_of_one_region_is_no_part_of_the_map(diagnosis):

@@ -5,6 +5,7 @@ The command and the motion run linearly between the samples.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
 from typing import Any
@@ -60,13 +61,16 @@ class Advance:
             bristles = _bristles(path)
             for i, name in enumerate(path.state_names[links:], links):
                 out.append(known.get(name, slid[i] if name in bristles else moved[i]))
-        rest = ca.vertcat(*out)
-        through = ca.mtimes(ca.jacobian(rest, x), carried.columns)
-        columns = through + ca.jacobian(rest, path.p)[:, list(carried.parameters)]
+        rest, bent = ca.vertcat(*out), _bent(balance, x, dict(zip(path.state_names[links:], out, strict=True)))
+        by_rest, by_bent = (
+            ca.mtimes(ca.jacobian(part, x), carried.columns) + ca.jacobian(part, path.p)[:, list(carried.parameters)]
+            for part in (rest, bent)
+        )
         if not links:
-            return replace(carried, states=rest, columns=columns)
-        states = ca.vertcat(swung.states[:links], rest, swung.states[links:])
-        columns = ca.vertcat(swung.columns[:links, :], columns, swung.columns[links:, :])
+            return replace(carried, states=ca.vertcat(rest, bent), columns=ca.vertcat(by_rest, by_bent))
+        ends = links + balance.x.numel() - path.x.numel() - len(balance.bristled)  # of what links have with contacts
+        states = ca.vertcat(swung.states[:links], rest, swung.states[links:ends], bent)
+        columns = ca.vertcat(swung.columns[:links, :], by_rest, swung.columns[links:ends, :], by_bent)
         return replace(carried, states=states, columns=columns)
 
     @cached_property
@@ -101,6 +105,17 @@ def _bristles(path: SignalPath) -> frozenset[str]:
     """Return the names of the states that carry a joint's friction."""
     placed = [(k, place.effect) for k, place in enumerate(path.placed) if isinstance(place.effect, FrictionEffect)]
     return frozenset(f"{k}.{state}" for k, effect in placed if effect.bristle for state in effect.states)
+
+
+def _bent(balance: Balance, x: Any, moved: Mapping[str, Expression]) -> Any:
+    """Return how far the motion has bent each bristle by the next sample (K, 1), N m, given the moved states."""
+    path, out = balance.path, ca.SX(0, 1)
+    begin = balance.x.numel() - len(balance.bristled)
+    for i, j in enumerate(balance.bristled):
+        k, effect = path.bristle(j)  # type: ignore[misc]
+        before = path.states(k, x)
+        out = ca.vertcat(out, x[begin + i] + sum(moved[f"{k}.{name}"] - before[name] for name in effect.states))
+    return out
 
 
 def _slid(balance: Balance, sample_time: float, now: Drive, after: Drive, x: Any) -> dict[str, Expression]:

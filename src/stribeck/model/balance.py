@@ -10,7 +10,7 @@ from typing import Any
 import casadi as ca
 
 from stribeck.model.drive import Drive
-from stribeck.model.effect import Along
+from stribeck.model.effect import Along, FrictionEffect
 from stribeck.model.links import Links, Motors
 from stribeck.model.path import SignalPath
 from stribeck.model.rigid_body import inverse_dynamics, mass_matrix
@@ -42,7 +42,10 @@ class Balance:
     faces : tuple of bool
         Of each flexible joint, whether its link meets its motor at faces. ``contacts``: whether any does.
     x : casadi.SX (nx, 1)
-        The path's states; with contacts, then how much faster each flexible joint's motor is than its link, rad/s.
+        The path's states; with contacts, then how much faster each flexible joint's motor is than its link, rad/s; then
+        how far the recorded motion has bent each of the ``bristled`` joints' bristles, N m.
+    bristled : tuple of int
+        Joints with a bristle that is damped in the mean from sample to sample.
     """
 
     def __init__(self, path: SignalPath) -> None:
@@ -54,7 +57,14 @@ class Balance:
         torque = self.transmitted(both[:count], both[count:])
         self.faces = tuple(bool(ca.depends_on(ca.jacobian(torque[i], both), both)) for i in range(count))
         self.contacts = any(self.faces)
-        self.x = ca.vertcat(path.x, ca.SX.sym("ahead", len(path.flexible) if self.contacts else 0))
+        bristles = {j: found for j in range(path.n) if (found := path.bristle(j)) is not None}
+        self.bristled = tuple(j for j, found in bristles.items() if self._mean_torque(*found, 0.0, path.x) is not None)
+        ahead = ca.SX.sym("ahead", len(path.flexible) if self.contacts else 0)
+        self._settled = path.x.numel(), path.x.numel() + ahead.numel()
+        self.x = ca.vertcat(path.x, ahead, ca.SX.sym("bent", len(self.bristled)))
+
+    def _mean_torque(self, k: int, effect: FrictionEffect, rate: Any, x: Any) -> Expression | None:
+        return effect.bristle_mean_torque(rate, self.path.states(k, x), self.path.parameters(k))
 
     def transmitted(self, deflection: Any, rate: Any) -> Any:
         """Return what the L flexible joints hand on (L, 1) at their deflections and rates (L, 1)."""
@@ -159,8 +169,12 @@ class Balance:
         carried = ca.vertcat(*[0.0 if (inertia := path.carrier(j)) is None else inertia for j in flexible])
         return load, mass, mass[flexible, flexible] + ca.diag(carried), carried
 
-    def _friction(self, joint: int, s: Signals, d: Drive, x: Any, needed: Expression) -> Expression:
+    def _friction(
+        self, joint: int, s: Signals, d: Drive, x: Any, needed: Expression, bending: Expression | None
+    ) -> Expression:
         """Return friction without its viscous part, given the torque ``needed`` to balance the joint.
+
+        A bristle is damped at its mean rate of ``bending`` about the sample, N m/s, where that is known.
 
         At rest friction is an interval, not a value; so it is wherever noise hides the sign of the velocity, and where
         that changes within the sample. Where the joint surely rests, the speed is noise and what the filter brings of
@@ -172,6 +186,8 @@ class Balance:
         bristle = path.bristle(joint)
         if bristle is not None:
             k, effect = bristle
+            if bending is not None and (mean := self._mean_torque(k, effect, bending, x)) is not None:
+                return mean
             level = path.present_level(joint, s, x)
             return effect.bristle_torque(level, s, path.states(k, x), path.parameters(k))
         sd, reach = d.velocity_sd[joint], d.instant[joint] * ca.fabs(s.acceleration)
@@ -188,17 +204,19 @@ class Balance:
     def residual(self, d: Drive, x: Any, *, settled: bool = True) -> tuple[Any, dict[str, Any]]:
         """Return the unbalanced torque (n, 1) in units of the command, and the torques of each stage (n, 1).
 
-        With contacts, the last of the states ``x`` are those of :meth:`stribeck.model.cut.Cut.settled`, rad/s^2, unless
-        they are not ``settled`` yet.
+        What follows the path's states in ``x`` are the rates of :meth:`stribeck.model.cut.Cut.settled`, rad/s^2 and
+        N m/s, unless they are not ``settled`` yet.
         """
         path = self.path
-        signals, _ = self.signals(d, x, x[path.x.numel() :] if self.contacts and settled else None)
+        begin, end = self._settled
+        signals, _ = self.signals(d, x, x[begin:end] if self.contacts and settled else None)
+        bending = {j: x[end + i] for i, j in enumerate(self.bristled)} if settled else {}
         rows, stages = [], []
         for j, s in enumerate(signals):
             rotor = path.rotor(j) * s.acceleration
             needed = s.torque - rotor - s.load
             viscous = path.viscous(j, s, x)
-            friction = self._friction(j, s, d, x, needed - viscous) + viscous
+            friction = self._friction(j, s, d, x, needed - viscous, bending.get(j)) + viscous
             scale = path.command_scale(j, s.position)
             rows.append((needed - friction) / (scale * path.torque_left(j, s, x)))
             stages.append((s.torque / scale, rotor / scale, s.load / scale, friction / scale))

@@ -101,14 +101,15 @@ class Cut:
     def settled(self, states: np.ndarray) -> np.ndarray:
         """Return states and sensitivities (nx (1 + active), N) along a recording as the residual takes them.
 
-        What a link loses against its motor in a blow is over in an instant. The residual is sampled: it takes the mean
-        from the sample before to the sample after, so that no momentum is missed.
+        What a link loses against its motor in a blow is over in an instant, and so is what damps a bristle that bends
+        at a reversal. The residual is sampled: it takes the mean from the sample before to the sample after, so that no
+        momentum is missed.
         """
-        blows = self.nx - self.path.x.numel()
-        if not blows:
+        sudden = self.nx - self.path.x.numel()
+        if not sudden:
             return states
         out = states.reshape(1 + len(self.active), self.nx, -1).copy()
-        out[:, -blows:] = np.gradient(out[:, -blows:], self.sample_time, axis=2)
+        out[:, -sudden:] = np.gradient(out[:, -sudden:], self.sample_time, axis=2)
         return out.reshape(states.shape)
 
     @cached_property

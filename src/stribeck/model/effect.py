@@ -272,6 +272,20 @@ class FrictionEffect(Effect):
         """Return the friction torque without B that replaces sign(v) G (only where ``bristle``)."""
         raise NotImplementedError
 
+    def bristle_mean_torque(self, rate: Expression, x: States, p: Parameters) -> Expression | None:
+        """Return the same at a sample, given the mean rate of all its states together about it; None: as at an instant.
+
+        A bristle bends within an instant at a reversal; what damps it there is a pulse between two samples.
+
+        Parameters
+        ----------
+        rate : expression
+            By the recorded motion, from the sample before to the one after, unit of the states over s.
+        x, p : mapping of str to expression
+            States and parameters of the effect.
+        """
+        return None
+
     def bristle_stiffness(self, p: Parameters) -> Expression:
         """Return the torque per way of a bristle that sticks, N m/rad (only where ``bristle``)."""
         return p["stiffness"]

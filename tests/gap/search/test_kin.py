@@ -75,6 +75,17 @@ def test_a_wall_before_the_tip_and_a_spring_at_one_joint_are_two_where_nothing_i
         steps = taken_steps([wall, spring], [20.0, 9.0], gap=FLOOR, floor=FLOOR, left=left)
         assert filling_in(steps, SCALES) == [False, fills]
         assert filling_in(steps, SCALES[:1]) == [False, True]
+    steps = taken_steps([wall, spring], [20.0, 9.0], gap=FLOOR, floor=FLOOR, left=1.1)
+    power = steps[1].worth.power.copy() if steps[1].worth else steps[1].ranking.power.copy()
+    power[:, 1] = 30.0  # where only the wall is felt, its law leaves much: so the spring may be the rest of it
+    shown = replace(steps[1].worth or steps[1].ranking, power=power)
+    elsewhere = replace(steps[1], worth=shown) if steps[1].worth else replace(steps[1], ranking=shown)
+    assert filling_in([steps[0], elsewhere], SCALES) == [False, True]
+    ripple = Placed(effect_named("cogging"), 0, {"harmonic": 0.5})
+    assert filling_in(taken_steps([wall, ripple], [20.0, 9.0], gap=FLOOR, floor=FLOOR, left=1.5), SCALES) == [
+        False,
+        True,
+    ]
 
 
 def test_many_periods_are_no_kin_of_a_spring() -> None:

@@ -26,12 +26,14 @@ LONGEST = 0.5  # s
 GROUPS = 8  # of runs, at most, that are left out in turn
 SHORTEST = 50  # samples: of fewer nothing is told
 LEAST = 0.5  # of the squared difference that a lag must explain
-RATHER = 6.0  # of twice the logarithm of their likelihoods, that a lag is better than a delay: a late record, of either
+RATHER = (
+    10.0  # of twice the logarithm of their likelihoods, that a lag is better than a delay: a late record, of either
+)
 # channel, is not a filter
 BETTER = 1.5  # times what a lag leaves, a difference of two positions must leave
 QUOTIENT = 0.5  # samples: so late is the difference of two positions, the mean of the velocity between them
 FINE = 1e-3  # s: longest step between which slopes are taken to be straight
-TINY = 1e-12  # of what a delay leaves: less is none
+TINY = 1e-12  # of a velocity's power: less is rounding
 AT_ONCE = 3e-3  # s: any drive smooths its velocity by as much
 USUAL = 8e-3  # s: and many, with coarse encoders, by as much at all joints
 DIFFERENCES = 2.0  # samples: nor does anyone take differences of positions without smoothing them over so many
@@ -41,8 +43,8 @@ DIFFERENCES = 2.0  # samples: nor does anyone take differences of positions with
 class VelocityFilter(SensingEffect):
     """A lag of the recorded velocity, which shows against the recorded position's own slope.
 
-    One pole, two equal ones, or a moving average: ``time`` is the lag at low frequency in any case. Torque and position
-    know nothing of it; a controller that uses the reported velocity does.
+    One pole, two equal ones, two by Butterworth, or a moving average: ``time`` is the lag at low frequency. Torque and
+    position know nothing of it; a controller that uses the reported velocity does.
     """
 
     name = "velocity_filter"
@@ -65,18 +67,18 @@ class VelocityFilter(SensingEffect):
             return None
         every = list(zip(record.position, record.velocity, record.sample_time, strict=True))
         long = [run for run in every if len(run[0]) >= SHORTEST]
-        seen = [self._seen([_Compared(*run, top) for run in long]) for top in TOPS] if long else []
+        seen = [self._seen([_Compared(*run, top) for run in long], record) for top in TOPS] if long else []
         return max((found for found in seen if found is not None), key=lambda found: found.probability, default=None)
 
-    def _seen(self, runs: list[_Compared]) -> Observed | None:
+    def _seen(self, runs: list[_Compared], record: Record) -> Observed | None:
         alone = sum(run.misfit(0.0, _late) for run in runs)
+        if alone <= TINY * sum(run.power for run in runs):  # of a joint at rest, or at one speed
+            return None
         kind, (time, left) = min(((kind, _best(runs, kind)) for kind in KINDS), key=lambda found: found[1][1])
         if left > (1.0 - LEAST) * alone or time < AT_ONCE:
             return None
         quotient = sum(run.misfit(QUOTIENT * run.step, _average) for run in runs)
-        late = _best(runs, _late)[1]
-        rather = sum(run.independent for run in runs) * np.log(late / max(left, TINY * late))
-        if rather < RATHER or left > quotient / BETTER:
+        if _better(runs, kind, time, left, record.resolution or 0.0) < RATHER or left > quotient / BETTER:
             return None
         spread = _spread(runs, kind) + 0.02 * time
         return Observed({"time": (time, max(time - spread, 0.0), time + spread)}, 1.0 - left / alone)
@@ -93,8 +95,13 @@ class _Compared:
         self.parts = max(1, round(step / FINE))
         rows = np.arange(len(position))
         fine = np.arange((len(position) - 1) * self.parts + 1) / self.parts
-        self.slope = CubicSpline(rows, position)(fine, 1) / step
+        self.slope, self.rustle = (
+            CubicSpline(rows, values)(fine, 1) / step
+            for values in (position, np.random.default_rng(0).standard_normal(len(position)))
+        )
+        self.noise = _noise(position)
         self.seen = self._smooth(velocity)
+        self.power = float(self.seen @ self.seen)
         self.known: dict[tuple[float, Filter], float] = {}  # searches begin on one grid of times
 
     def _smooth(self, values: np.ndarray) -> np.ndarray:
@@ -107,10 +114,29 @@ class _Compared:
         return self.known[time, kind]
 
     def _misfit(self, time: float, kind: Filter) -> float:
-        edge = min(len(self.seen) // 4, round(0.2 / self.step))
-        moved = kind(self.slope, time / self.step * self.parts) if time > 0.0 else self.slope
-        left = (self._smooth(moved[:: self.parts]) - self.seen)[edge : -edge or None]
-        return float(left @ left)
+        return self._squared(self._passed(self.slope, time, kind) - self.seen)
+
+    def rustling(self, time: float, kind: Filter, resolution: float) -> float:
+        """Return the part of the squared difference that the position's noise is, with its slope lagged by a time."""
+        noise = max(self.noise, resolution / np.sqrt(12.0))
+        return float(noise**2 * self._squared(self._passed(self.rustle, time, kind)))
+
+    def _passed(self, slope: Floats, time: float, kind: Filter) -> Floats:
+        moved = kind(slope, time / self.step * self.parts) if time > 0.0 else slope
+        return self._smooth(moved[:: self.parts])
+
+    def _squared(self, values: Floats) -> float:
+        edge = min(len(values) // 4, round(0.2 / self.step))
+        inner = values[edge : -edge or None]
+        return float(inner @ inner)
+
+
+def _noise(position: Floats) -> float:
+    """Return the standard deviation of white noise in a position record, by what lies in the upper half of its band."""
+    high = signal.butter(4, 0.5, "highpass", output="sos")
+    edge = len(position) // 8
+    upper = signal.sosfiltfilt(high, position - np.linspace(position[0], position[-1], len(position)))
+    return float(np.sqrt(2.0) * np.std(upper[edge : -edge or None]))
 
 
 def _one_pole(values: Floats, samples: float) -> Floats:
@@ -121,6 +147,13 @@ def _one_pole(values: Floats, samples: float) -> Floats:
 
 def _two_poles(values: Floats, samples: float) -> Floats:
     return _one_pole(_one_pole(values, 0.5 * samples), 0.5 * samples)
+
+
+def _butterworth(values: Floats, samples: float) -> Floats:
+    """Return a low-pass of two poles, damped by 0.71, whose lag at low frequency is so many samples."""
+    rate = np.sqrt(2.0) / samples
+    b, a = signal.bilinear([rate**2], [1.0, np.sqrt(2.0) * rate, rate**2], 1.0)
+    return np.asarray(signal.lfilter(b, a, values, zi=signal.lfilter_zi(b, a) * values[0])[0])
 
 
 def _average(values: Floats, samples: float) -> Floats:
@@ -137,7 +170,21 @@ def _late(values: Floats, samples: float) -> Floats:
     return np.interp(steps - samples, steps, values)
 
 
-KINDS: tuple[Filter, ...] = (_one_pole, _two_poles, _average)
+KINDS: tuple[Filter, ...] = (_one_pole, _two_poles, _butterworth, _average)
+
+
+def _better(runs: list[_Compared], kind: Filter, time: float, left: float, resolution: float) -> float:
+    """Return twice the logarithm of a lag's likelihood over a delay's, given what the lag leaves.
+
+    A lag takes noise of the position from its slope besides: that is none of its merit.
+    """
+    late, by_delay = _best(runs, _late)
+    whole = sum(run.rustling(0.0, kind, resolution) for run in runs)
+    leaves = [
+        max(misfit + whole - sum(run.rustling(at, way, resolution) for run in runs), TINY * (misfit + 1e-300))
+        for misfit, at, way in ((by_delay, late, _late), (left, time, kind))
+    ]
+    return float(sum(run.independent for run in runs) * np.log(leaves[0] / leaves[1]))
 
 
 def _spread(runs: list[_Compared], kind: Filter) -> float:

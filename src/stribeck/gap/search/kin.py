@@ -12,6 +12,7 @@ felt at a single joint. Nor does a wave of many periods bend like a curve, so it
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -36,16 +37,16 @@ def filling_in(steps: Sequence[Step], scales: Sequence[Scale]) -> list[bool]:
     Kin to what is there already and no more than every arm has (``gap.search.ordinary``), it may fill in as well; but a
     wave or a curve of a per cent leaves less than any cause takes.
     """
-    found = [(step.best.placed[-1], *_removed(step)) for step in steps if step.best is not None]
+    found = [(step.best.placed[-1], _taken(step)) for step in steps if step.best is not None]
     before = steps[0].base.placed if steps else ()
     known = [place for place in before if place.effect.ordinary(place.values, scales[place.joint])]
     return [
         any(
-            size < larger and _kin(mine, other, scales) - _ended(mine, other, left, len(scales))
-            for other, larger, _ in found
+            taken.size < more.size and _kin(mine, other, scales) - _ended(mine, other, taken, len(scales))
+            for other, more in found
         )
         or any(_kin(mine, other, scales) - SLIGHT for other in known)
-        for mine, size, left in found
+        for mine, taken in found
     ]
 
 
@@ -62,25 +63,35 @@ def _kin(one: Placed, other: Placed, scales: Sequence[Scale]) -> set[str]:
     return first & second
 
 
-def _ended(one: Placed, other: Placed, left: float, joints: int) -> set[str]:
+def _ended(one: Placed, other: Placed, taken: _Taken, joints: int) -> set[str]:
     """Return the kinds in which one that ends at the noise what another left fills in nothing; none where it does not.
 
     A drive and a record that are late are two.
     """
-    if left > ENDED:
+    if taken.left > ENDED:
         return set()
     kinds = ENDING if one.effect.channel == other.effect.channel else ENDING | ACROSS
+    waves = any("wave" in place.effect.kin for place in (one, other))
     edged = any(a.effect.edged and "wave" in b.effect.kin for a, b in ((one, other), (other, one)))
-    bent = (edged and left < EDGED) or one.joints(joints) != other.joints(joints)
-    return kinds | BENT if bent else kinds
+    # the joints at which only one of them is felt tell the two apart: nothing may be left there, either
+    apart = one.joints(joints) != other.joints(joints) and not waves and taken.anywhere < ENDED
+    return kinds | BENT if apart or (edged and taken.left < EDGED) else kinds
 
 
-def _removed(step: Step) -> tuple[float, float]:
-    """Return what an effect takes of the squared residual, in noise floors, and the part that it leaves beyond noise.
+class _Taken(NamedTuple):
+    """What an effect takes of the squared residual, in noise floors, at the joint where it takes most.
 
-    At the joint where it takes most.
+    And the part that it leaves beyond noise: there, and at the joint where most is left.
     """
+
+    size: float
+    left: float
+    anywhere: float
+
+
+def _taken(step: Step) -> _Taken:
     shown, k = (step.ranking, step.ranking.best) if step.worth is None else (step.worth, 1)
     joint = int(np.argmax(shown.power[0] - shown.power[k]))
-    before, after = float(shown.power[0, joint]), float(shown.power[k, joint])
-    return before - after, max(after - 1.0, 0.0) / max(before - 1.0, 1e-9)
+    before, after = float(shown.power[0, joint]), shown.power[k]
+    left = np.maximum(after - 1.0, 0.0) / max(before - 1.0, 1e-9)
+    return _Taken(before - float(after[joint]), float(left[joint]), float(left.max()))

@@ -28,9 +28,11 @@ def candidates_figure(diagnosis: Diagnosis) -> Figure | None:
     heights = [0.9 + 0.25 * len(rows) for rows in shown.values()]
     figure = new_figure(0.7 + sum(heights))
     axes = figure.subplots(len(steps), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
+    labels = max(
+        (len(_label(row)) for rows in shown.values() for row in rows), default=0
+    )  # the panels' left ends agree
     for step, ax in zip(steps, axes, strict=True):
         draw_ranking(ax, shown[step], partners(diagnosis, step), diagnosis.named)
-        labels = max((len(_label(row)) for row in shown[step]), default=0)
         title(ax, _panel(diagnosis, step, shown[step]), WIDTH - LABELS * labels - 0.5)
     ends = [x for rows in shown.values() for row in rows for x in (row.gain.low, row.gain.high) if math.isfinite(x)]
     axes[-1].set_xlim(max(min(ends, default=0.0), LOWEST) - 0.02, min(max(ends, default=1.0), 1.5) + 0.05)

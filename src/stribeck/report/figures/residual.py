@@ -112,6 +112,7 @@ def _finding(diagnosis: Diagnosis) -> str:
     most = max(relieved, key=lambda name: relieved[name])
     if relieved[most] > TELLING:
         less = f"{percent(relieved[most])} of the squared residual of {words.short(most)} is gone"
-        others = relieved[top.joint] < TELLING and f", little of that of {words.short(top.joint)}"
-        return f"{words.named(diagnosis)}: {less}{others or ''}"
+        there = words.short(top.joint)
+        grown = f"; that of {there} has grown" if relieved[top.joint] < -TELLING else f", little of that of {there}"
+        return f"{words.named(diagnosis)}: {less}{grown if relieved[top.joint] < TELLING else ''}"
     return sentences.finding(diagnosis)
