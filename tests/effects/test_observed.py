@@ -199,6 +199,37 @@ def test_in_a_lower_band_a_filter_is_seen_behind_noise() -> None:
     assert VelocityFilter().observed(noisy(record(), samples=40)) is None
 
 
+@pytest.mark.parametrize("step", [1e-3, 0.02, 0.05])
+@pytest.mark.parametrize("speed", [0.0, 0.1, 0.5])
+def test_at_one_speed_nothing_can_trail(speed: float, step: float) -> None:
+    """A joint at rest, or on a ramp: what differs is rounding."""
+    t = step * np.arange(400)
+    steady = Record((speed * t,), (np.full(len(t), speed),), (step,), 1e-5)
+    assert VelocityFilter().observed(steady) is None
+
+
+@pytest.mark.parametrize("late", [0.0, 0.01])
+def test_a_late_velocity_beside_a_coarse_position_is_no_filter(late: float) -> None:
+    """A lag would take the noise of the position from its slope, whatever the velocity is."""
+    plain = record()
+    samples = round(late / STEP)
+    seen = tuple(np.concatenate([np.full(samples, dq[0]), dq[: len(dq) - samples]]) for dq in plain.velocity)
+    for step in (4e-4, 1.5e-3):
+        rough = tuple(step * np.round(q / step) for q in plain.position)
+        assert VelocityFilter().observed(replace(plain, position=rough, velocity=seen)) is None
+    noisy = tuple(q + 5e-4 * np.random.default_rng(1).standard_normal(len(q)) for q in plain.position)
+    assert VelocityFilter().observed(replace(plain, position=noisy, velocity=seen)) is None
+
+
+def test_a_butterworth_is_a_filter() -> None:
+    plain, lag = record(), 0.03
+    low_pass = signal.butter(2, np.sqrt(2.0) / (2.0 * np.pi * lag), fs=1.0 / STEP)
+    seen = tuple(signal.lfilter(*low_pass, dq, zi=signal.lfilter_zi(*low_pass) * dq[0])[0] for dq in plain.velocity)
+    found = VelocityFilter().observed(replace(plain, velocity=seen))
+    assert found is not None
+    assert found.values["time"][0] == pytest.approx(lag, rel=0.05)
+
+
 SLOW = 0.01  # s, a sample of a logger that keeps every fifth
 
 

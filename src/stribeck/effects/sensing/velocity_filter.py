@@ -30,6 +30,7 @@ RATHER = (
     10.0  # of twice the logarithm of their likelihoods, that a lag is better than a delay: a late record, of either
 )
 # channel, is not a filter
+UNSURE = 2.0  # times what is known of the noise in a position, which it may be
 BETTER = 1.5  # times what a lag leaves, a difference of two positions must leave
 QUOTIENT = 0.5  # samples: so late is the difference of two positions, the mean of the velocity between them
 FINE = 1e-3  # s: longest step between which slopes are taken to be straight
@@ -67,10 +68,10 @@ class VelocityFilter(SensingEffect):
             return None
         every = list(zip(record.position, record.velocity, record.sample_time, strict=True))
         long = [run for run in every if len(run[0]) >= SHORTEST]
-        seen = [self._seen([_Compared(*run, top) for run in long], record) for top in TOPS] if long else []
+        seen = [self._seen([_Compared(*run, top) for run in long]) for top in TOPS] if long else []
         return max((found for found in seen if found is not None), key=lambda found: found.probability, default=None)
 
-    def _seen(self, runs: list[_Compared], record: Record) -> Observed | None:
+    def _seen(self, runs: list[_Compared]) -> Observed | None:
         alone = sum(run.misfit(0.0, _late) for run in runs)
         if alone <= TINY * sum(run.power for run in runs):  # of a joint at rest, or at one speed
             return None
@@ -78,7 +79,7 @@ class VelocityFilter(SensingEffect):
         if left > (1.0 - LEAST) * alone or time < AT_ONCE:
             return None
         quotient = sum(run.misfit(QUOTIENT * run.step, _average) for run in runs)
-        if _better(runs, kind, time, left, record.resolution or 0.0) < RATHER or left > quotient / BETTER:
+        if _better(runs, kind, time, left) < RATHER or left > quotient / BETTER:
             return None
         spread = _spread(runs, kind) + 0.02 * time
         return Observed({"time": (time, max(time - spread, 0.0), time + spread)}, 1.0 - left / alone)
@@ -95,11 +96,9 @@ class _Compared:
         self.parts = max(1, round(step / FINE))
         rows = np.arange(len(position))
         fine = np.arange((len(position) - 1) * self.parts + 1) / self.parts
-        self.slope, self.rustle = (
-            CubicSpline(rows, values)(fine, 1) / step
-            for values in (position, np.random.default_rng(0).standard_normal(len(position)))
-        )
-        self.noise = _noise(position)
+        noises = _white(position), _rounding(position, self._smooth(position))
+        self.slope, *rustles = (CubicSpline(rows, values)(fine, 1) / step for values in (position, *noises))
+        self.rustle = max(rustles, key=lambda slope: self._squared(self._passed(slope, 0.0, _late)))
         self.seen = self._smooth(velocity)
         self.power = float(self.seen @ self.seen)
         self.known: dict[tuple[float, Filter], float] = {}  # searches begin on one grid of times
@@ -116,10 +115,9 @@ class _Compared:
     def _misfit(self, time: float, kind: Filter) -> float:
         return self._squared(self._passed(self.slope, time, kind) - self.seen)
 
-    def rustling(self, time: float, kind: Filter, resolution: float) -> float:
+    def rustling(self, time: float, kind: Filter) -> float:
         """Return the part of the squared difference that the position's noise is, with its slope lagged by a time."""
-        noise = max(self.noise, resolution / np.sqrt(12.0))
-        return float(noise**2 * self._squared(self._passed(self.rustle, time, kind)))
+        return self._squared(self._passed(self.rustle, time, kind))
 
     def _passed(self, slope: Floats, time: float, kind: Filter) -> Floats:
         moved = kind(slope, time / self.step * self.parts) if time > 0.0 else slope
@@ -131,12 +129,20 @@ class _Compared:
         return float(inner @ inner)
 
 
-def _noise(position: Floats) -> float:
-    """Return the standard deviation of white noise in a position record, by what lies in the upper half of its band."""
+def _white(position: Floats) -> Floats:
+    """Return white noise as strong as that of a position record, by what lies in the upper half of its band."""
     high = signal.butter(4, 0.5, "highpass", output="sos")
     edge = len(position) // 8
     upper = signal.sosfiltfilt(high, position - np.linspace(position[0], position[-1], len(position)))
-    return float(np.sqrt(2.0) * np.std(upper[edge : -edge or None]))
+    size = np.sqrt(2.0) * np.std(upper[edge : -edge or None])
+    return np.asarray(size * np.random.default_rng(0).standard_normal(len(position)))
+
+
+def _rounding(position: Floats, smooth: Floats) -> Floats:
+    """Return what an encoder of the record's smallest step adds to its smoothed position: slow saws, no white noise."""
+    steps = np.abs(np.diff(position))
+    step = float(np.min(steps[steps > 0.0], initial=np.inf))
+    return np.asarray(step * np.round(smooth / step) - smooth) if np.isfinite(step) else np.zeros(len(position))
 
 
 def _one_pole(values: Floats, samples: float) -> Floats:
@@ -173,18 +179,15 @@ def _late(values: Floats, samples: float) -> Floats:
 KINDS: tuple[Filter, ...] = (_one_pole, _two_poles, _butterworth, _average)
 
 
-def _better(runs: list[_Compared], kind: Filter, time: float, left: float, resolution: float) -> float:
+def _better(runs: list[_Compared], kind: Filter, time: float, left: float) -> float:
     """Return twice the logarithm of a lag's likelihood over a delay's, given what the lag leaves.
 
     A lag takes noise of the position from its slope besides: that is none of its merit.
     """
     late, by_delay = _best(runs, _late)
-    whole = sum(run.rustling(0.0, kind, resolution) for run in runs)
-    leaves = [
-        max(misfit + whole - sum(run.rustling(at, way, resolution) for run in runs), TINY * (misfit + 1e-300))
-        for misfit, at, way in ((by_delay, late, _late), (left, time, kind))
-    ]
-    return float(sum(run.independent for run in runs) * np.log(leaves[0] / leaves[1]))
+    noise_by_delay, noise = (sum(run.rustling(at, way) for run in runs) for at, way in ((late, _late), (time, kind)))
+    merit = left + max(UNSURE * (noise_by_delay - noise), 0.0)
+    return float(sum(run.independent for run in runs) * np.log(by_delay / max(merit, TINY * by_delay)))
 
 
 def _spread(runs: list[_Compared], kind: Filter) -> float:
