@@ -27,7 +27,7 @@ from stribeck.gap.search.beside import misleading, stands_in, weighed, with_toge
 from stribeck.gap.search.candidates import Trial, candidates
 from stribeck.gap.search.descent import Descent
 from stribeck.gap.search.families import best_laws, best_of_each, close_laws, laws_instead, relawed
-from stribeck.gap.search.forward import _survivors
+from stribeck.gap.search.forward import MOST_ASKED, _survivors
 from stribeck.gap.search.judged import Judged, as_hopeful
 from stribeck.gap.search.ordinary import _needed_of
 from stribeck.gap.search.pool import Pool
@@ -480,7 +480,7 @@ def test_a_law_that_rests_on_a_bound_gives_way_to_one_that_does_not(monkeypatch:
     models, scales = [fitted("one_pole", 1.0), None, fitted("two_poles", 0.5)], SimpleNamespace(scales=(None,))
     kept = best_of_each(models, scales, FLOOR)  # type: ignore[arg-type]
     assert [model.placed[0].effect.law for model in kept] == ["two_poles"]
-    monkeypatch.setattr("stribeck.gap.search.families.strained", lambda place, scale: place.effect.law == "two_poles")
+    monkeypatch.setattr("stribeck.gap.search.families.holds", lambda place, scale: place.effect.law != "two_poles")
     kept = best_of_each(models, scales, FLOOR)  # type: ignore[arg-type]
     assert [model.placed[0].effect.law for model in kept] == ["one_pole"]
 
@@ -503,7 +503,7 @@ def test_where_no_law_holds_that_takes_the_gap_the_family_has_others_to_fit(monk
     assert others({first.law_key: model}) == []
     assert others({first.law_key: None}) == [second]
     assert others({first.law_key: lost}) == [second]
-    monkeypatch.setattr("stribeck.gap.search.families.strained", lambda place, scale: True)
+    monkeypatch.setattr("stribeck.gap.search.families.holds", lambda place, scale: False)
     assert others({first.law_key: model}) == [second]
     little: Any = SimpleNamespace(placed=placed, whole=0.9 * base.whole)
     assert others({first.law_key: little}, 3.0 * cost) == []
@@ -600,6 +600,14 @@ def test_laws_beside_strained_values_are_fitted_in_any_case() -> None:
     assert not {"payload", "encoder_offset", "dwell_time"} & {t.effect.name for t in _survivors(every, strained=False)}
     kept = _survivors(every, strained=True)
     assert all(trial in kept for trial in little)
+    plain = [effect for effect in registry().values() if not effect.nonlinear and not effect.rescales]
+    many = [Trial(effect, joint, {}, 0.01 * k) for joint in (0, 1, 2) for k, effect in enumerate(plain)]
+    heavy = Trial(effect_named("payload"), 0, {}, -9.0)
+    few, most = (_survivors([*many, *tried, heavy], strained=strained) for strained in (False, True))
+    assert len(most) == len(few) + MOST_ASKED < len(many)
+    assert heavy in most  # which strained values mimic
+    left_out = max(trial.promise for trial in many if trial not in most)
+    assert left_out <= min(trial.promise for trial in most if trial not in few and trial is not heavy)
     assert not [trial for trial in kept if trial in slow or trial is lost]
     assert len({id(trial) for trial in kept}) == len(kept)
 

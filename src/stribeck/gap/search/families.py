@@ -12,7 +12,7 @@ from stribeck.effects.registry import laws
 from stribeck.gap.fitted.model import Model, finite, fit_model, weights_of
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.search.candidates import Trial
-from stribeck.gap.search.gates import LEAST_GAIN, strained
+from stribeck.gap.search.gates import LEAST_GAIN, holds
 from stribeck.model.layout import Placed, rival
 
 MOST = 0.5  # of the base's cost at a joint, that a law takes for others of its family to be fitted beside it
@@ -57,7 +57,7 @@ def laws_instead(
 ) -> list[Trial]:
     """Return the trials of further laws where a family's law takes most of a gap, and none that was fitted holds.
 
-    At a bound, say, or lost: it leaves no less than the base. Most of it by its promise or by its fit, for beside a
+    At a bound, say, or lost: it leaves hardly less than the base. Most of it by its promise or by its fit, for beside a
     constant at its limit any law promises little. What promises less than half as much would not stand for it.
 
     Parameters
@@ -153,10 +153,7 @@ def relawed(
 def _sound(model: Model, own: int, prepared: Prepared) -> bool:
     """Return whether the effects from the given number on are plausible, and none rests on a bound."""
     scales = [prepared.scales[place.joint] for place in model.placed[own:]]
-    return all(
-        place.effect.plausible(place.values, scale) and not strained(place, scale)
-        for place, scale in zip(model.placed[own:], scales, strict=True)
-    )
+    return all(holds(place, scale) for place, scale in zip(model.placed[own:], scales, strict=True))
 
 
 def left_by(residual: np.ndarray, floor: np.ndarray) -> float:

@@ -22,6 +22,7 @@ from stribeck.model.layout import Placed
 
 LEAST_SURVIVORS, LEAST_AT_JOINT = 3, 2
 MOST_SURVIVORS = 8
+MOST_ASKED = 24  # further ones beside strained values
 MOST_AGAIN = 4  # rivals of an earlier search that are fitted once more
 YIELDING = (TransmissionEffect, StandEffect)  # compliances, of a joint and under the arm
 HOPEFUL = 0.3  # of the best promise: candidates with less are not fitted
@@ -164,13 +165,15 @@ def _survivors(tried: Sequence[Trial], *, strained: bool) -> list[Trial]:
 
     Screened without an observer, a compliance takes noise from a residual besides: at each joint of a long arm two of
     them may promise more than what is there, and their fits take long. Where re-tuning has come to its limits
-    (``strained``), what these forbid is linear no more, and what a law promises there says little: those that do not
-    take long are fitted in any case.
+    (``strained``), what these forbid is linear no more, and what a law promises there says little: of those that do not
+    take long the best ones are fitted in any case, and what rescales, which such values mimic.
     """
     firm = [trial for trial in tried if not isinstance(trial.effect, YIELDING)]
     hopeful = _most_hopeful(firm)
     kept = {trial.key for trial in hopeful}
-    asked = [t for t in firm if t.key not in kept and not t.effect.nonlinear and np.isfinite(t.promise)]
+    others = [t for t in firm if t.key not in kept and not t.effect.nonlinear and np.isfinite(t.promise)]
+    others.sort(key=lambda t: (not t.effect.rescales, -t.promise))
+    asked = others[:MOST_ASKED]
     yielding = [trial for trial in _most_hopeful(tried) if isinstance(trial.effect, YIELDING)]
     return hopeful + (asked if strained else []) + yielding[:MOST_SURVIVORS]
 

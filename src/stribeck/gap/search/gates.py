@@ -56,7 +56,7 @@ def earns_its_place(
         Joints at which what the base model leaves is random.
     """
     new = rival.placed[-1]
-    if strained(new, scales[new.joint]) or not new.effect.plausible(new.values, scales[new.joint]):
+    if not holds(new, scales[new.joint]):
         return False
     gain, held, t = ranking.overall[k], ranking.gain[k, 0], ranking.t[k]
     removed = ranking.power[0] - ranking.power[k]
@@ -86,6 +86,11 @@ def needed(ranking: Ranking) -> bool:
         ranking.prior_gain[1] > LEAST_PRIOR
         or (ranking.overall[1] > LEAST_GAIN and (ranking.t[1] > KEPT_T or ranking.sure[1] > SURE))
     )
+
+
+def holds(place: Placed, scale: Scale) -> bool:
+    """Return whether an effect's values are plausible at its joint, and none rests on a bound."""
+    return place.effect.plausible(place.values, scale) and not strained(place, scale)
 
 
 def strained(place: Placed, scale: Scale | None = None) -> bool:

@@ -10,7 +10,7 @@ from stribeck.effects.registry import registry
 from stribeck.gap.fitted.model import Model
 from stribeck.gap.search.families import left_by
 from stribeck.gap.search.forward import FAR_LESS, YIELDING, forward
-from stribeck.gap.search.gates import LEAST_GAIN
+from stribeck.gap.search.gates import LEAST_GAIN, holds
 from stribeck.gap.search.rank import saved
 from stribeck.gap.search.setting import Setting
 from stribeck.gap.search.step import Step, last_model
@@ -73,16 +73,24 @@ def passed_over(setting: Setting, base: Model, steps: tuple[Step, ...], needless
         Name and joint of what one of them took.
     """
     taken = [place.key for place in last_model(steps).placed[len(steps[0].base.placed) :]]
-    i = taken.index(needless)
-    step = steps[i]
-    later = [k for k in range(1, len(step.rivals) + 1) if step.rivals[k - 1].placed[-1].key in taken[i + 1 :]]
+    i, scales = taken.index(needless), setting.prepared.scales
+    step, places = steps[i], {k: model.placed[-1] for k, model in enumerate(steps[i].rivals, 1)}
+    later = [k for k, place in places.items() if place.key in taken[i + 1 :] and holds(place, scales[place.joint])]
     best = max(later, key=lambda k: step.ranking.overall[k], default=0)
     if not best or step.ranking.overall[best] < LEAST_GAIN:
         return steps
-    return forward(setting, base, step.ends, (*steps[:i], _taking(step, best)))
+    (gone,) = (k for k, place in places.items() if place.key == needless)
+    return forward(setting, base, step.ends, (*steps[:i], _without(_taking(step, best), gone)))
 
 
 def _taking(step: Step, k: int) -> Step:
     """Return a step that takes its k-th rival instead."""
     passing = (k, *(other for other in step.passing if other != k))
     return replace(step, ranking=replace(step.ranking, best=k), passing=passing)
+
+
+def _without(step: Step, k: int) -> Step:
+    """Return a step without its k-th rival: what gained more there is no equal of what is taken in its place."""
+    rivals = tuple(model for place, model in enumerate(step.rivals, 1) if place != k)
+    passing = tuple(other - (other > k) for other in step.passing if other != k)
+    return replace(step, rivals=rivals, ranking=step.ranking.without(k), passing=passing)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -82,6 +82,13 @@ class Ranking:
         By a large gap's own weights, constants that are re-tuned weigh more than what tells two models apart.
         """
         return [k for k in range(1, len(self.loss)) if self._keeps(k, ALIKE)]
+
+    def without(self, k: int) -> Ranking:
+        """Return the ranking without its k-th model, a rival that is not the best one."""
+        rows = ("probability", "loss", "gain", "overall", "t", "sure", "power", "lost", "prior_gain")
+        order = tuple(other - (other > k) for other in self.order if other != k)
+        kept = {name: np.delete(getattr(self, name), k, axis=0) for name in rows}
+        return replace(self, **kept, best=self.best - (self.best > k), order=order)
 
     def _same(self, k: int) -> bool:
         if k == self.best:
