@@ -278,9 +278,9 @@ def test_how_a_fit_ended_is_said_in_the_readers_words(status: str, said: str) ->
 
 def test_titles_of_candidates_end_within_the_figure(diagnosis):
     """Of a short-named step below a long-named one too: their panels begin at one place."""
-    made = diagnosis(duration=3.0, candidates=8)
-    first = tuple(replace(row, joint="a joint of long name", chosen=row.chosen) for row in made.candidates)
-    other = tuple(replace(row, step=2, effect="delay", joint="A", chosen=i == 0) for i, row in enumerate(first))
+    made = diagnosis(duration=3.0, candidates=40)
+    first = tuple(replace(row, joint="the joint of a long name") for row in made.candidates)
+    other = tuple(replace(row, step=2, effect="load_dependent_friction", joint="A") for row in made.candidates)
     figure = candidates_figure(replace(made, candidates=first + other))
     figure.draw_without_rendering()
     for ax in figure.axes:
