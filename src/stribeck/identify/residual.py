@@ -144,7 +144,7 @@ class Residual:
         """Return the states (N, nx) of the cut along one run.
 
         Those of ``path.state_names``; with contacts, then how fast each flexible joint's motor gains on its link,
-        rad/s^2.
+        rad/s^2; with bristles, then how fast the recorded motion bends each, N m/s.
         """
         delays = delays_of(self.path, p)
         (states,) = self._states([run], [self._drives.along(run, delays)], p, delays)
