@@ -284,6 +284,18 @@ def test_a_tool_that_rings_is_a_mass_on_a_spring_across_the_last_link() -> None:
     np.testing.assert_allclose(torque[50:-50], expected[50:-50], rtol=0, atol=5e-3 * np.abs(expected).max())
 
 
+@pytest.mark.parametrize("octaves", [-1e3, -30.0, 30.0, 1e3])
+def test_however_far_its_frequency_is_sought_a_tool_swings(octaves: float) -> None:
+    """No slower than a recording shows: its filter would have no rest to begin at."""
+    motion = smooth()
+    motion.sample_time = float(motion.time[1])
+    first = next(decoy for decoy in decoys(TRUE) if decoy.form == "tool")
+    assert first.nearby is not None
+    (term,) = first.nearby(np.array([octaves, 0.0, 0.0])).terms
+    with np.errstate(over="ignore"):
+        assert np.isfinite(term(motion)).all()
+
+
 @pytest.mark.long
 def test_a_tool_that_swings_is_a_third_link_on_a_soft_hinge() -> None:
     """Against the chain of three joints, the last of which is a spring: to the first order in its small swing."""

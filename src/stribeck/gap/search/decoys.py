@@ -29,7 +29,7 @@ BESIDE = (0.95, 1.0, 1.05)  # of these: what lies between two is a mixture
 DAMPING = 0.05
 MOVED = (0.05, 0.9, 0.2)  # a step of a tool's frequency and damping (logarithms), and of its reach in last links
 WARMS, WARMED = 5.0, (0.5, 300.0)  # s
-DAMPED, REACHES, FASTEST = (0.003, 0.7), (0.0, 1.0), 25.0  # what a tool may come to; Hz
+DAMPED, REACHES, SWINGS = (0.003, 0.7), (0.0, 1.0), (0.1, 25.0)  # what a tool may come to; Hz
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ def _tool(arm: Arm, hertz: float) -> str:
 def _swings(arm: Arm, hertz: float, moved: Floats) -> Decoy:
     """Return a tool on a soft hinge at the end of the last link, its mass some way beyond."""
     steps = np.asarray(moved) * MOVED
-    hertz = min(hertz * float(np.exp(steps[0])), FASTEST)
+    hertz = float(np.clip(hertz * np.exp(steps[0]), *SWINGS))
     damping = float(np.clip(DAMPING * np.exp(steps[1]), *DAMPED))
     return Decoy(_tool(arm, hertz), (_rings(arm, hertz, damping, float(np.clip(steps[2], *REACHES))),))
 
