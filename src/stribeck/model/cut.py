@@ -108,9 +108,15 @@ class Cut:
         sudden = self.nx - self.path.x.numel()
         if not sudden:
             return states
-        out = states.reshape(1 + len(self.active), self.nx, -1).copy()
-        out[:, -sudden:] = np.gradient(out[:, -sudden:], self.sample_time, axis=2)
-        return out.reshape(states.shape)
+        out = np.array(states, order="C")
+        rows = out.reshape(1 + len(self.active), self.nx, -1)[:, -sudden:]
+        whole = rows.copy()  # numpy's gradient takes twice as long: a tenth of a residual with bristles
+        np.subtract(whole[..., 2:], whole[..., :-2], out=rows[..., 1:-1])
+        rows[..., 1:-1] *= 0.5
+        for end, (one, other) in ((0, (1, 0)), (-1, (-1, -2))):
+            rows[..., end] = whole[..., one] - whole[..., other]
+        rows /= self.sample_time
+        return out
 
     @cached_property
     def evaluate(self) -> ca.Function:
