@@ -26,10 +26,9 @@ LONGEST = 0.5  # s
 GROUPS = 8  # of runs, at most, that are left out in turn
 SHORTEST = 50  # samples: of fewer nothing is told
 LEAST = 0.5  # of the squared difference that a lag must explain
-RATHER = (
-    10.0  # of twice the logarithm of their likelihoods, that a lag is better than a delay: a late record, of either
-)
-# channel, is not a filter
+# of twice the logarithm of their likelihoods, that a lag is better than a delay: a late record, of either channel, is not
+# a filter
+RATHER = 10.0
 UNSURE = 2.0  # times what is known of the noise in a position, which it may be
 BETTER = 1.5  # times what a lag leaves, a difference of two positions must leave
 QUOTIENT = 0.5  # samples: so late is the difference of two positions, the mean of the velocity between them
@@ -187,7 +186,8 @@ def _better(runs: list[_Compared], kind: Filter, time: float, left: float) -> fl
     late, by_delay = _best(runs, _late)
     noise_by_delay, noise = (sum(run.rustling(at, way) for run in runs) for at, way in ((late, _late), (time, kind)))
     merit = left + max(UNSURE * (noise_by_delay - noise), 0.0)
-    return float(sum(run.independent for run in runs) * np.log(by_delay / max(merit, TINY * by_delay)))
+    least = TINY * sum(run.power for run in runs)
+    return float(sum(run.independent for run in runs) * np.log(max(by_delay, least) / max(merit, least)))
 
 
 def _spread(runs: list[_Compared], kind: Filter) -> float:

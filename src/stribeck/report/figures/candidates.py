@@ -28,9 +28,8 @@ def candidates_figure(diagnosis: Diagnosis) -> Figure | None:
     heights = [0.9 + 0.25 * len(rows) for rows in shown.values()]
     figure = new_figure(0.7 + sum(heights))
     axes = figure.subplots(len(steps), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
-    labels = max(
-        (len(_label(row)) for rows in shown.values() for row in rows), default=0
-    )  # the panels' left ends agree
+    every = [_label(row) for rows in shown.values() for row in rows]  # the panels' left ends agree
+    labels = max(map(len, every), default=0)
     for step, ax in zip(steps, axes, strict=True):
         draw_ranking(ax, shown[step], partners(diagnosis, step), diagnosis.named)
         title(ax, _panel(diagnosis, step, shown[step]), WIDTH - LABELS * labels - 0.5)
