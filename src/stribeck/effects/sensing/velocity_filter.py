@@ -26,8 +26,8 @@ LONGEST = 0.5  # s
 GROUPS = 8  # of runs, at most, that are left out in turn
 SHORTEST = 50  # samples: of fewer nothing is told
 LEAST = 0.5  # of the squared difference that a lag must explain
-# of twice the logarithm of their likelihoods, that a lag is better than a delay: a late record, of either channel, is not
-# a filter
+# of twice the logarithm of their likelihoods, that a lag is better than a delay: a late record, of either channel, is
+# not a filter
 RATHER = 10.0
 UNSURE = 2.0  # times what is known of the noise in a position, which it may be
 BETTER = 1.5  # times what a lag leaves, a difference of two positions must leave
