@@ -42,19 +42,22 @@ def noise_of_best(
         compliance does not leave, with the noise that it takes put back, is none.
     prepared : Prepared
     before : array (n,) or None
-        The floor as other models told it, which stands where all of these have a compliance.
+        The floor as other models told it, which stands where all of these have a compliance, but for what one of
+        them takes of it.
     """
     stiff = [model for model in models if model.noise is None]
     if before is not None and not stiff:
-        return before
-    runs = (*prepared.fit, *prepared.held)
-    whole = [model.whole for model in stiff or models]
-    best = np.argmin([np.mean(residual**2, axis=0) for residual in whole], axis=0)
-    white = [white_rms(whole[best[j]][:, j], runs, prepared.cutoff, j) for j in range(len(floor))]
-    raised = np.maximum(floor, white)
-    for model in (model for model in models if stiff and model.noise is not None):
-        left = put_back(prepared, model.whole, model.noise, raised)
-        raised = np.maximum(floor, np.minimum(raised, np.sqrt(np.mean(left**2, axis=0))))
+        raised = before
+    else:
+        runs = (*prepared.fit, *prepared.held)
+        whole = [model.whole for model in stiff or models]
+        best = np.argmin([np.mean(residual**2, axis=0) for residual in whole], axis=0)
+        white = [white_rms(whole[best[j]][:, j], runs, prepared.cutoff, j) for j in range(len(floor))]
+        raised = np.maximum(floor, white)
+    if stiff or before is not None:
+        for model in (model for model in models if model.noise is not None):
+            left = put_back(prepared, model.whole, model.noise, raised)
+            raised = np.maximum(floor, np.minimum(raised, np.sqrt(np.mean(left**2, axis=0))))
     return np.asarray(raised)
 
 
