@@ -28,7 +28,7 @@ from stribeck.model.values import Parameter
 
 from .bench import every_effect, nominal_arm, starts, trace
 
-UNIT = re.compile(r"(1|N m|N|m|rad|s|kg|Hz|kg m\^2)( s(\^2)?| m)?(/(1|rad|s|kg|m)(\^[0-9.]+)?)?")
+UNIT = re.compile(r"(1|N m|N|W|m|rad|s|kg|Hz|kg m\^2)( s(\^2)?| m)?(/(1|W|rad|s|kg|m)(\^[0-9.]+)?)?")
 
 OVAL = {"sine": 0.01, "cosine": 0.0, "second_sine": 0.0, "second_cosine": 0.005, "harmonic": 1.0}
 SMALL = Scale(

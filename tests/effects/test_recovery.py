@@ -78,6 +78,9 @@ CASES = {
     "dwell_time/frozen": Case("A", {"rise": 4.0, "time": 0.3, "distance": 0.0}, {"rise": (4.0, 0.8)}, 0.7),
     # warmed by power in the plant, by speed in the library
     "history/warm_up": Case("A", {"change": -0.5, "time": 8.0, "power": 3.0}, {}, 0.3),
+    "history/heat": Case(
+        "A", {"change": -0.5, "time": 8.0, "power": 3.0}, {"change": (-0.5 / 3.0, 0.01), "time": (8.0, 0.8)}, 0.1, 3
+    ),
     # settled friction is 0.75 of the fresh one, which the nominal file has within 10 %: the prior keeps some of it
     "history/in_time": Case(
         "A",

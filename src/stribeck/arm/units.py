@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-BASES = ("kg", "m", "s", "rad", "N", "Hz", "1")
+BASES = ("kg", "m", "s", "rad", "N", "W", "Hz", "1")
 
 
 def unit_at(text: str, kind: str) -> str:

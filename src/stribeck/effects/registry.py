@@ -43,6 +43,7 @@ from stribeck.effects.friction.frictional_lag_delay import FrictionalLagDelay
 from stribeck.effects.friction.frictional_lag_falling_part import FrictionalLagFallingPart
 from stribeck.effects.friction.frictional_lag_whole_curve import FrictionalLagWholeCurve
 from stribeck.effects.friction.history import History
+from stribeck.effects.friction.history_heat import HistoryHeat
 from stribeck.effects.friction.history_in_time import HistoryInTime
 from stribeck.effects.friction.history_running_in import HistoryRunningIn
 from stribeck.effects.friction.history_thixotropy import HistoryThixotropy
@@ -90,6 +91,7 @@ _OWN: tuple[type[Effect], ...] = (
     DwellTimeAtRest,
     DwellTimeFrozen,
     History,
+    HistoryHeat,
     HistoryRunningIn,
     HistoryInTime,
     HistoryThixotropy,

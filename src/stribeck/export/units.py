@@ -13,6 +13,7 @@ _BASE = {
     "s": {"s": 1},
     "rad": {"rad": 1},
     "N": {"kg": 1, "m": 1, "s": -2},
+    "W": {"kg": 1, "m": 2, "s": -3},
     "Hz": {"s": -1},
     "1": {},
 }
@@ -36,6 +37,7 @@ _TYPES = {
     "m/s": ("Velocity", "Velocity"),
     "m/s2": ("Acceleration", "Acceleration"),
     "N": ("Force", "Force"),
+    "W": ("Power", "Power"),
     "s": ("Time", "Time"),
     "Hz": ("Frequency", "Frequency"),
     "N.m/rad": ("RotationalStiffness", "RotationalSpringConstant"),

@@ -259,7 +259,7 @@ class Balance:
         for k, place in sorted(enumerate(path.placed), key=lambda one: getattr(one[1].effect, "along", len(Along))):
             s = motion[place.joint].at(load=static[place.joint])
             s = s.at(torque=path.entering(k, self._told.command(d, place.joint), s, out))
-            values = place.effect.initial(s, path.parameters(k))
+            values = place.effect.initial(path.rubbed(k, s, out), path.parameters(k))
             for name in place.effect.states:
                 out[path.state_index(f"{k}.{name}")] = values[name]
         return out

@@ -235,6 +235,8 @@ class FrictionEffect(Effect):
     """True where it goes with the torque that gravity asks for, which the pose alone tells."""
     uses_torque: ClassVar[bool] = False
     """True where the level goes with the motor's torque, by less than all of it."""
+    uses_friction: ClassVar[bool] = False
+    """True where a state goes with the size of friction itself."""
     bristle: ClassVar[bool] = False
     """True where a state carries the friction instead of its sign: there is no stuck mode then."""
     abrupt: ClassVar[bool] = False

@@ -26,6 +26,8 @@ from stribeck.model.tip import tip_of
 from stribeck.model.tustin import tustin_level, tustin_viscous
 from stribeck.model.values import Body, Expression, Parameters, Signals
 
+SHORTEST = 1e-9  # s, of a past that has a speed
+
 
 class SignalPath(Sensors):
     """The stages of an arm with effects, over the symbols for all parameters and states."""
@@ -131,6 +133,18 @@ class SignalPath(Sensors):
             torque = effect.viscous(torque, s, self.states(k, x), self.parameters(k))
         return torque
 
+    def rubbing(self, k: int, s: Signals, x: Any) -> Signals:
+        """Return signals with the size of a joint's sliding friction, N m, where the k-th effect goes with it."""
+        joint, effect = self.placed[k].joint, self.placed[k].effect
+        if not isinstance(effect, FrictionEffect) or not effect.uses_friction:
+            return s
+        return s.at(friction=self.present_level(joint, s, x) + ca.fabs(self.viscous(joint, s, x)))
+
+    def rubbed(self, k: int, s: Signals, x: Any) -> Signals:
+        """Return the same with the friction of the past, at its mean speed."""
+        speed = (s.travelled + s.led) / ca.fmax(s.recorded + s.lead, SHORTEST)
+        return self.rubbing(k, s.at(velocity=speed), x).at(velocity=s.velocity)
+
     def bristle(self, joint: int) -> tuple[int, FrictionEffect] | None:
         """Return (number, effect) of the bristle that carries a joint's friction, if there is one."""
         found = [(k, effect) for k, effect in self.at(joint, FrictionEffect) if effect.bristle]
@@ -222,7 +236,8 @@ class SignalPath(Sensors):
             level = self.present_level(self.placed[k].joint, s, x)
             rates = effect.bristle_derivatives(level, s, states, values)
         else:
-            rates = effect.derivatives(s.at(torque=self.entering(k, command, s, x)), states, values)
+            s = s.at(torque=self.entering(k, command, s, x))
+            rates = effect.derivatives(self.rubbing(k, s, x), states, values)
         return [rates[name] for name in effect.states]
 
     def entering(self, k: int, command: Expression, s: Signals, x: Any) -> Expression:

@@ -109,7 +109,8 @@ class Signals:
     ``position``, ``velocity``, ``acceleration`` are true ones on the motor side; ``link_position`` and
     ``link_velocity`` those of the link; ``torque`` is the actuator's, ``load`` the torque handed to the link,
     ``weight`` the part of it that gravity asks for (where a law uses it), ``viscous`` the friction that has no sign
-    function, for laws of the sliding level. As for the past: ``recordings`` were made before, of ``recorded`` s
+    function, for laws of the sliding level, ``friction`` the size of all of it while the joint slides (where a law uses
+    it), N m. As for the past: ``recordings`` were made before, of ``recorded`` s
     together, in which the joint had gone ``travelled``. This one had lasted for ``lead`` s before what is here of it,
     and the joint gone ``led``. A simulation has no past. Of a recorded motion the part ``sliding`` is surely no noise.
     """
@@ -124,6 +125,7 @@ class Signals:
     load: Expression = 0.0
     weight: Expression = 0.0
     viscous: Expression = 0.0
+    friction: Expression = 0.0
     sliding: Expression = 1.0
     recordings: Expression = 0.0
     recorded: Expression = 0.0

@@ -59,6 +59,7 @@ from stribeck.gap.search.ordinary import is_ordinary, told_ordinary, told_unname
 from stribeck.gap.search.random_torque import loud
 from stribeck.gap.search.step import Step, last_model
 from stribeck.model.layout import Placed
+from stribeck.model.path import SignalPath
 
 
 class Assembly:
@@ -125,10 +126,11 @@ class Assembly:
         verdict, causes = with_observed(verdict, causes, self.seen.causes, len(in_torque))
         named = (*(cause.effect for cause in self.seen.causes), *in_torque)
         every = (*prepared.fit, *prepared.held)
+        worn = on_average(SignalPath(arm, final.placed), final.fit.p, every)
         arms = {
             "as_given": arm,
             "retuned": arm_of(arm, self.base.fit, self.base.placed),
-            "corrected": arm_of(arm, final.fit, (*on_average(final.placed, every), *self.seen.placed)),
+            "corrected": arm_of(arm, final.fit, (*worn, *self.seen.placed)),
         }
         experiment, inseparable = self._experiment(causes, unexplained=unexplained)
         tuned = tuned_of(self.base, prepared, self.floor)

@@ -7,10 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
+import casadi as ca
 import numpy as np
 
 from stribeck.identify.conditioning import Conditioned, Past
 from stribeck.model.layout import Placed
+from stribeck.model.path import SignalPath
 from stribeck.model.values import Signals
 from stribeck.run import Run
 
@@ -57,12 +59,16 @@ def after(runs: Sequence[Conditioned]) -> Past:
     return Past(past.recordings + 1, past.recorded + past.lead + float(np.ptp(last.time)), gone)
 
 
-def on_average(placed: Sequence[Placed], runs: Sequence[Conditioned]) -> tuple[Placed, ...]:
-    """Return effects as they are, on average over the runs, where one starts: what an arm without a past is given."""
-    return tuple(
-        replace(place, values=place.effect.on_average(place.values, [_start(run.past, place.joint) for run in runs]))
-        for place in placed
-    )
+def on_average(path: SignalPath, p: np.ndarray, runs: Sequence[Conditioned]) -> tuple[Placed, ...]:
+    """Return a path's effects as they are, on average over the runs, where one starts: for an arm without a past."""
+    still = ca.SX.zeros(path.x.numel())
+    averaged = []
+    for k, place in enumerate(path.placed):
+        starts = [path.rubbed(k, _start(run.past, place.joint), still) for run in runs]
+        friction = ca.Function("friction", [path.p], [ca.vertcat(*[s.friction for s in starts])])(p)
+        told = [s.at(friction=float(value)) for s, value in zip(starts, ca.vertsplit(friction), strict=True)]
+        averaged.append(replace(place, values=place.effect.on_average(place.values, told)))
+    return tuple(averaged)
 
 
 def _start(past: Past, joint: int) -> Signals:
