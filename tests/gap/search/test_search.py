@@ -28,7 +28,7 @@ from stribeck.gap.search.candidates import Trial, candidates
 from stribeck.gap.search.descent import Descent
 from stribeck.gap.search.families import best_laws, best_of_each, close_laws, laws_instead, relawed
 from stribeck.gap.search.forward import MOST_ASKED, _survivors
-from stribeck.gap.search.judged import Judged, as_hopeful
+from stribeck.gap.search.judged import Judged, as_hopeful, further_laws
 from stribeck.gap.search.ordinary import _needed_of
 from stribeck.gap.search.pool import Pool
 from stribeck.gap.search.projector import Projector
@@ -452,6 +452,28 @@ def test_a_large_gap_is_weighed_anew_as_it_closes() -> None:
     assert model.placed[0].values["coulomb"] == pytest.approx(2.0, rel=0.1)
 
 
+def test_a_fit_that_is_stopped_while_it_falls_goes_on_by_its_own_weights(
+    late: tuple[Prepared, Model, Weights], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its weights hold before it has come to its end; one that has come there, or falls no more, is done."""
+    prepared, base, weights = late
+    for ok, falls, rounds in ((False, 0.8, tryout_module.AGAIN), (True, 0.8, 1), (False, 0.99, 1)):
+        made: list[Model] = []
+
+        def again(_: Prepared, placed: object, own: Weights, fit: Any, ok: bool = ok, falls: float = falls,
+                  made: list[Model] = made, **__: int) -> Model:  # fmt: skip
+            status = "Solve_Succeeded" if ok else "User_Requested_Stop"
+            made.append(replace(base, fit=replace(base.fit, residual=falls * fit.residual, status=status)))
+            return made[-1]
+
+        first = replace(weights, sd=0.5 * weights.sd)
+        monkeypatch.setattr(tryout_module, "fit_model", again)
+        monkeypatch.setattr(tryout_module, "weights_of", lambda *_, first=first: first)
+        found = tryout_module._by_own_weights(prepared, base, weights, FLOOR)
+        assert found is made[-1]
+        assert len(made) == rounds
+
+
 @pytest.mark.parametrize(("gain", "ends"), [(0.1, True), (0.6, False)])
 def test_the_search_goes_on_after_a_large_gain(monkeypatch: pytest.MonkeyPatch, gain: float, ends: bool) -> None:
     """What is doubtful because much is left may be what hides the next one."""
@@ -475,7 +497,7 @@ def test_a_law_that_rests_on_a_bound_gives_way_to_one_that_does_not(monkeypatch:
 
     def fitted(law: str, left: float) -> SimpleNamespace:
         place = Placed(effect_named("actuator_lag", law), 0, {"time_constant": 0.01})
-        return SimpleNamespace(placed=(place,), fit=SimpleNamespace(residual=np.full((10, 1), left)))
+        return SimpleNamespace(placed=(place,), whole=np.full((10, 1), left))
 
     models, scales = [fitted("one_pole", 1.0), None, fitted("two_poles", 0.5)], SimpleNamespace(scales=(None,))
     kept = best_of_each(models, scales, FLOOR)  # type: ignore[arg-type]
@@ -483,6 +505,36 @@ def test_a_law_that_rests_on_a_bound_gives_way_to_one_that_does_not(monkeypatch:
     monkeypatch.setattr("stribeck.gap.search.families.holds", lambda place, scale: place.effect.law != "two_poles")
     kept = best_of_each(models, scales, FLOOR)  # type: ignore[arg-type]
     assert [model.placed[0].effect.law for model in kept] == ["one_pole"]
+
+
+def test_a_law_that_bends_to_fitted_runs_is_not_the_best_of_its_family() -> None:
+    """Its law of the distance left less of friction's heat on fitted runs, and twice as much as none on the others."""
+
+    def fitted(law: str, fit: float, held: float) -> SimpleNamespace:
+        place = Placed(effect_named("history", law), 0, {"change": 0.1})
+        rows = np.array([[fit]] * 10 + [[held]] * 5)
+        return SimpleNamespace(placed=(place,), fit=SimpleNamespace(residual=rows[:10]), whole=rows)
+
+    models, scales = [fitted("warm_up", 0.3, 2.0), fitted("heat", 0.4, 0.4)], SimpleNamespace(scales=(SCALE,))
+    kept = best_of_each(models, scales, FLOOR)  # type: ignore[arg-type]
+    assert [model.placed[0].effect.law for model in kept] == ["heat"]
+
+
+def test_where_a_law_leaves_much_the_others_of_its_family_are_fitted(late: tuple[Prepared, Model, Weights]) -> None:
+    """Not those of another joint or family, that were fitted, or that promise less than half."""
+    _, base, _ = late
+    taken, other = (effect_named("history", law) for law in ("thixotropy", "heat"))
+    third = effect_named("history", "in_time")
+    place = Placed(taken, 0, taken.starts(SCALE)[0])
+    ranking = SimpleNamespace(best=1, power=np.array([[90.0, 1.0], [5.0, 9.0]]))
+    judged = Judged([replace(base, placed=(place,))], ranking, (1,), FLOOR)  # type: ignore[arg-type]
+    own, heat = Trial(taken, 0, {}, 9.0), Trial(other, 0, {}, 5.0)
+    tried = [own, heat, Trial(third, 0, {}, 4.0), Trial(other, 1, {}, 9.0), Trial(effect_named("delay"), 0, {}, 8.0)]
+    assert further_laws(tried, {own.law_key}, judged) == [heat]
+    assert further_laws(tried, {own.law_key, heat.law_key}, judged) == []
+    assert further_laws(tried, {own.law_key}, judged._replace(passing=())) == []
+    ranking.power[1, 0] = 3.9
+    assert further_laws(tried, {own.law_key}, judged) == []
 
 
 def test_where_no_law_holds_that_takes_the_gap_the_family_has_others_to_fit(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,7 +11,7 @@ from stribeck.gap.fitted.model import Model
 from stribeck.gap.search.candidates import Trial
 from stribeck.gap.search.families import best_laws, close_laws, laws_instead, left_by, relawed
 from stribeck.gap.search.gates import LARGE_GAIN
-from stribeck.gap.search.judged import Judged, as_hopeful, judge
+from stribeck.gap.search.judged import MUCH, Judged, as_hopeful, further_laws, judge
 from stribeck.gap.search.ordinary import ordinary
 from stribeck.gap.search.presence import CENTRE, evidence, presence
 from stribeck.gap.search.setting import Known, Setting
@@ -27,7 +27,6 @@ MOST_AGAIN = 4  # rivals of an earlier search that are fitted once more
 YIELDING = (TransmissionEffect, StandEffect)  # compliances, of a joint and under the arm
 HOPEFUL = 0.3  # of the best promise: candidates with less are not fitted
 MOST_EFFECTS, MOST_STEPS = 6, 9  # one effect at two joints takes two steps
-MUCH = 2.0  # noise floors rms that a step leaves: what screening is blind to is looked for as well
 FAR_LESS = 1.4  # of the logarithm of the squares left, joints added: a quarter
 HARDLY = 0.15  # presence below which the search ends, unless the effect takes much: what hides it may come next
 
@@ -112,11 +111,13 @@ def _step(
     setting.progress(f"fitting {len({trial.key for trial in best_trials})} candidates")
     fitted = tryout.fitted(best_trials)
     known = {trial.law_key: model for trial, model in zip(best_trials, fitted, strict=True)}
-    fitted += tryout.fitted(laws_instead(tried, known, tryout.cost, base, prepared, setting.floor))
+    instead = laws_instead(tried, known, tryout.cost, base, prepared, setting.floor)
+    fitted += tryout.fitted(instead)
     judged = judge(prepared, setting.floor, setting.seed, base, fitted, taken, before)
-    same_hopes = as_hopeful(best_laws(tried), {trial.key for trial in best_trials}, judged)
-    if same_hopes:
-        fitted += tryout.fitted(same_hopes)
+    further = further_laws(tried, {trial.law_key for trial in (*best_trials, *instead)}, judged)
+    further += as_hopeful(best_laws(tried), {trial.key for trial in best_trials}, judged)
+    if further:
+        fitted += tryout.fitted(further)
         judged = judge(prepared, setting.floor, setting.seed, base, fitted, taken, before)
     found = [] if again else _sought(tryout, judged)
     if found:

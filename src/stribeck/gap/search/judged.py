@@ -13,11 +13,13 @@ from stribeck.gap.fitted.model import Model
 from stribeck.gap.fitted.white import noise_of_best
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.search.candidates import Trial
-from stribeck.gap.search.families import best_of_each
+from stribeck.gap.search.families import HALF, best_of_each
 from stribeck.gap.search.gates import earns_its_place
 from stribeck.gap.search.random_torque import random_joints
 from stribeck.gap.search.rank import ALIKE, Ranking, rank
 from stribeck.model.layout import Placed
+
+MUCH = 2.0  # noise floors rms that a step leaves: what its first look was blind to is looked for as well
 
 
 class Judged(NamedTuple):
@@ -80,3 +82,26 @@ def as_hopeful(tried: Sequence[Trial], kept: Collection[tuple[str, int]], judged
     promise = next((trial.promise for trial in tried if trial.key == best), np.inf)
     alike = (trial for trial in tried if ALIKE * promise < trial.promise < promise / ALIKE)
     return [trial for trial in alike if trial.key not in kept]
+
+
+def further_laws(tried: Sequence[Trial], fitted: Collection[tuple[str, str, int]], judged: Judged) -> list[Trial]:
+    """Return the trials of further laws of what would be taken, where that leaves much at its joint.
+
+    Of laws that nearly explain a large gap the promises hardly differ; what they leave does.
+
+    Parameters
+    ----------
+    tried : sequence of Trial
+    fitted : collection of (str, str, int)
+        Law keys of the trials that were fitted.
+    judged : Judged
+        What these came to.
+    """
+    if not judged.passing:
+        return []
+    best = judged.rivals[judged.ranking.best - 1].placed[-1]
+    if judged.ranking.power[judged.ranking.best, best.joint] < MUCH**2:
+        return []
+    own = [trial for trial in tried if trial.key == best.key]
+    promise = max((trial.promise for trial in own if trial.law_key in fitted), default=np.inf)
+    return [trial for trial in own if trial.law_key not in fitted and trial.promise > HALF * promise]

@@ -13,6 +13,8 @@ from joblib import delayed
 from stribeck.gap.fitted.model import Bristled, Model, finite, fit_model, start_values, weights_of
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.search.candidates import Trial, candidates
+from stribeck.gap.search.families import left_by
+from stribeck.gap.search.gates import LEAST_GAIN
 from stribeck.gap.search.screen import screen
 from stribeck.gap.search.setting import Known, Setting
 from stribeck.gap.search.starts import ends, from_every_start, meant
@@ -217,14 +219,18 @@ def _with_other(room: str, model: Model, prepared: Prepared, weights: Weights) -
 def _by_own_weights(prepared: Prepared, model: Model, weights: Weights, floor: np.ndarray) -> Model:
     """Return a model fitted once more by its own weights, in turn.
 
-    A gap that is gone had made the whole joint count for little.
+    A gap that is gone had made the whole joint count for little. A fit that was stopped on its way goes on.
     """
+    under_way = False
     for _ in range(AGAIN):
         own = weights_of(model, prepared, floor)
-        if np.all(np.mean(own.sd**2, axis=0) > RELIEVED**2 * np.mean(weights.sd**2, axis=0)):
+        as_before = np.all(np.mean(own.sd**2, axis=0) > RELIEVED**2 * np.mean(weights.sd**2, axis=0))
+        if as_before and not under_way:
             break
         again = fit_model(prepared, model.placed, own, model.fit, evaluations=15)
         if not finite(again):
             break
+        less = left_by(model.fit.residual, floor) - left_by(again.fit.residual, floor)
+        under_way = not again.fit.ok and less > LEAST_GAIN
         model, weights = again, own
     return model
