@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -17,7 +18,7 @@ from stribeck.model.balance import Balance
 from stribeck.model.drive import Drive
 from stribeck.model.observer import observed
 from stribeck.model.path import SignalPath
-from stribeck.model.resting import rested, resting
+from stribeck.model.resting import begun, rested, resting
 from stribeck.model.sensitivity import Sensitivity
 
 
@@ -71,17 +72,22 @@ class Cut:
         if self.nx == 0:
             return ()
         sample, drive = self._sample, self.drive
-        moves = [sample.derivatives(drive, sample.x), sample.start(drive)]
+        moves = [sample.derivatives(drive, sample.x), self._started]
         told = [*self.path.flexible, *resting(self.path)]
         if self.observe and told:
             moves.append(sample.residual(drive, sample.x, settled=False)[0][told])
         rows = ca.jacobian_sparsity(ca.vertcat(*moves), self.path.p)
         return tuple(sorted({int(c) for c in rows.get_triplet()[1]} & set(self.columns)))
 
+    @property
+    def _started(self) -> Any:
+        start = self._sample.start(self.drive)
+        return begun(self._sample, self.drive, start) if self.observe else start
+
     @cached_property
     def begin(self) -> ca.Function:
         """(drive, p, T0) -> states and their sensitivities, stacked (nx (1 + active), 1)."""
-        start = ca.vertcat(self._sample.start(self.drive), ca.SX.zeros(self.nx - self.path.x.numel()))
+        start = ca.vertcat(self._started, ca.SX.zeros(self.nx - self.path.x.numel()))
         sensitivity = ca.jacobian(start, self.path.p)[:, list(self.active)]
         return ca.Function(
             "begin",

@@ -288,6 +288,14 @@ class FrictionEffect(Effect):
         """
         return None
 
+    def bristle_holding(self, torque: Expression, level: Expression) -> dict[str, Expression]:
+        """Return the states that hold a torque, of at most the level, when it was put on a bristle that held none."""
+        return {name: share * torque for name, share in zip(self.states, self.bristle_shares(), strict=True)}
+
+    def bristle_shares(self) -> tuple[float, ...]:
+        """Return what part each state carries of a torque of which no more is known (only where ``bristle``)."""
+        return (1.0 / len(self.states),) * len(self.states)
+
     def bristle_stiffness(self, p: Parameters) -> Expression:
         """Return the torque per way of a bristle that sticks, N m/rad (only where ``bristle``)."""
         return p["stiffness"]

@@ -9,6 +9,7 @@ as it is of a contact that does not give.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import casadi as ca
 
@@ -26,6 +27,36 @@ def resting(path: SignalPath) -> tuple[int, ...]:
     Behind a compliance the torque that is left already tells where the link is.
     """
     return tuple(j for j in range(path.n) if path.bristle(j) is not None and j not in path.flexible)
+
+
+def begun(balance: Balance, now: Drive, states: Any) -> Any:
+    """Return states (nx, 1) with which a recording starts, with its bristles told the torque.
+
+    An arm that waits for its first motion is held by what the last one bent, whatever that was.
+
+    Parameters
+    ----------
+    balance : Balance
+    now : Drive
+        At the first sample.
+    states : casadi.SX (nx, 1)
+        With bristles that hold nothing.
+    """
+    path = balance.path
+    joints = resting(path)
+    if not joints:
+        return states
+    residual, _ = balance.residual(now, states, settled=False)
+    signals, _ = balance.signals(now, states)
+    start = ca.SX(states)
+    for j in joints:
+        k, effect = path.bristle(j)  # type: ignore[misc]
+        most = path.present_level(j, signals[j], states)
+        left = residual[j] * path.command_scale(j, now.position[j]) * path.torque_left(j, signals[j], states)
+        held = ca.fmin(ca.fmax(left, -most), most)
+        for name, torque in effect.bristle_holding(held, most).items():
+            start[path.state_index(f"{k}.{name}")] = torque
+    return start
 
 
 def rested(balance: Balance, sample_time: float, now: Drive, carried: Sensitivity, moved: Sensitivity) -> Sensitivity:
@@ -58,8 +89,8 @@ def rested(balance: Balance, sample_time: float, now: Drive, carried: Sensitivit
         most = ca.fmax(path.present_level(j, signals[j], x), ca.fabs(held))
         left = residual[j] * path.command_scale(j, now.position[j]) * path.torque_left(j, signals[j], x)
         holds = ca.fmin(ca.fmax(held + (1.0 - now.sliding[j]) * part * left, -most), most)
-        for row in rows:
-            correction[row] = (holds - held) / len(rows)
+        for row, share in zip(rows, effect.bristle_shares(), strict=True):
+            correction[row] = share * (holds - held)
     columns = ca.jacobian(correction, p)[:, list(carried.parameters)]
     columns += ca.mtimes(ca.jacobian(correction, x), carried.columns)
     return replace(moved, states=moved.states + correction, columns=moved.columns + columns)

@@ -53,6 +53,19 @@ class PreslidingMaxwellSlip(Bristle):
     states = NAMES
     state_units = MappingProxyType(dict.fromkeys(NAMES, "N m"))
 
+    def bristle_holding(self, torque: Expression, level: Expression) -> dict[str, Expression]:
+        size, at, given, stiff = ca.fabs(torque) / at_least(level), 0.0, 0.0, 1.0
+        way: Expression = 0.0
+        for stiffness, limit in zip(STIFFNESS, LEVEL, strict=True):  # each gives way before the next one does
+            ends = limit / stiffness
+            way = way + ca.fmin(ca.fmax(size - given, 0.0), stiff * (ends - at)) / stiff
+            given, at, stiff = given + stiff * (ends - at), ends, stiff - stiffness
+        parts = zip(NAMES, STIFFNESS, LEVEL, strict=True)
+        return {name: ca.sign(torque) * at_least(level) * ca.fmin(k * way, limit) for name, k, limit in parts}
+
+    def bristle_shares(self) -> tuple[float, ...]:
+        return LEVEL  # none is beyond its limit before all are
+
     def bristle_torque(self, level: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         sticking = [_sticking(level, i, s, x) for i in range(len(NAMES))]
         held = sum(share * part for share, part in zip(STIFFNESS, sticking, strict=True))
