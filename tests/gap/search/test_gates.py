@@ -125,6 +125,8 @@ def test_a_large_gain_that_few_blocks_show_is_one_unless_an_effect_is_there_alre
     assert taken(**seldom)
     assert taken(before=elsewhere, **seldom)
     assert not taken(before=here, **seldom)
+    assert taken(before=here, **seldom | {"t": 0.8 * LEAST_T})
+    assert not taken(before=here, **seldom | {"t": 0.8 * LEAST_T, "overall": 0.45})
     assert not taken(sure=0.9, **seldom)
 
 

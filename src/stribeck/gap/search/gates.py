@@ -22,6 +22,7 @@ LEAST_FURTHER = 0.15  # the same for a further effect at a joint: less may be wh
 LEAST_OF_RANDOM = 0.25  # the same of random torque, for a filter: less is how the loop answers to what shakes the arm
 FORETOLD = 0.25  # of what a filter closes there, that motion must foretell of it: the rest is its answer to what shakes
 LARGE_GAIN, SURE = 0.25, 0.99  # a large gain needs no t value where any choice of blocks has it: few may excite it
+FURTHER_GAIN, FURTHER_T = 0.5, 2.0  # the same for a further effect at a joint, which needs some t value
 PLAIN_T, PLAIN_GAIN = 4.0, 0.2  # from which held-out runs that hardly excite an effect need not confirm it
 MOST_LOST = 0.1  # of what fitted runs gain, that held-out ones may lose to it
 LEAST_POWER = 0.1  # of the noise floor's power, that an effect removes from a joint
@@ -64,7 +65,7 @@ def earns_its_place(
     if isinstance(new.effect, ActuatorEffect) and closing != new.joint and not scales[closing].driven:
         return False  # of a joint without a drive the equations hold at any scale, and less of everything leaves less
     here = any(place.joint in (new.joint, closing) for place in taken)
-    large = bool(gain > LARGE_GAIN and ranking.sure[k] > SURE and not here)
+    large = bool(gain > LARGE_GAIN and ranking.sure[k] > SURE and (not here or (gain > FURTHER_GAIN and t > FURTHER_T)))
     least = LEAST_FURTHER if here else LEAST_GAIN
     left = random.get(closing) if random and new.effect.filters else None
     if left:
