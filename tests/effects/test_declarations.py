@@ -99,6 +99,15 @@ def test_starts(effect: Effect, scale: Scale) -> None:
                 assert parameter.lower <= trial[parameter.name] <= parameter.upper
 
 
+@pytest.mark.parametrize("law", ["break_away", "ageing", "at_rest", "frozen"])
+def test_a_rise_that_is_never_reached_may_be_any(law: str) -> None:
+    """Where rests are short against its time, the two grow together: what a second makes of them tells."""
+    effect, other = effect_named("dwell_time", law), {"distance": 1e-3}
+    assert effect.plausible({"rise": 3.0, "time": 20.0, **other}, SMALL)
+    assert not effect.plausible({"rise": 6.0, "time": 20.0, **other}, SMALL)
+    assert not effect.plausible({"rise": 0.3, "time": 0.1, **other}, SMALL)
+
+
 @pytest.mark.parametrize(
     ("label", "values"),
     [

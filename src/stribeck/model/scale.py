@@ -17,6 +17,9 @@ ARM_OF_CONTACT = 0.05
 RENEWS = 0.005
 """Slide that renews any contact, m: what takes longer is the grease's structure, not the contact's age."""
 
+RISES = 2.0
+"""Part of its friction, or torque where that is more, by which a contact's break-away torque may rise in a second."""
+
 STRAY = 0.015
 """Part of its torque by which any drive or gear strays: offsets, slots, ripples, sides that are not quite alike."""
 
@@ -155,3 +158,11 @@ class Scale:
     def renews(self) -> float:
         """Slide that renews any contact, rad: RENEWS, for a joint that turns at ARM_OF_CONTACT."""
         return RENEWS if self.prismatic else RENEWS / ARM_OF_CONTACT
+
+    @property
+    def rises(self) -> float:
+        """What a contact's break-away torque may rise by in a second of rest, N m.
+
+        After a long rest it may be more than recordings with short ones tell.
+        """
+        return RISES * max(self.friction, self.torque)

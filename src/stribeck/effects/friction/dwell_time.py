@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import final
 
@@ -12,7 +13,6 @@ from stribeck.model.scale import Scale
 from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 
 OLDEST = 2.0  # an arm may have rested since the day before
-MOST_RISE = 2.0  # of friction, or of the torque where that is more
 
 
 @final
@@ -46,7 +46,8 @@ class DwellTime(FrictionEffect):
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
         # a high one that any slide renews at once is friction that falls as 1 / v
-        return values["rise"] < MOST_RISE * max(scale.friction, scale.torque) and values["distance"] < scale.renews
+        risen = -values["rise"] * math.expm1(-1.0 / values["time"])  # in a second
+        return risen < scale.rises and values["distance"] < scale.renews
 
     def constants(self, constants: Parameters, s: Signals, x: States, p: Parameters) -> Parameters:
         return {**constants, "C1": constants["C1"] + p["rise"] * x["age"]}

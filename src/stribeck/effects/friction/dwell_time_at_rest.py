@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import final
 
@@ -13,7 +14,6 @@ from stribeck.model.values import Expression, Parameter, Parameters, Signals, St
 
 STILL = 1e-3  # rad/s (m/s on an axis in m), up to which a joint rests
 OLDEST = 2.0  # an arm may have rested since the day before
-MOST_RISE = 2.0  # of friction, or of the torque where that is more
 
 
 @final
@@ -49,7 +49,8 @@ class DwellTimeAtRest(FrictionEffect):
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
         # a high one that any slide renews at once fits what noise and filters do around rest
-        return values["rise"] < MOST_RISE * max(scale.friction, scale.torque) and values["distance"] < scale.renews
+        risen = -values["rise"] * math.expm1(-1.0 / values["time"])  # in a second
+        return risen < scale.rises and values["distance"] < scale.renews
 
     def constants(self, constants: Parameters, s: Signals, x: States, p: Parameters) -> Parameters:
         return {**constants, "C0": constants["C0"] + p["rise"] * x["age"]}

@@ -14,7 +14,6 @@ from stribeck.model.values import Expression, Parameter, Parameters, Signals, St
 
 STILL = 1e-3  # rad/s (m/s on an axis in m), up to which a joint rests
 SETTLES = 0.01  # s, within which a rest is known for one, and forgotten
-MOST_RISE = 2.0  # of friction, or of the torque where that is more
 
 
 @final
@@ -47,7 +46,7 @@ class DwellTimeFrozen(FrictionEffect):
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
         # a higher one fits what noise and filters do around rest, as long as rests are short enough
-        return values["rise"] < MOST_RISE * max(scale.friction, scale.torque)
+        return values["rise"] / (1.0 + values["time"]) < scale.rises
 
     def constants(self, constants: Parameters, s: Signals, x: States, p: Parameters) -> Parameters:
         return {**constants, "C1": constants["C1"] + p["rise"] * x["grown"]}
