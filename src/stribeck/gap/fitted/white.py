@@ -24,6 +24,7 @@ UPPER = (0.55, 0.95)  # of the cutoff: the band where motions leave least
 STEADY = 1.5  # a moment's violence (stops, knocks) is no noise: it may exceed the median moment's by this much
 ALIKE = 0.02  # of the time between rows, within which runs are told as one
 LEAST_MOTION = 200  # rows: less has no median that one could go by
+MOSTLY_GONE = 0.5  # of a floor, rms, below which what is left shows that it was none
 MOSTLY, PARTLY = 0.5, 0.1  # of a short stretch, and of a run, that must be motion
 
 
@@ -42,23 +43,27 @@ def noise_of_best(
         compliance does not leave, with the noise that it takes put back, is none.
     prepared : Prepared
     before : array (n,) or None
-        The floor as other models told it, which stands where all of these have a compliance, but for what one of
-        them takes of it.
+        The floor as other models told it, which stands where all of these have a compliance, unless one takes most of
+        it: that rang.
     """
     stiff = [model for model in models if model.noise is None]
+    soft = [model for model in models if model.noise is not None]
     if before is not None and not stiff:
-        raised = before
-    else:
-        runs = (*prepared.fit, *prepared.held)
-        whole = [model.whole for model in stiff or models]
-        best = np.argmin([np.mean(residual**2, axis=0) for residual in whole], axis=0)
-        white = [white_rms(whole[best[j]][:, j], runs, prepared.cutoff, j) for j in range(len(floor))]
-        raised = np.maximum(floor, white)
-    if stiff or before is not None:
-        for model in (model for model in models if model.noise is not None):
-            left = put_back(prepared, model.whole, model.noise, raised)
-            raised = np.maximum(floor, np.minimum(raised, np.sqrt(np.mean(left**2, axis=0))))
+        left = np.min([_left_with_noise(prepared, model, before) for model in soft], axis=0)
+        return np.asarray(np.where(left < MOSTLY_GONE * before, np.maximum(floor, left), before))
+    runs = (*prepared.fit, *prepared.held)
+    whole = [model.whole for model in stiff or models]
+    best = np.argmin([np.mean(residual**2, axis=0) for residual in whole], axis=0)
+    white = [white_rms(whole[best[j]][:, j], runs, prepared.cutoff, j) for j in range(len(floor))]
+    raised = np.maximum(floor, white)
+    for model in soft if stiff else []:
+        raised = np.maximum(floor, np.minimum(raised, _left_with_noise(prepared, model, raised)))
     return np.asarray(raised)
+
+
+def _left_with_noise(prepared: Prepared, model: Model, floor: np.ndarray) -> np.ndarray:
+    """Return what a model with a compliance leaves (n,), N m rms, with the noise that it takes put back."""
+    return np.asarray(np.sqrt(np.mean(put_back(prepared, model.whole, model.noise, floor) ** 2, axis=0)))
 
 
 def white_rms(residual: np.ndarray, runs: Sequence[Conditioned], cutoff: float, joint: int) -> float:
