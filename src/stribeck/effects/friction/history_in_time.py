@@ -8,34 +8,28 @@ from typing import final
 
 import casadi as ca
 
-from stribeck.model.effect import FrictionEffect, Upon
+from stribeck.model.remembering import RememberingFriction
 from stribeck.model.scale import Scale
 from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 
-LEAST = 0.05  # of the level: however cold or warm, some friction is left
 SLOWEST = 2.0  # times that all recordings last, over which it may fall to 1/e: slower is another constant level
 TINY = 1e-9
 
 
 @final
-class HistoryInTime(FrictionEffect):
+class HistoryInTime(RememberingFriction):
     """Settling: all friction starts at another level and nears its own with time, as a drive that is on grows warm.
 
     Between two recordings a part of what has settled is kept. Those before count as equally long.
     """
 
-    name = "history"
     law = "in_time"
-    channel = "friction"
-    upon = Upon.ALL
     equation = (
         r"\tau_f \to \tau_f (1 + a w), \quad \dot w = -w / T, \quad "
         r"w(0) = 1 \text{ or } 1 - \rho\,(1 - w(\text{before}))"
     )
     symptom = "a residual against the motion that dies out with time, and in part starts anew with the next recording"
-    shows = "time"
     source = "Bittencourt & Gunnarsson (2012); Bittencourt & Axelsson (2014)"
-    elusive = True
     parameters = (
         Parameter("change", "1", "relative change of friction at the start of the first recording", 0.0, -0.9, 10.0),
         Parameter("time", "s", "time over which it falls to 1/e", 20.0, 0.5, 1e4, log=True),
@@ -53,12 +47,6 @@ class HistoryInTime(FrictionEffect):
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
         return values["time"] < SLOWEST * scale.distance / scale.speed
 
-    def level(self, level: Expression, direction: float, s: Signals, x: States, p: Parameters) -> Expression:
-        return level * _factor(x, p)
-
-    def viscous(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
-        return torque * _factor(x, p)
-
     def derivatives(self, s: Signals, x: States, p: Parameters) -> dict[str, Expression]:
         return {"newness": -x["newness"] / p["time"]}
 
@@ -71,7 +59,3 @@ class HistoryInTime(FrictionEffect):
     def on_average(self, values: Mapping[str, float], starts: Sequence[Signals]) -> dict[str, float]:
         newness = [float(self.initial(s, values)["newness"]) for s in starts]
         return {**values, "change": values["change"] * sum(newness) / len(newness)}
-
-
-def _factor(x: States, p: Parameters) -> Expression:
-    return ca.fmax(1.0 + p["change"] * x["newness"], LEAST)

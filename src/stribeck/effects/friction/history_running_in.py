@@ -8,34 +8,28 @@ from typing import final
 
 import casadi as ca
 
-from stribeck.model.effect import FrictionEffect, Upon
+from stribeck.model.remembering import RememberingFriction
 from stribeck.model.scale import Scale
 from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 
-LEAST = 0.05  # of the level: however new or worn, some friction is left
 SLOWEST = 2.0  # distances gone in all recordings, over which it may fall to 1/e: slower is another constant level
 
 
 @final
-class HistoryRunningIn(FrictionEffect):
+class HistoryRunningIn(RememberingFriction):
     """Running in: all friction starts at another level and nears its own with the distance, from one run to the next.
 
     What wears in stays so (kept: 1); grease that a slide spreads has settled again when the next recording starts
     (kept: 0). Of the recordings before, the distance counts together.
     """
 
-    name = "history"
     law = "running_in"
-    channel = "friction"
-    upon = Upon.ALL
     equation = (
         r"\tau_f \to \tau_f (1 + a w), \quad \dot w = -|v| w / L, \quad "
         r"w(0) = 1 \text{ or } 1 - \rho\,(1 - w(\text{before}))"
     )
     symptom = "a residual against the motion that dies out with the distance gone, from one recording to the next"
-    shows = "time"
     source = "Blau (1981); Khonsari, Ghatrehsamani & Akbarzadeh (2021)"
-    elusive = True
     parameters = (
         Parameter("change", "1", "relative change of friction at the start of the first recording", 0.0, -0.9, 10.0),
         Parameter("distance", "rad", "distance over which it falls to 1/e", 50.0, 1e-3, 1e5, log=True),
@@ -51,12 +45,6 @@ class HistoryRunningIn(FrictionEffect):
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
         return scale.renews < values["distance"] < SLOWEST * scale.distance
 
-    def level(self, level: Expression, direction: float, s: Signals, x: States, p: Parameters) -> Expression:
-        return level * _factor(x, p)
-
-    def viscous(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
-        return torque * _factor(x, p)
-
     def derivatives(self, s: Signals, x: States, p: Parameters) -> dict[str, Expression]:
         return {"newness": -s.slide * x["newness"] / p["distance"]}
 
@@ -67,7 +55,3 @@ class HistoryRunningIn(FrictionEffect):
     def on_average(self, values: Mapping[str, float], starts: Sequence[Signals]) -> dict[str, float]:
         newness = [float(self.initial(s, values)["newness"]) for s in starts]
         return {**values, "change": values["change"] * sum(newness) / len(newness)}
-
-
-def _factor(x: States, p: Parameters) -> Expression:
-    return ca.fmax(1.0 + p["change"] * x["newness"], LEAST)

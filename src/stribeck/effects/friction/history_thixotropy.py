@@ -8,33 +8,27 @@ from typing import final
 
 import casadi as ca
 
-from stribeck.model.effect import FrictionEffect, Upon
+from stribeck.model.remembering import RememberingFriction
 from stribeck.model.scale import Scale
 from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 
-LEAST = 0.05  # of the level: however thin the grease, some friction is left
 OLDEST = 2.0  # an arm may have rested since the day before
 SHORTEST = 1e-9  # s
 WAYS = ((4.0, 0.5), (12.0, 0.3), (4.0, 0.1))  # s, and of the way gone in it, that a fit starts from
 
 
 @final
-class HistoryThixotropy(FrictionEffect):
+class HistoryThixotropy(RememberingFriction):
     """Thixotropy: all friction rises with the structure of a grease, which shear breaks and rest builds up.
 
     As a contact ages at rest (``dwell_time``), but over seconds, and undone by turns where a contact is renewed by a
     slide of a few millimetres.
     """
 
-    name = "history"
     law = "thixotropy"
-    channel = "friction"
-    upon = Upon.ALL
     equation = r"\tau_f \to \tau_f (1 + a s), \quad \dot s = (1 - s)/T - |v| s / D, \quad s(0) = s_0"
     symptom = "a residual against the motion that is highest after a rest and dies out with the distance gone since"
-    shows = "time"
     source = "Moore (1959); Barnes (1997)"
-    elusive = True
     parameters = (
         Parameter("change", "1", "relative rise of friction after a long rest", 0.0, -0.9, 10.0),
         Parameter("time", "s", "time over which rest builds up the structure", 5.0, 0.5, 1e4, log=True),
@@ -51,12 +45,6 @@ class HistoryThixotropy(FrictionEffect):
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
         return values["distance"] > scale.renews
 
-    def level(self, level: Expression, direction: float, s: Signals, x: States, p: Parameters) -> Expression:
-        return level * _factor(x, p)
-
-    def viscous(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
-        return torque * _factor(x, p)
-
     def derivatives(self, s: Signals, x: States, p: Parameters) -> dict[str, Expression]:
         built = x["structure"]
         return {"structure": (1.0 - built) / p["time"] - s.slide * built / p["distance"]}
@@ -69,7 +57,3 @@ class HistoryThixotropy(FrictionEffect):
     def on_average(self, values: Mapping[str, float], starts: Sequence[Signals]) -> dict[str, float]:
         built = [float(self.initial(s, values)["structure"]) for s in starts]
         return {**values, "start": sum(built) / len(built)}
-
-
-def _factor(x: States, p: Parameters) -> Expression:
-    return ca.fmax(1.0 + p["change"] * x["structure"], LEAST)
