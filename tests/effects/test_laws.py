@@ -7,6 +7,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
+import casadi as ca
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -20,6 +21,7 @@ from stribeck.model.effect import Effect, TransmissionEffect
 from stribeck.model.forward import Forward
 from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
+from stribeck.model.scale import Scale
 from stribeck.model.values import Parameter, Signals
 from stribeck.simulate.engine import path_of
 
@@ -242,3 +244,25 @@ def test_a_recording_starts_as_old_as_the_rest_before_it(law: str, state: str, g
     effect, trial = laws()["dwell_time", law], {"rise": 1.0, "time": 0.5, "distance": 0.01, "start": 0.7}
     starts = [effect.initial(Signals(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, lead=lead), trial) for lead in (0.0, 3.0)]
     assert [float(start[state]) for start in starts] == pytest.approx([grown, 0.0])
+
+
+@pytest.mark.parametrize("speed", [0.4, -1.5])
+def test_heat_comes_of_all_of_frictions_power(speed: float) -> None:
+    """The viscous part's too, and that of friction as the warmth has made it."""
+    arm, trial = nominal_arm(), {"change": -0.02, "time": 6.0, "start": 0.0, "kept": 0.0}
+    path = SignalPath(arm, [Placed(laws()["history", "heat"], 0, trial)])
+    motion = [Signals(0.0, 0.3, v, 0.0, 0.3, v) for v in (speed, *(0.0,) * (arm.n - 1))]
+    rate = ca.Function("rate", [path.x, path.p], path.rates(0, 0.0, motion, [0.0] * arm.n, path.x))
+    side = arm.joints[0].friction if speed > 0.0 else arm.joints[0].backward
+    level = side.C0 + side.C1 * math.exp(-abs(speed) / side.alpha) + side.C2 * abs(speed)
+    for heat in (0.0, 10.0):
+        power = level * (1.0 - 0.02 * heat) * abs(speed)
+        assert float(rate(heat, values_of(path.entries))) == pytest.approx((power - heat) / 6.0)
+
+
+def test_heat_that_would_have_no_end_is_not_plausible() -> None:
+    effect = laws()["history", "heat"]
+    scale = Scale(torque=10.0, friction=2.0, speed=1.5, travel=2.0, inertia=0.1, sample_time=0.01, length=0.3)
+    assert effect.plausible({"change": 0.2}, scale)
+    assert effect.plausible({"change": -2.0}, scale)
+    assert not effect.plausible({"change": 0.3}, scale)

@@ -18,10 +18,10 @@ LEVEL, STIFFNESS, SD, STEP = 2.0, 2000.0, 1e-5, 0.002  # N m, N m/rad, rad, s
 LAWS = ["lugre", "maxwell_slip", "elasto_plastic"]
 
 
-def path_with(law: str) -> SignalPath:
+def path_with(law: str, damping: float = 1.0) -> SignalPath:
     friction = Friction(LEVEL, 0.0, 0.0, 0.1)
     joint = Joint("A", "revolute", 0.3, 1.0, (0.0, 0.0), 0.01, 0.0, friction, friction, 10.0, SD)
-    place = Placed(laws()["presliding", law], 0, {"stiffness": STIFFNESS, "damping": 1.0})
+    place = Placed(laws()["presliding", law], 0, {"stiffness": STIFFNESS, "damping": damping})
     return SignalPath(Arm("one joint", (0.0, 0.0), (joint,)), (place,))
 
 
@@ -89,6 +89,17 @@ def test_it_begins_with_what_it_holds(law: str, torque: float, held: float) -> N
         assert np.all(np.diff(at_limit.astype(int)) <= 0)
         assert np.ptp(way[~at_limit]) < 1e-9 if np.sum(~at_limit) > 1 else True
         assert np.all(np.abs(way[at_limit]) <= np.max(np.abs(way)) + 1e-9)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_one_that_slides_already_begins_bent_its_way(law: str) -> None:
+    """What damps a bristle while it bends is no part of what it holds then."""
+    t = np.arange(0.0, 4.0, STEP)
+    position, path = 0.2 * np.sin(2.0 * np.pi * t), path_with(law, damping=5.0)
+    torque = LEVEL * np.sign(np.cos(2.0 * np.pi * t)) - 0.01 * position * (2.0 * np.pi) ** 2
+    run = condition(path.arm, Run("a sine", t, position[:, None], torque[:, None]), 15.0, np.array([1e-9]))
+    states = Residual(path, [run], ()).states(run, values_of(path.entries))[0, : path.x.numel()]
+    assert np.sum(states) == pytest.approx(LEVEL, rel=0.1)
 
 
 @pytest.mark.parametrize("law", LAWS)

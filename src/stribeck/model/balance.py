@@ -255,9 +255,10 @@ class Balance:
             held = ca.if_else(pulled * held > 0.0, held, 0.0)  # else it lies in its play
             at = motion[j].position - ca.substitute(bent, torque, held)
             out[2 * i], out[2 * i + 1] = at, motion[j].velocity
+        weighed = path.weighed(motion, out, level=True)
         # a lag starts at what the stages before it leave of the command
         for k, place in sorted(enumerate(path.placed), key=lambda one: getattr(one[1].effect, "along", len(Along))):
-            s = motion[place.joint].at(load=static[place.joint])
+            s = weighed[place.joint].at(load=static[place.joint])
             s = s.at(torque=path.entering(k, self._told.command(d, place.joint), s, out))
             values = place.effect.initial(path.rubbed(k, s, out), path.parameters(k))
             for name in place.effect.states:

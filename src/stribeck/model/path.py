@@ -141,9 +141,10 @@ class SignalPath(Sensors):
         return s.at(friction=self.present_level(joint, s, x) + ca.fabs(self.viscous(joint, s, x)))
 
     def rubbed(self, k: int, s: Signals, x: Any) -> Signals:
-        """Return the same with the friction of the past, at its mean speed."""
+        """Return the same with the friction of the past, at its mean speed and that of both directions."""
         speed = (s.travelled + s.led) / ca.fmax(s.recorded + s.lead, SHORTEST)
-        return self.rubbing(k, s.at(velocity=speed), x).at(velocity=s.velocity)
+        ways = [self.rubbing(k, s.at(velocity=way * speed), x).friction for way in (1.0, -1.0)]
+        return s.at(friction=0.5 * (ways[0] + ways[1]))
 
     def bristle(self, joint: int) -> tuple[int, FrictionEffect] | None:
         """Return (number, effect) of the bristle that carries a joint's friction, if there is one."""

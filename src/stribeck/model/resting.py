@@ -53,6 +53,8 @@ def begun(balance: Balance, now: Drive, states: Any) -> Any:
         k, effect = path.bristle(j)  # type: ignore[misc]
         most = path.present_level(j, signals[j], states)
         left = residual[j] * path.command_scale(j, now.position[j]) * path.torque_left(j, signals[j], states)
+        # without what damps a bristle that bends: where the joint slides already, it does not
+        left += effect.bristle_torque(most, signals[j], path.states(k, states), path.parameters(k))
         held = ca.fmin(ca.fmax(left, -most), most)
         for name, torque in effect.bristle_holding(held, most).items():
             start[path.state_index(f"{k}.{name}")] = torque

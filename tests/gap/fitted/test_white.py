@@ -1,5 +1,6 @@
 """What is white through the analysis filter is noise; what has a memory, or comes in bursts, is not."""
 
+from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
 from typing import Any
@@ -103,6 +104,8 @@ def test_noise_in_the_torque_is_judged_by_models_without_a_compliance() -> None:
     assert noise_of_best(floor, [soft], prepared, np.array([9.0])) == pytest.approx([size], rel=0.1)
     assert noise_of_best(floor, [soft, rings], prepared, np.array([9.0])) == pytest.approx([0.3 * size], rel=0.1)
     assert noise_of_best(np.array([4.0]), [rings], prepared, np.array([9.0])) == [4.0]
+    unknown: Any = SimpleNamespace(whole=rings.whole, noise=replace(rings.noise, bristles=np.array([True])))
+    assert noise_of_best(floor, [unknown], prepared, np.array([9.0])) == [9.0]
     assert noise_of_best(floor, [soft], prepared) == pytest.approx([0.3 * size], rel=0.1)
     assert noise_of_best(floor, [rings, stiff], prepared) == pytest.approx([0.3 * size], rel=0.1)
     assert noise_of_best(np.array([7.0]), [stiff, rings], prepared) == [7.0]

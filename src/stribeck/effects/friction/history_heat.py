@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import final
 
@@ -45,6 +46,9 @@ class HistoryHeat(WarmedFriction):
             {"change": change / power, "time": time, "start": 0.1 * power, "kept": 0.4}
             for change, time in ((0.3, 5.0), (0.3, 25.0), (-0.3, 25.0))
         )
+
+    def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
+        return values["change"] * scale.friction * scale.speed < RUNAWAY
 
     def derivatives(self, s: Signals, x: States, p: Parameters) -> dict[str, Expression]:
         return {"heat": (s.friction * s.slide - x["heat"]) / p["time"]}

@@ -64,7 +64,7 @@ class PreslidingMaxwellSlip(Bristle):
         return {name: ca.sign(torque) * at_least(level) * ca.fmin(k * way, limit) for name, k, limit in parts}
 
     def bristle_shares(self) -> tuple[float, ...]:
-        return LEVEL  # none is beyond its limit before all are
+        return LEVEL  # of elements that hold nothing, none is beyond its limit before all are
 
     def bristle_torque(self, level: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         sticking = [_sticking(level, i, s, x) for i in range(len(NAMES))]

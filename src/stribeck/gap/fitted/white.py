@@ -49,7 +49,8 @@ def noise_of_best(
     stiff = [model for model in models if model.noise is None]
     soft = [model for model in models if model.noise is not None]
     if before is not None and not stiff:
-        left = np.min([_left_with_noise(prepared, model, before) for model in soft], axis=0)
+        told = [np.where(_known(prepared, model), _left_with_noise(prepared, model, before), np.inf) for model in soft]
+        left = np.min(told, axis=0)
         return np.asarray(np.where(left < MOSTLY_GONE * before, np.maximum(floor, left), before))
     runs = (*prepared.fit, *prepared.held)
     whole = [model.whole for model in stiff or models]
@@ -64,6 +65,12 @@ def noise_of_best(
 def _left_with_noise(prepared: Prepared, model: Model, floor: np.ndarray) -> np.ndarray:
     """Return what a model with a compliance leaves (n,), N m rms, with the noise that it takes put back."""
     return np.asarray(np.sqrt(np.mean(put_back(prepared, model.whole, model.noise, floor) ** 2, axis=0)))
+
+
+def _known(prepared: Prepared, model: Model) -> np.ndarray:
+    """Return at which joints (n,) it is known how much of the noise a model with a compliance takes."""
+    told, reference = model.noise, prepared.reference
+    return np.zeros(prepared.arm.n, dtype=bool) if told is None or reference is None else told.known(reference)
 
 
 def white_rms(residual: np.ndarray, runs: Sequence[Conditioned], cutoff: float, joint: int) -> float:

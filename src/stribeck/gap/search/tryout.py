@@ -219,7 +219,7 @@ def _with_other(room: str, model: Model, prepared: Prepared, weights: Weights) -
 def _by_own_weights(prepared: Prepared, model: Model, weights: Weights, floor: np.ndarray) -> Model:
     """Return a model fitted once more by its own weights, in turn.
 
-    A gap that is gone had made the whole joint count for little. A fit that was stopped on its way goes on.
+    A gap that is gone had made the whole joint count for little. One that is stopped on its way then goes on.
     """
     under_way = False
     for _ in range(AGAIN):
