@@ -176,6 +176,16 @@ def test_of_two_runs_that_move_a_joint_the_one_that_goes_further_is_fitted() -> 
     assert names(one_by_one((2, 0), (0, 0.3), (0.3, 0), (0, 2))) == ["1", "2"]
 
 
+def test_a_run_that_alone_moves_both_joints_with_another_is_exchanged_for_two() -> None:
+    """Where it shows what no fitted one does: a limit of torque that only the run reaches which moves both at once."""
+    runs, notes = one_by_one((0.4, 0.03), (0, 0.03), (0.9, 0.5), (0.01, 0.9)), []
+    assert names(runs) == ["2"]
+    fit, held = split(runs, notes, {"2"})
+    assert [[run.name for run in part] for part in (fit, held)] == [["1", "2"], ["0", "3"]]
+    assert notes == ["2: fitted, for it shows what no other fitted one does"]
+    assert [run.name for run in split(runs[1:], [], {"2"})[1]] == ["3"]
+
+
 def test_a_joint_that_one_run_alone_moves_is_fitted() -> None:
     assert "2" not in names(one_by_one((1, 0), (1, 0), (0, 1)))
 

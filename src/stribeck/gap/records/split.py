@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
+from itertools import combinations
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
@@ -117,6 +118,8 @@ def _moved(asked: np.ndarray, n: int) -> np.ndarray:
 def _exchanged(held: Sequence[int], asked: np.ndarray, moved: np.ndarray, alone: np.ndarray) -> list[int]:
     """Return runs that are held out: exchanged, one by one, for others while that helps, and one more where none does.
 
+    One that should be fitted and moves joints as no other run does is exchanged for two.
+
     Most it helps that both held and fitted runs move every joint; for that alone one more is held out. Then that what
     stands ``alone`` is fitted; then, where held and fitted runs are not alike, that they come to ask more alike.
     """
@@ -143,9 +146,30 @@ def _exchanged(held: Sequence[int], asked: np.ndarray, moved: np.ndarray, alone:
             best = sorted([*best, others[joined]])
         elif tuple(after[out, come, :3]) < tuple(now[:3]):
             best = sorted([*best[:out], *best[out + 1 :], others[come]])
+        elif now[1] >= SHOWN and (two := _for_two(best, others, table, now, loss)):
+            best = two
         else:
             break
     return best
+
+
+def _for_two(
+    held: Sequence[int], others: Sequence[int], table: np.ndarray, now: np.ndarray, loss: Callable[..., np.ndarray]
+) -> list[int]:
+    """Return held runs with two others in place of one, where none alone moves all joints that it does; empty if vain.
+
+    For a run that should be fitted: some run stays that is.
+    """
+    sets = (
+        [sorted([*(k for k in held if k != out), *come]) for out in held for come in combinations(others, 2)]
+        if len(others) > 2
+        else []
+    )
+    if not sets:
+        return []
+    losses = np.array([loss(table[these].sum(axis=0)) for these in sets])
+    least = _least(losses)
+    return sets[least] if tuple(losses[least, :2]) < tuple(now[:2]) else []
 
 
 def _least(losses: np.ndarray) -> int:
