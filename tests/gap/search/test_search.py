@@ -1178,15 +1178,16 @@ def test_the_search_without_what_is_needless_starts_from_what_every_arm_has_as_w
     monkeypatch.setattr(search_module, "_from_the_ordinary", from_the_ordinary)
     monkeypatch.setattr(search_module, "_believed", lambda setting, steps: (steps, []))
     monkeypatch.setattr(search_module, "another_way", lambda setting, base, steps: steps)
-    monkeypatch.setattr(search_module, "idle", lambda steps: ("cogging", 0))
+    needless = iter((("cogging", 0), ("payload", 0), None))  # what comes in its place may be needless in turn
+    monkeypatch.setattr(search_module, "idle", lambda steps: next(needless))
     monkeypatch.setattr(search_module, "instead", lambda *_: [])
     monkeypatch.setattr(search_module, "rank", lambda *_: SimpleNamespace(overall=[0.0, 0.0]))
     monkeypatch.setattr(search_module, "with_look_alikes", lambda prepared, steps, *_: steps)
     monkeypatch.setattr(search_module, "in_lower_band", lambda *_: None)
     given: Any = SimpleNamespace(arm=NOMINAL), np.zeros((1, 1)), SimpleNamespace(rms=FLOOR), SimpleNamespace()
     tuned, _ = search_module.search(Retuned(*given), Asked(jobs=1))
-    assert barred == [frozenset(), frozenset({("cogging", 0)})]
-    assert tuned.prepared.rounds == 2  # type: ignore[attr-defined]
+    assert barred == [frozenset(), frozenset({("cogging", 0)}), frozenset({("cogging", 0), ("payload", 0)})]
+    assert tuned.prepared.rounds == 3  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize(
@@ -1203,7 +1204,7 @@ def test_where_a_search_anew_leaves_more_what_came_after_the_needless_one_is_tak
     def from_the_ordinary(setting: Any, start: object, **_: object) -> Any:
         return setting, base, next(searches), ()
 
-    monkeypatch.setattr(search_module, "_setting", lambda *_: SimpleNamespace(prepared="prepared"))
+    monkeypatch.setattr(search_module, "_setting", lambda *_: SimpleNamespace(prepared="prepared", barred=frozenset()))
     monkeypatch.setattr(search_module, "replace", lambda given, **_: given)
     monkeypatch.setattr(search_module, "_from_the_ordinary", from_the_ordinary)
     monkeypatch.setattr(search_module, "in_lower_band", lambda *_: None)
@@ -1211,7 +1212,8 @@ def test_where_a_search_anew_leaves_more_what_came_after_the_needless_one_is_tak
     monkeypatch.setattr(search_module, "_believed", lambda setting, steps: (steps, []))
     monkeypatch.setattr(search_module, "passed_over", lambda *_: at_once)
     monkeypatch.setattr(search_module, "rank", lambda *_: SimpleNamespace(overall=[0.0, next(gains)]))
-    monkeypatch.setattr(search_module, "idle", lambda steps: ("cogging", 0))
+    needless = iter((("cogging", 0), None))
+    monkeypatch.setattr(search_module, "idle", lambda steps: next(needless))
     for name in ("another_way", "with_as_good", "with_lags", "with_together", "with_look_alikes"):
         monkeypatch.setattr(search_module, name, lambda *given: next(one for one in given if isinstance(one, tuple)))
     for name in ("instead", "swapped"):

@@ -29,6 +29,7 @@ from stribeck.model.layout import Placed
 from stribeck.model.scale import Scale
 
 FREELY, LIKELY = 3, 0.5  # effects that are kept whatever they are worth, and how likely a further one must be
+MOST_NEEDLESS = 3  # searches made anew without an effect that is needless beside the others
 MOST_ROUNDS = 4  # of a search that starts anew from a model with more of what every arm has
 
 
@@ -76,17 +77,23 @@ def search(tuned: Retuned, asked: Asked) -> tuple[Retuned, tuple[Step, ...]]:
         unneeded = idle(steps)
         others = instead(prepared, steps, pool, leave_out) + swapped(setting, steps, without)
         needless = unneeded or outdone(prepared, steps, others, seed) or misleading(steps)
-        if needless is not None:
+        gone: list[Placed] = []
+        for _ in range(MOST_NEEDLESS):
+            if needless is None:
+                break
             progress(f"again without {needless[0]}")
             for barring, other in _ways_without(needless, setting, base, steps, unneeded=bool(unneeded)):
                 ranking = rank(prepared, [last_model(steps), last_model(other)], steps[-1].floor, seed)
                 better = ranking.overall[1] > -LEAST_GAIN if unneeded else ranking.probability[1] > SURELY
                 if not better:
                     continue
-                prepared = barring.prepared
-                gone = [place for place in last_model(steps).placed if place.key == needless]
+                setting, prepared = barring, barring.prepared
+                gone += [place for place in last_model(steps).placed if place.key == needless]
                 steps, without = _believed(barring, other)
                 others = instead(prepared, steps, pool, leave_out, gone) + swapped(barring, steps, without)
+                needless = unneeded = idle(steps)  # what came in its place may be needless in turn
+                break
+            else:
                 break
         steps = with_as_good(prepared, steps, without, others, seed)
         steps = with_lags(prepared, steps, without, pool, seed, leave_out)
@@ -98,7 +105,7 @@ def _ways_without(
     needless: tuple[str, int], setting: Setting, base: Model, steps: tuple[Step, ...], *, unneeded: bool
 ) -> Iterator[tuple[Setting, tuple[Step, ...]]]:
     """Yield searches without an effect: anew, and where it has become needless also with what came after it first."""
-    anew = replace(setting, barred=frozenset({needless}), anew=False)
+    anew = replace(setting, barred=setting.barred | {needless}, anew=False)
     barring, _, other, _ = _from_the_ordinary(anew, base)
     yield barring, other
     if unneeded:
