@@ -156,20 +156,20 @@ def _exchanged(held: Sequence[int], asked: np.ndarray, moved: np.ndarray, alone:
 def _for_two(
     held: Sequence[int], others: Sequence[int], table: np.ndarray, now: np.ndarray, loss: Callable[..., np.ndarray]
 ) -> list[int]:
-    """Return held runs with two others in place of one, where none alone moves all joints that it does; empty if vain.
+    """Return held runs with two others in place of one that should be fitted, where that is better; else an empty list.
 
-    For a run that should be fitted: some run stays that is.
+    It may move joints in held runs that none of the others moves alone. Some run is fitted besides.
     """
-    sets = (
-        [sorted([*(k for k in held if k != out), *come]) for out in held for come in combinations(others, 2)]
-        if len(others) > 2
-        else []
-    )
-    if not sets:
+    if len(others) < 3:
         return []
-    losses = np.array([loss(table[these].sum(axis=0)) for these in sets])
-    least = _least(losses)
-    return sets[least] if tuple(losses[least, :2]) < tuple(now[:2]) else []
+    pairs = np.array(list(combinations(others, 2)))
+    for out in (k for k in held if table[k, -1] >= SHOWN):
+        rest = [k for k in held if k != out]
+        losses = loss(table[rest].sum(axis=0) + table[pairs].sum(axis=1))
+        least = _least(losses)
+        if tuple(losses[least, :2]) < tuple(now[:2]):
+            return sorted([*rest, *pairs[least].tolist()])
+    return []
 
 
 def _least(losses: np.ndarray) -> int:
