@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 
 import casadi as ca
@@ -53,9 +54,9 @@ class WarmedFriction(RememberingFriction):
     equally long and brisk, have left; before the first, ``start``.
     """
 
+    @abstractmethod
     def nears(self, speed: Expression, s: Signals, p: Parameters) -> tuple[Expression, Expression]:
         """Return the warmth in which a steady speed, rad/s, ends and how fast it nears that, 1/s."""
-        raise NotImplementedError
 
     def initial(self, s: Signals, p: Parameters) -> dict[str, Expression]:
         """Return the warmth that all recordings before, and what came before of this one, have left."""
