@@ -15,6 +15,7 @@ from stribeck.gap.experiment.proposal import open_question
 from stribeck.gap.fitted.model import Model, fit_model, retune, weights_of
 from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.search.beside import idle, weighed, without_each
+from stribeck.gap.search.gates import LEAST_FURTHER, LEAST_GAIN
 from stribeck.gap.search.instead import _one_of_each, instead, outdone, with_as_good
 from stribeck.gap.search.ordinary import is_ordinary
 from stribeck.gap.search.rank import rank
@@ -81,7 +82,28 @@ def test_what_every_arm_has_does_all_the_work_where_it_can() -> None:
     assert is_ordinary(both.placed[1], prepared.scales)
     step = Step(offset, (both,), replace(rank(prepared, [offset, both], FLOOR, 0), best=1), (1,), (), FLOOR)
     found = weighed(prepared, (first, step), without_each(prepared, (first, step), POOL), 0)
-    assert idle(found) == ("torque_offset", 0)
+    assert idle(found) == (("torque_offset", 0), LEAST_GAIN)
+
+
+@pytest.mark.parametrize(
+    ("gain", "t", "power", "goes"), [(0.1, 1.2, 30.0, True), (0.1, 20.0, 1.2, False), (0.2, 1.2, 30.0, False)]
+)
+def test_what_is_hardly_there_beside_a_later_effect_goes(gain: float, t: float, power: float, goes: bool) -> None:
+    """It keeps half of what the later one would do by itself; what takes as much as a further effect must stays."""
+    hidden = [("torque_offset", {"offset": 1.0}), ("delay", {"time": 0.02})]
+    prepared, (first, second) = two_steps(hidden, "torque_offset", "gravity_tilt", "delay")
+    found = weighed(prepared, (first, second), without_each(prepared, (first, second), POOL), 0)
+    assert idle(found) is None
+    assert found[0].worth is not None
+    faint = replace(
+        found[0].worth,
+        overall=np.array([0.0, gain]),
+        t=np.array([0.0, t]),
+        sure=np.array([0.0, 1.0]),
+        power=np.array([[power], [power * (1.0 - gain)]]),
+    )
+    unneeded = idle((replace(found[0], worth=faint), found[1]))
+    assert unneeded == ((("torque_offset", 0), LEAST_FURTHER) if goes else None)
 
 
 @pytest.mark.parametrize(

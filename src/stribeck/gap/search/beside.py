@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from joblib import delayed
@@ -14,8 +14,10 @@ from stribeck.effects.placing import stated_effects
 from stribeck.gap.fitted.model import Model, cost_by, finite, fit_model, weights_of
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.search.families import left_by
-from stribeck.gap.search.gates import needed
+from stribeck.gap.search.forward import HARDLY
+from stribeck.gap.search.gates import LEAST_FURTHER, LEAST_GAIN, needed
 from stribeck.gap.search.ordinary import is_ordinary
+from stribeck.gap.search.presence import evidence, presence
 from stribeck.gap.search.rank import rank, saved
 from stribeck.gap.search.step import Step, last_model
 from stribeck.identify.problem import Weights
@@ -106,12 +108,27 @@ def with_together(prepared: Prepared, steps: Sequence[Step], pool: Any, seed: in
     )
 
 
-def idle(steps: Sequence[Step]) -> tuple[str, int] | None:
-    """Return an effect that the later ones have made needless, or None."""
+class Idle(NamedTuple):
+    """What is needless beside others, and the part of the squared residual that a search may leave more without it."""
+
+    key: tuple[str, int]
+    cost: float
+
+
+def idle(steps: Sequence[Step]) -> Idle | None:
+    """Return an effect that the later ones have made needless, or None.
+
+    Or one that is hardly there beside them, and takes less than a further effect must: it shares with a later one what
+    that would do by itself, as a delay that was taken first does with the lag that is there.
+    """
     for step in [step for step in steps if step.taken][:-1]:
-        if step.worth is not None and step.best is not None and not needed(step.worth):
-            place = step.best.placed[-1]
-            return place.key
+        if step.worth is None or step.best is None:
+            continue
+        place = step.best.placed[-1]
+        if not needed(step.worth):
+            return Idle(place.key, LEAST_GAIN)
+        if step.worth.overall[1] < LEAST_FURTHER and presence(evidence(step)) < HARDLY:
+            return Idle(place.key, LEAST_FURTHER)
     return None
 
 

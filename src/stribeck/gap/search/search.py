@@ -13,7 +13,6 @@ from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.search.beside import idle, misleading, stands_in, weighed, with_together, without_each
 from stribeck.gap.search.each_joint import with_lags
 from stribeck.gap.search.forward import forward, hardly
-from stribeck.gap.search.gates import LEAST_GAIN
 from stribeck.gap.search.instead import SURELY, instead, outdone, with_as_good
 from stribeck.gap.search.look_alike import with_look_alikes
 from stribeck.gap.search.ordinary import is_ordinary, ordinary, retuned_with
@@ -76,7 +75,7 @@ def search(tuned: Retuned, asked: Asked) -> tuple[Retuned, tuple[Step, ...]]:
             steps, without = _believed(setting, other)
         unneeded = idle(steps)
         others = instead(prepared, steps, pool, leave_out) + swapped(setting, steps, without)
-        needless = unneeded or outdone(prepared, steps, others, seed) or misleading(steps)
+        needless = unneeded.key if unneeded else outdone(prepared, steps, others, seed) or misleading(steps)
         gone: list[Placed] = []
         for _ in range(MOST_NEEDLESS):
             if needless is None:
@@ -84,14 +83,15 @@ def search(tuned: Retuned, asked: Asked) -> tuple[Retuned, tuple[Step, ...]]:
             progress(f"again without {needless[0]}")
             for barring, other in _ways_without(needless, setting, base, steps, unneeded=bool(unneeded)):
                 ranking = rank(prepared, [last_model(steps), last_model(other)], steps[-1].floor, seed)
-                better = ranking.overall[1] > -LEAST_GAIN if unneeded else ranking.probability[1] > SURELY
+                better = ranking.overall[1] > -unneeded.cost if unneeded else ranking.probability[1] > SURELY
                 if not better:
                     continue
                 setting, prepared = barring, barring.prepared
                 gone += [place for place in last_model(steps).placed if place.key == needless]
                 steps, without = _believed(barring, other)
                 others = instead(prepared, steps, pool, leave_out, gone) + swapped(barring, steps, without)
-                needless = unneeded = idle(steps)  # what came in its place may be needless in turn
+                unneeded = idle(steps)  # what came in its place may be needless in turn
+                needless = unneeded.key if unneeded else None
                 break
             else:
                 break
