@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
 
 PROMPT = 1.6e-3
 """Lateness that any drive or record has, s: current loops of 100 Hz and more, a sample of a fast digital loop."""
@@ -47,6 +51,9 @@ WHOLE, HALF, LEAST_WHOLE = 0.05, 0.5, 2.5
 LEAST_DRIVE = 0.4
 """Part of the torque that a motion needs (root mean square): a drive with a lower limit would hardly drive."""
 
+
+PLACES = 2001
+"""Positions at which a curve is looked at along the way that a joint goes."""
 
 OVERTONES = 5
 """Of a motion that swings, which friction and gravity make strong; those of friction fall as 1 / m."""
@@ -125,6 +132,15 @@ class Scale:
     def furthest(self, position: float) -> float:
         """Return how far the joint goes from a position, rad, in a run about its median."""
         return abs(self.middle - position) + 0.5 * self.travel
+
+    def varies(self, curve: Callable[[ca.DM], ca.DM]) -> float:
+        """Return by which part of its mean a curve over position varies along the way that the joint goes.
+
+        As a wave does that has this amplitude: slow ones may cancel each other there, or be little but a mean.
+        """
+        half = 0.5 * max(self.travel, self.covered)
+        values = curve(ca.DM(np.linspace(self.middle - half, self.middle + half, PLACES))).full()
+        return math.sqrt(2.0) * float(np.std(values)) / max(abs(float(np.mean(values))), np.finfo(float).tiny)
 
     @property
     def link(self) -> float:

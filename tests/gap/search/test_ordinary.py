@@ -1,6 +1,7 @@
 """What every arm has some of is re-tuned and told of, wherever a search finds it; more of the same is named."""
 
 import io
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -44,6 +45,21 @@ def test_a_contact_that_gives_way_by_no_more_than_any_does_is_ordinary(effect: E
 
 
 @pytest.mark.parametrize(
+    ("middle", "covered", "ordinary"),
+    [(0.0, 2.0, True), (math.pi, 2.0, False), (0.0, 2.0 * math.pi, False)],
+    ids=["where they cancel", "where they do not", "a whole turn"],
+)
+def test_friction_is_uneven_by_as_much_as_it_varies_along_the_way(
+    middle: float, covered: float, ordinary: bool
+) -> None:
+    """Slow waves may all but cancel each other where the joint goes."""
+    waves = {"cosine": 0.4, "second_cosine": -0.14, "third_cosine": 0.03, "harmonic": 1.0}
+    values = {p.name: 0.0 for p in laws()["position_dependent_friction", "harmonics"].parameters} | waves
+    scale = replace(SCALE, middle=middle, covered=covered)
+    assert laws()["position_dependent_friction", "harmonics"].ordinary(values, scale) is ordinary
+
+
+@pytest.mark.parametrize(
     ("name", "law", "little"),
     [
         ("torque_offset", None, {"offset": -0.14}),
@@ -68,11 +84,11 @@ def test_a_contact_that_gives_way_by_no_more_than_any_does_is_ordinary(effect: E
     ],
 )
 def test_what_strays_by_a_per_cent_is_ordinary(name: str, law: str | None, little: dict[str, float]) -> None:
-    effect = effect_named(name, law)
-    assert effect.ordinary(little, SCALE)
+    effect, scale = effect_named(name, law), replace(SCALE, covered=2.0 * math.pi)
+    assert effect.ordinary(little, scale)
     for part in set(little) - {"harmonic"}:
         if little[part]:
-            assert not effect.ordinary(little | {part: 2.0 * little[part]}, SCALE)
+            assert not effect.ordinary(little | {part: 2.0 * little[part]}, scale)
 
 
 @pytest.mark.parametrize("law", ["one_pole", "delay", "falling_part", "whole_curve"])

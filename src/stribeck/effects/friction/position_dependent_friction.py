@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import final
 
@@ -51,11 +50,15 @@ class PositionDependentFriction(FrictionEffect):
         return found if scale.prismatic else (*self.starts(scale), *found)
 
     def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
-        return math.hypot(values["sine"], values["cosine"]) < UNEVEN
+        return scale.varies(lambda position: _factor(position, values)) < UNEVEN
 
     def level(self, level: Expression, direction: float, s: Signals, x: States, p: Parameters) -> Expression:
-        phase = p["harmonic"] * s.position
-        return ca.fmax(level * (1.0 + p["sine"] * ca.sin(phase) + p["cosine"] * ca.cos(phase)), 0.0)
+        return ca.fmax(level * _factor(s.position, p), 0.0)
+
+
+def _factor(position: Expression, p: Parameters) -> Expression:
+    phase = p["harmonic"] * position
+    return 1.0 + p["sine"] * ca.sin(phase) + p["cosine"] * ca.cos(phase)
 
 
 def _inside(amplitude: float) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import final
 
@@ -55,14 +54,18 @@ class PositionDependentFrictionHarmonics(FrictionEffect):
         return (*self.starts(scale), *(_from(wave.rate) for wave in waves))
 
     def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
-        return math.hypot(*(value for name, value in values.items() if name != "harmonic")) < UNEVEN
+        return scale.varies(lambda position: _factor(position, values)) < UNEVEN
 
     def level(self, level: Expression, direction: float, s: Signals, x: States, p: Parameters) -> Expression:
-        factor = 1.0
-        for i, which in enumerate(WAVES, 1):
-            phase = i * p["harmonic"] * s.position
-            factor += p[f"{which}sine"] * ca.sin(phase) + p[f"{which}cosine"] * ca.cos(phase)
-        return ca.fmax(level * factor, 0.0)
+        return ca.fmax(level * _factor(s.position, p), 0.0)
+
+
+def _factor(position: Expression, p: Parameters) -> Expression:
+    factor = 1.0
+    for i, which in enumerate(WAVES, 1):
+        phase = i * p["harmonic"] * position
+        factor += p[f"{which}sine"] * ca.sin(phase) + p[f"{which}cosine"] * ca.cos(phase)
+    return factor
 
 
 def _from(harmonic: float) -> dict[str, float]:
