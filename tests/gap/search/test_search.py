@@ -22,12 +22,13 @@ from stribeck.gap.search import screen as screening
 from stribeck.gap.search import search as search_module
 from stribeck.gap.search import starts as starts_module
 from stribeck.gap.search import tryout as tryout_module
+from stribeck.gap.search.beside import Idle, misleading, stands_in, weighed, with_together, without_each
 from stribeck.gap.search.beside import idle as idle_of
-from stribeck.gap.search.beside import misleading, stands_in, weighed, with_together, without_each
 from stribeck.gap.search.candidates import Trial, candidates
 from stribeck.gap.search.descent import Descent
 from stribeck.gap.search.families import best_laws, best_of_each, close_laws, laws_instead, relawed
 from stribeck.gap.search.forward import MOST_ASKED, _survivors
+from stribeck.gap.search.gates import LEAST_GAIN
 from stribeck.gap.search.judged import Judged, as_hopeful, further_laws
 from stribeck.gap.search.ordinary import _needed_of
 from stribeck.gap.search.pool import Pool
@@ -905,7 +906,7 @@ def test_nothing_is_weighed_beside_what_is_hardly_there(
 def test_an_effect_is_idle_that_is_worth_nothing_once_another_is_there() -> None:
     worthy, idle = taken("delay", 0.9, 12.0), taken("payload", 0.01, 0.5)
     assert idle_of([worthy, worthy]) is None
-    assert idle_of([idle, worthy]) == ("payload", 0)
+    assert idle_of([idle, worthy]) == Idle(("payload", 0), LEAST_GAIN)
     assert idle_of([worthy, idle]) is None  # the last has just been judged by the same figures
     assert idle_of([replace(idle, worth=None), worthy]) is None  # a fit that failed says nothing
 
@@ -1163,6 +1164,14 @@ def test_beside_a_play_what_does_not_show_at_once_is_not_looked_for(
         assert set(followed) == looks
 
 
+def bare_setting(prepared: Any) -> Any:
+    """A setting of which nothing is used but what is asked for by name."""
+    barred: frozenset[tuple[str, int]] = frozenset()
+    return SimpleNamespace(
+        prepared=prepared, seed=0, pool=None, leave_out=(), barred=barred, progress=lambda text: None
+    )
+
+
 def test_the_search_without_what_is_needless_starts_from_what_every_arm_has_as_well(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -1178,7 +1187,8 @@ def test_the_search_without_what_is_needless_starts_from_what_every_arm_has_as_w
     monkeypatch.setattr(search_module, "_from_the_ordinary", from_the_ordinary)
     monkeypatch.setattr(search_module, "_believed", lambda setting, steps: (steps, []))
     monkeypatch.setattr(search_module, "another_way", lambda setting, base, steps: steps)
-    needless = iter((("cogging", 0), ("payload", 0), None))  # what comes in its place may be needless in turn
+    # what comes in its place may be needless in turn
+    needless = iter((Idle(("cogging", 0), LEAST_GAIN), Idle(("payload", 0), LEAST_GAIN), None))
     monkeypatch.setattr(search_module, "idle", lambda steps: next(needless))
     monkeypatch.setattr(search_module, "instead", lambda *_: [])
     monkeypatch.setattr(search_module, "rank", lambda *_: SimpleNamespace(overall=[0.0, 0.0]))
@@ -1204,7 +1214,7 @@ def test_where_a_search_anew_leaves_more_what_came_after_the_needless_one_is_tak
     def from_the_ordinary(setting: Any, start: object, **_: object) -> Any:
         return setting, base, next(searches), ()
 
-    monkeypatch.setattr(search_module, "_setting", lambda *_: SimpleNamespace(prepared="prepared", barred=frozenset()))
+    monkeypatch.setattr(search_module, "_setting", lambda *_: bare_setting("prepared"))
     monkeypatch.setattr(search_module, "replace", lambda given, **_: given)
     monkeypatch.setattr(search_module, "_from_the_ordinary", from_the_ordinary)
     monkeypatch.setattr(search_module, "in_lower_band", lambda *_: None)
@@ -1212,7 +1222,7 @@ def test_where_a_search_anew_leaves_more_what_came_after_the_needless_one_is_tak
     monkeypatch.setattr(search_module, "_believed", lambda setting, steps: (steps, []))
     monkeypatch.setattr(search_module, "passed_over", lambda *_: at_once)
     monkeypatch.setattr(search_module, "rank", lambda *_: SimpleNamespace(overall=[0.0, next(gains)]))
-    needless = iter((("cogging", 0), None))
+    needless = iter((Idle(("cogging", 0), LEAST_GAIN), None))
     monkeypatch.setattr(search_module, "idle", lambda steps: next(needless))
     for name in ("another_way", "with_as_good", "with_lags", "with_together", "with_look_alikes"):
         monkeypatch.setattr(search_module, name, lambda *given: next(one for one in given if isinstance(one, tuple)))
@@ -1244,7 +1254,7 @@ def test_by_a_lower_band_what_was_re_tuned_along_is_looked_for_again(monkeypatch
         told.append(same)
         return setting, SimpleNamespace(placed=()), (last,), (first, replace(last, passing=()))
 
-    monkeypatch.setattr(search_module, "_setting", lambda tuned, *_: SimpleNamespace(prepared=tuned.prepared))
+    monkeypatch.setattr(search_module, "_setting", lambda tuned, *_: bare_setting(tuned.prepared))
     monkeypatch.setattr(search_module, "_from_the_ordinary", from_the_ordinary)
     monkeypatch.setattr(search_module, "replace", lambda tuned, **_: tuned)
     monkeypatch.setattr(search_module, "in_lower_band", lambda *_: next(bands))

@@ -13,7 +13,7 @@ from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.search.beside import idle, misleading, stands_in, weighed, with_together, without_each
 from stribeck.gap.search.each_joint import with_lags
 from stribeck.gap.search.forward import forward, hardly
-from stribeck.gap.search.instead import SURELY, instead, outdone, with_as_good
+from stribeck.gap.search.instead import SURELY, Instead, instead, outdone, with_as_good
 from stribeck.gap.search.look_alike import with_look_alikes
 from stribeck.gap.search.ordinary import is_ordinary, ordinary, retuned_with
 from stribeck.gap.search.other_ways import another_way, passed_over
@@ -47,58 +47,75 @@ def search(tuned: Retuned, asked: Asked) -> tuple[Retuned, tuple[Step, ...]]:
         What encoder noise and filters leave on the held-out runs is its floor; noise in the torque is added to it.
     asked : Asked
     """
-    seed, leave_out, progress = asked.seed, asked.leave_out, asked.progress
     with Pool(asked.jobs) as pool:
-        setting = _setting(tuned, asked, pool)
-        setting, base, found, first = _from_the_ordinary(setting, tuned.base, until=asks_for_lower)
-        while lower := in_lower_band(replace(tuned, prepared=setting.prepared), last_model(found), asked):
-            progress("again, by a band with less of the encoder's noise")
-            same = [step for step in first if step.taken]
-            below, lower_base, rest, again = _from_the_ordinary(
-                _setting(lower, asked, pool), lower.base, same, until=asks_for_lower
-            )
-            if lies_above(setting.prepared, found, lower.prepared, rest):  # by this band, then, to the end
-                setting, base, found, _ = _from_the_ordinary(_setting(tuned, asked, pool), tuned.base, same)
-                break
-            tuned, setting, base, found, first = lower, below, lower_base, rest, again
-        start = tuned.base
-        told = in_step_beside(setting.prepared, last_model(found))
-        if told is not setting.prepared:
-            progress("again, with the clocks of the runs set anew")
-            setting, base, found, _ = _from_the_ordinary(
-                replace(setting, prepared=referred(told, start), anew=False), start
-            )
-        prepared = setting.prepared
+        tuned, setting, base, found = _forward_by_the_band(tuned, asked, pool)
         steps, without = _believed(setting, found)
         other = another_way(setting, base, steps)
         if other is not steps:
             steps, without = _believed(setting, other)
-        unneeded = idle(steps)
-        others = instead(prepared, steps, pool, leave_out) + swapped(setting, steps, without)
-        needless = unneeded.key if unneeded else outdone(prepared, steps, others, seed) or misleading(steps)
-        gone: list[Placed] = []
-        for _ in range(MOST_NEEDLESS):
-            if needless is None:
-                break
-            progress(f"again without {needless[0]}")
-            for barring, other in _ways_without(needless, setting, base, steps, unneeded=bool(unneeded)):
-                ranking = rank(prepared, [last_model(steps), last_model(other)], steps[-1].floor, seed)
-                better = ranking.overall[1] > -unneeded.cost if unneeded else ranking.probability[1] > SURELY
-                if not better:
-                    continue
-                setting, prepared = barring, barring.prepared
-                gone += [place for place in last_model(steps).placed if place.key == needless]
-                steps, without = _believed(barring, other)
-                others = instead(prepared, steps, pool, leave_out, gone) + swapped(barring, steps, without)
-                unneeded = idle(steps)  # what came in its place may be needless in turn
-                needless = unneeded.key if unneeded else None
-                break
-            else:
-                break
+        setting, steps, without, others = _without_the_needless(setting, base, steps, without)
+        prepared, seed = setting.prepared, setting.seed
         steps = with_as_good(prepared, steps, without, others, seed)
-        steps = with_lags(prepared, steps, without, pool, seed, leave_out)
+        steps = with_lags(prepared, steps, without, pool, seed, setting.leave_out)
         steps = with_together(prepared, steps, pool, seed)
         return replace(tuned, prepared=prepared), with_look_alikes(prepared, steps, without, pool, seed)
+
+
+def _forward_by_the_band(tuned: Retuned, asked: Asked, pool: Pool) -> tuple[Retuned, Setting, Model, tuple[Step, ...]]:
+    """Return a forward search by the band that suits it, with the clocks of the runs set beside what it found."""
+    setting = _setting(tuned, asked, pool)
+    setting, base, found, first = _from_the_ordinary(setting, tuned.base, until=asks_for_lower)
+    while lower := in_lower_band(replace(tuned, prepared=setting.prepared), last_model(found), asked):
+        asked.progress("again, by a band with less of the encoder's noise")
+        same = [step for step in first if step.taken]
+        below, lower_base, rest, again = _from_the_ordinary(
+            _setting(lower, asked, pool), lower.base, same, until=asks_for_lower
+        )
+        if lies_above(setting.prepared, found, lower.prepared, rest):  # by this band, then, to the end
+            setting, base, found, _ = _from_the_ordinary(_setting(tuned, asked, pool), tuned.base, same)
+            break
+        tuned, setting, base, found, first = lower, below, lower_base, rest, again
+    told = in_step_beside(setting.prepared, last_model(found))
+    if told is not setting.prepared:
+        asked.progress("again, with the clocks of the runs set anew")
+        setting = replace(setting, prepared=referred(told, tuned.base), anew=False)
+        setting, base, found, _ = _from_the_ordinary(setting, tuned.base)
+    return tuned, setting, base, found
+
+
+def _without_the_needless(
+    setting: Setting, base: Model, steps: tuple[Step, ...], without: list[Model]
+) -> tuple[Setting, tuple[Step, ...], list[Model], list[Instead]]:
+    """Return a search that is made again as long as it takes what is needless beside the rest, with its rivals there.
+
+    ``without`` is the last model without each effect.
+    """
+
+    def rivals(gone: Sequence[Placed] = ()) -> list[Instead]:
+        found = instead(setting.prepared, steps, setting.pool, setting.leave_out, gone)
+        return found + swapped(setting, steps, without)
+
+    unneeded, others, gone = idle(steps), rivals(), list[Placed]()
+    needless = unneeded.key if unneeded else outdone(setting.prepared, steps, others, setting.seed) or misleading(steps)
+    for _ in range(MOST_NEEDLESS):
+        if needless is None:
+            break
+        setting.progress(f"again without {needless[0]}")
+        for barring, other in _ways_without(needless, setting, base, steps, unneeded=bool(unneeded)):
+            ranking = rank(setting.prepared, [last_model(steps), last_model(other)], steps[-1].floor, setting.seed)
+            better = ranking.overall[1] > -unneeded.cost if unneeded else ranking.probability[1] > SURELY
+            if not better:
+                continue
+            gone += [place for place in last_model(steps).placed if place.key == needless]
+            setting = barring
+            steps, without = _believed(setting, other)
+            others = rivals(gone)
+            unneeded = idle(steps)  # what came in its place may be needless in turn
+            needless = unneeded.key if unneeded else None
+            break
+        else:
+            break
+    return setting, steps, without, others
 
 
 def _ways_without(
