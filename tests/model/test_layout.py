@@ -41,6 +41,28 @@ def test_priors_are_the_tolerances() -> None:
     assert entries["A.com_x"].lower == -math.inf
 
 
+@pytest.mark.parametrize(
+    ("gravity", "com", "stated", "sd"),
+    [
+        ((9.81, 0.0), (0.15, 0.0), {}, 0.003),  # a hundredth of the link
+        ((9.81, 0.0), (0.02, 0.0), {}, 0.001),  # no more than the centre of mass is known along it
+        ((9.81, 0.0), (0.15, 0.0), {"com_y": 0.0}, 0.0),  # held
+        ((0.0, 0.0), (0.15, 0.0), {}, 0.0),  # no weight, and nothing before it
+    ],
+)
+def test_a_centre_of_mass_on_the_line_of_its_link_may_lie_beside_it(
+    gravity: tuple[float, float], com: tuple[float, float], stated: dict[str, float], sd: float
+) -> None:
+    """A part of zero would be zero; of the last link it is an encoder offset's place."""
+    arm = replace(ARM, gravity=gravity, joints=tuple(replace(j, com=com, tolerance=stated) for j in ARM.joints))
+    entries = {entry.key: entry for entry in layout(arm, [])}
+    assert entries["A.com_y"].sd == pytest.approx(sd)
+    assert entries["B.com_y"].sd == 0.0
+    three = replace(arm, joints=(*arm.joints, replace(A, name="C")))
+    middle = {entry.key: entry for entry in layout(three, [])}["B.com_y"]
+    assert middle.sd == pytest.approx(0.003 if sd == 0.0 and not stated else sd)
+
+
 def test_what_must_be_above_zero_may_be_as_small_as_it_is() -> None:
     """An axis that creeps by micrometres has an alpha below any bound that would do for an arm."""
     friction = replace(A.friction, alpha=1e-8)

@@ -13,6 +13,8 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, ConfigDict, Field
 
+BESIDE = 0.01  # of a link's length, by which centres of mass lie beside the lines on which drawings have them
+
 Finite = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
 NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
@@ -146,3 +148,14 @@ class Arm:
     def kinds(self) -> tuple[str, ...]:
         """``revolute`` or ``prismatic``, of each joint, base to tip."""
         return tuple(joint.kind for joint in self.joints)
+
+    def beside_the_line(self, joint: int) -> float:
+        """Return how well it is known that a centre of mass lies on its link's line, one standard deviation, m.
+
+        A part of zero would be zero. Of the last link it is held: what lies beside the line there looks as an encoder
+        offset does, which is an effect; of a first link that no weight turns it is not felt.
+        """
+        link, felt = self.joints[joint], joint > 0 or any(self.gravity)
+        if joint == self.n - 1 or not felt:
+            return 0.0
+        return min(BESIDE * link.length, self.tolerance.inertial * abs(link.com[0]))

@@ -88,7 +88,10 @@ def knobs(nominal: Arm, true: Arm) -> tuple[Knob, ...]:
     found = []
     for k, (stated, real) in enumerate(zip(nominal.joints, true.joints, strict=True)):
         for name, get in _INERTIAL.items():
-            sd = stated.tolerance.get(name, nominal.tolerance.inertial * abs(get(stated)))
+            usual = nominal.tolerance.inertial * abs(get(stated))
+            if name == "com_y" and get(stated) == 0.0:
+                usual = nominal.beside_the_line(k)
+            sd = stated.tolerance.get(name, usual)
             found.append(_knob(k, name, (), sd, get(stated), get(real)))
         tied = stated.friction == stated.backward
         for side in ("friction",) if tied else ("friction", "backward"):
