@@ -128,3 +128,11 @@ def test_a_tolerance_of_a_value_s_own_counts(arm):
         (float(f"{first.mass:.4g}"), float(f"{first.inertia:.4g}"), float(f"{first.friction.C2:.4g}"))
     }
     assert np.std([joint.com[0] for joint in off]) == pytest.approx(0.02, rel=0.25)
+
+
+def test_a_centre_of_mass_on_its_link_s_line_is_turned_but_for_the_last_link_s(arm):
+    """By as much as re-tuning may, or what this leaves would count as a gap that it cannot see."""
+    flat = replace(arm, joints=tuple(replace(joint, com=(joint.com[0], 0.0)) for joint in arm.joints))
+    beside = {k.joint: k.sd for k in knobs(flat, flat) if k.name == "com_y"}
+    assert beside == {0: flat.beside_the_line(0)}
+    assert beside[0] > 0.0

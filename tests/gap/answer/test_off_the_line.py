@@ -5,16 +5,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.effects.bench import recorded, true_arm
+from tests.effects.bench import nominal_arm, recorded, true_arm
 
 from stribeck.arm import Arm
 from stribeck.effects.registry import effect_named
 from stribeck.gap.answer.off_the_line import told_off_the_line
+from stribeck.gap.records.prepare import prepare
 from stribeck.gap.result import Cause, Estimate
+from stribeck.gap.search.setting import Asked
+from stribeck.gap.search.tuned import retuned
 from stribeck.identify.conditioning import Conditioned, condition
 from stribeck.identify.residual import Residual
 from stribeck.model.layout import Placed, values_of
 from stribeck.model.path import SignalPath
+from stribeck.withheld.excitation import programme
+from stribeck.withheld.recorder import default_gains, record
 
 OFFSET = 0.03  # rad
 
@@ -64,3 +69,22 @@ def test_the_centre_of_mass_that_is_told_does_what_the_offset_does() -> None:
 )  # fmt: skip
 def test_silent(arm: Arm, cause: Cause, named: list[str]) -> None:
     assert told_off_the_line(arm, [cause], named) == []
+
+
+@pytest.mark.parametrize("held", [False, True])
+def test_beside_the_line_of_a_link_that_carries_another_a_centre_of_mass_is_re_tuned(held: bool) -> None:
+    """There no effect does just the same: what is left of it else would be named for one."""
+    true, sheet = true_arm(), nominal_arm()
+    a, b = true.joints
+    true = replace(true, joints=(replace(a, com=(a.com[0], 0.005)), b))
+    a, b = sheet.joints
+    nominal = replace(sheet, joints=(replace(a, com=(a.com[0], 0.0), tolerance={"com_y": 0.0} if held else {}), b))
+    motions = programme(sheet, np.random.default_rng(1), ("slow reversals", "multisine"), 4.0)
+    gains = default_gains(sheet, 3.0)
+    runs = record(true, (), motions, rate=250.0, noise=1e-5, gains=gains, model=sheet, seed=5)
+    tuned = retuned(prepare(nominal, runs, runs[1:]), Asked(jobs=1))
+    left = tuned.base.rms()[0] / tuned.noise.rms[0]
+    assert left > 3.0 if held else left < 1.5
+    if not held:
+        beside = dict(zip((entry.key for entry in tuned.base.fit.entries), tuned.base.fit.p, strict=True))["A.com_y"]
+        assert beside == pytest.approx(0.005, abs=0.001)
