@@ -13,8 +13,9 @@ from stribeck.model.scale import Scale
 from stribeck.model.tustin import falls
 from stribeck.model.values import Expression, Parameters, Signals, States
 
-# poles that stand for a delay of the same mean: simulation, linearisation and export have states and no memory
-DELAY = ("first", "second", "third")
+# poles that stand for a delay of the same mean, which they smear by a fifth: simulation, linearisation and export have
+# states and no memory
+DELAY = tuple(f"pole_{i}" for i in range(1, 25))
 DELAY_UNITS = MappingProxyType(dict.fromkeys(DELAY, "rad/s"))
 SAMPLES = 2.0  # by which what sets in between two of them, seen through a filter, trails the speed in any recording
 
