@@ -220,7 +220,7 @@ CASES = {
 
 SAMPLE = (  # one of each stage; all of them take a good part of a minute
     "load_dependent_friction/proportional", "delay", "joint_flexibility", "time_shift/all_joints", "payload",
-    "cable_spring/linear",
+    "cable_spring/linear", "frictional_lag/falling_part",
 )  # fmt: skip
 
 
