@@ -16,9 +16,7 @@ from stribeck.run import Run
 from .conftest import NOMINAL, recorded
 
 HIDDEN = (("presliding", {"stiffness": 900.0, "damping": 4.0}), ("torque_offset", {"offset": 1.2}))
-TWIN = (
-    "asymmetric_friction",
-)  # beside a bristle, which takes what the torque leaves at rest, one class with an offset
+TWIN = ("asymmetric_friction",)  # of one class with an offset beside a bristle, which takes what is left at rest
 Recording = tuple[Arm, tuple[Run, ...]]
 
 

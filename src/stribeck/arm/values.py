@@ -149,6 +149,14 @@ class Arm:
         """``revolute`` or ``prismatic``, of each joint, base to tip."""
         return tuple(joint.kind for joint in self.joints)
 
+    def deviation(self, joint: int, name: str, value: float) -> float:
+        """Return how well an inertial value of a joint is known: one standard deviation, in the value's own unit."""
+        stated = self.joints[joint].tolerance
+        if name in stated:
+            return stated[name]
+        on_the_line = name == "com_y" and value == 0.0
+        return self.beside_the_line(joint) if on_the_line else self.tolerance.inertial * abs(value)
+
     def beside_the_line(self, joint: int) -> float:
         """Return how well it is known that a centre of mass lies on its link's line, one standard deviation, m.
 

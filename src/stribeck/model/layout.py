@@ -106,9 +106,7 @@ def _inertial(arm: Arm, j: int, name: str) -> list[Entry]:
     for key, unit in INERTIAL.items():
         value, shown = nominal[key], unit_at(unit, joint.kind)
         lower = -math.inf if key.startswith("com") else _least(key, value)
-        on_the_line = key == "com_y" and value == 0.0
-        usual = arm.beside_the_line(j) if on_the_line else arm.tolerance.inertial * abs(value)
-        sd = joint.tolerance.get(key, usual)
+        sd = arm.deviation(j, key, value)
         entries.append(Entry(f"{name}.{key}", j, key, shown, value, sd, lower, math.inf, False, "inertial"))
     return entries
 

@@ -88,11 +88,7 @@ def knobs(nominal: Arm, true: Arm) -> tuple[Knob, ...]:
     found = []
     for k, (stated, real) in enumerate(zip(nominal.joints, true.joints, strict=True)):
         for name, get in _INERTIAL.items():
-            usual = nominal.tolerance.inertial * abs(get(stated))
-            if name == "com_y" and get(stated) == 0.0:
-                usual = nominal.beside_the_line(k)
-            sd = stated.tolerance.get(name, usual)
-            found.append(_knob(k, name, (), sd, get(stated), get(real)))
+            found.append(_knob(k, name, (), nominal.deviation(k, name, get(stated)), get(stated), get(real)))
         tied = stated.friction == stated.backward
         for side in ("friction",) if tied else ("friction", "backward"):
             for name in _FRICTION:
