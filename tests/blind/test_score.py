@@ -232,9 +232,9 @@ def test_only_the_plants_own_of_two_laws_is_held_to_it(name, shared, further, pl
 
 
 @pytest.mark.parametrize(
-    ("number", "own"), [(0.0, "proportional"), (1.0, "directional"), (2.0, "motor"), (3.0, "weight")]
+    ("number", "own"), [(0.0, "proportional"), (1.0, "directional"), (2.0, "motor"), (3.0, "weight"), (4.0, "net")]
 )
-@pytest.mark.parametrize("said", ["proportional", "directional", "motor", "weight"])
+@pytest.mark.parametrize("said", ["proportional", "directional", "motor", "weight", "net"])
 def test_of_several_further_laws_each_has_its_number(number, own, said):
     assert same_law("load_dependent_friction", {"ratio": 0.3, "input": number}, said) == (said == own)
 

@@ -26,6 +26,15 @@ def test_directional_friction_is_a_share_of_all_that_enters(ratio: float, direct
         assert found >= 1.5
 
 
+@pytest.mark.parametrize("ratio", [0.0, 0.05, 0.4, 0.9])
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_net_friction_is_a_share_of_what_it_leaves(ratio: float, direction: float) -> None:
+    for torque in np.linspace(-12.0, 12.0, 25):
+        found = level("net", ratio, 1.5, direction, 0.0, torque=torque)
+        assert found == pytest.approx(1.5 + ratio * abs(direction * torque - found), rel=1e-12)
+        assert found >= 1.5
+
+
 @pytest.mark.parametrize("torque", [-8.0, 8.0])
 def test_the_motor_s_torque_counts_whatever_becomes_of_it(torque: float) -> None:
     assert level("motor", 0.2, 1.5, 1.0, 3.0, torque=torque) == pytest.approx(1.5 + 0.2 * 8.0)

@@ -99,6 +99,7 @@ CASES = {
     "load_dependent_friction/proportional": Case("A", {"ratio": 0.2}, {"ratio": (0.2, 0.015)}, 0.3),
     "load_dependent_friction/directional": Case("A", {"ratio": 0.3, "input": 1.0}, {"ratio": (0.3, 0.006)}, 0.1),
     "load_dependent_friction/motor": Case("A", {"ratio": 0.3, "input": 2.0}, {"ratio": (0.3, 0.006)}, 0.1),
+    "load_dependent_friction/net": Case("A", {"ratio": 0.3, "input": 4.0}, {"ratio": (0.3, 0.006)}, 0.1),
     "load_dependent_friction/weight": Case("A", {"ratio": 0.3, "input": 3.0}, {"ratio": (0.3, 0.015)}, 0.15),
     # N m in the plant, relative to the sliding level (here C0) in the library
     "position_dependent_friction/one_wave": Case(

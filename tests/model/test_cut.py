@@ -117,9 +117,12 @@ def test_residual_is_in_units_of_the_command() -> None:
 
 @pytest.mark.parametrize("velocity", [0.4, -0.4])
 @pytest.mark.parametrize("ratio", [0.0, 0.3, 0.6])
-def test_friction_that_goes_with_the_command_makes_none_of_its_noise_small(velocity: float, ratio: float) -> None:
+@pytest.mark.parametrize("law", ["motor", "net"])
+def test_friction_that_goes_with_the_command_makes_none_of_its_noise_small(
+    velocity: float, ratio: float, law: str
+) -> None:
     """Driving, it takes a share of all that the command has more: noise would seem to be explained by it."""
-    place = Placed(effect_named("load_dependent_friction", "motor"), 0, {"ratio": ratio})
+    place = Placed(effect_named("load_dependent_friction", law), 0, {"ratio": ratio})
     quiet, noisy = (residual(pendulum(), instant(0.2, velocity, 2.0, u), (place,))[0] for u in (9.0, 9.25))
     assert noisy - quiet == pytest.approx(0.25)
 

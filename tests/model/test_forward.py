@@ -93,7 +93,7 @@ def test_forward_balances_the_cut(effect: Effect, values: dict[str, float]) -> N
     check_balance([Placed(effect, joint, values) for joint in effect.sites(2)], inverted)
 
 
-@pytest.mark.parametrize("load", ["proportional", "directional", "motor", "weight"])
+@pytest.mark.parametrize("load", ["proportional", "directional", "motor", "net", "weight"])
 @pytest.mark.parametrize(
     ("name", "law"), [("base_flexibility", "rocking"), ("base_flexibility", "sliding"), ("joint_flexibility", "")]
 )
@@ -144,7 +144,7 @@ def test_jacobian() -> None:
 
 
 @pytest.mark.parametrize("ratio", [0.1, 0.5, 0.9])
-@pytest.mark.parametrize("law", ["proportional", "directional", "motor"])
+@pytest.mark.parametrize("law", ["proportional", "directional", "motor", "net"])
 def test_algebraic_loop_of_load_dependent_friction(law: str, ratio: float) -> None:
     """Friction that depends on the load, which depends on the acceleration, or itself as well: solved, not lagged."""
     place = Placed(effect_named("load_dependent_friction", law), 0, {"ratio": ratio})
@@ -159,11 +159,11 @@ def test_algebraic_loop_of_load_dependent_friction(law: str, ratio: float) -> No
         more, stages = reference.balance(record_of(y[:2], y[2:], rates[2:], u), np.zeros(0), p0, np.zeros(0))
         load, extra = stages.full().ravel()[4:6], way * more.full().ravel()
         passed = way * load
+        sides = [j.friction if v > 0.0 else j.backward for j, v in zip(arm().joints, y[2:], strict=True)]
+        dry = extra + [f.C0 + f.C1 * np.exp(-abs(v) / f.alpha) for f, v in zip(sides, y[2:], strict=True)]
         if law == "directional":
-            sides = [j.friction if v > 0.0 else j.backward for j, v in zip(arm().joints, y[2:], strict=True)]
-            level = [f.C0 + f.C1 * np.exp(-abs(v) / f.alpha) for f, v in zip(sides, y[2:], strict=True)]
-            passed += level + extra + [f.C2 * abs(v) for f, v in zip(sides, y[2:], strict=True)]
-        passed = u if law == "motor" else passed
+            passed += dry + [f.C2 * abs(v) for f, v in zip(sides, y[2:], strict=True)]
+        passed = {"motor": u, "net": way * u - dry}.get(law, passed)
         assert extra == pytest.approx(ratio * np.abs(passed), rel=1e-9, abs=1e-9)
 
 

@@ -160,6 +160,22 @@ def test_friction_may_go_with_the_motor_s_torque(bench):
     assert more == pytest.approx(0.3 * np.abs(trace.torque[5:, 0]), abs=0.02)
 
 
+@pytest.mark.parametrize("speed", [2.0, -2.0])
+def test_friction_may_go_with_what_it_leaves_of_the_motor_s_torque(bench, speed):
+    _, trace = spin(
+        bench,
+        "load_dependent_friction",
+        {"ratio": 0.3, "input": 4.0},
+        lambda t: 30.0 * np.sin(6 * t),
+        speed=speed,
+        joint={"inertia": 20.0, "rotor_inertia": 5.0},
+    )
+    rate = trace.link_rate[5:, 0]
+    dry = np.abs(trace.friction[5:, 0]) - bench.A.C2 * np.abs(rate)
+    left = trace.torque[5:, 0] - np.sign(rate) * dry
+    assert dry == pytest.approx(level(bench.A, rate) - bench.A.C2 * np.abs(rate) + 0.3 * np.abs(left), abs=0.02)
+
+
 def test_friction_may_go_with_the_weight_that_a_joint_holds(bench):
     arm = replace(bench.one_link(friction=bench.A), gravity=(0.0, -9.81))
     hidden = (Injection("load_dependent_friction", "A", {"ratio": 0.3, "input": 3.0}),)

@@ -78,7 +78,7 @@ CONVERT: Mapping[str, Callable[[Values], Converted]] = {
 RELATED = frozenset({"presliding", "backlash", "frictional_lag", "negative_damping", "contact"})
 # The plant's parameter that makes it a further law of a family, and that law; of several, it is the law's number
 FURTHER = {
-    "load_dependent_friction": ("input", ("directional", "motor", "weight")),
+    "load_dependent_friction": ("input", ("directional", "motor", "weight", "net")),
     "position_dependent_friction": ("overtone", ("harmonics",)),
     "torque_saturation": ("fade", ("back_emf",)),
     "cable_spring": ("cubic", ("hardening",)),

@@ -50,6 +50,7 @@ from stribeck.effects.friction.history_thixotropy import HistoryThixotropy
 from stribeck.effects.friction.load_dependent_friction import LoadDependentFriction
 from stribeck.effects.friction.load_dependent_friction_directional import LoadDependentFrictionDirectional
 from stribeck.effects.friction.load_dependent_friction_motor import LoadDependentFrictionMotor
+from stribeck.effects.friction.load_dependent_friction_net import LoadDependentFrictionNet
 from stribeck.effects.friction.load_dependent_friction_weight import LoadDependentFrictionWeight
 from stribeck.effects.friction.negative_damping import NegativeDamping
 from stribeck.effects.friction.negative_damping_gaussian import NegativeDampingGaussian
@@ -98,6 +99,7 @@ _OWN: tuple[type[Effect], ...] = (
     LoadDependentFriction,
     LoadDependentFrictionDirectional,
     LoadDependentFrictionMotor,
+    LoadDependentFrictionNet,
     LoadDependentFrictionWeight,
     PositionDependentFriction,
     PositionDependentFrictionHarmonics,

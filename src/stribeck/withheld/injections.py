@@ -6,7 +6,8 @@ What the names leave open:
 - ``presliding``: stiffness of the unloaded contact; it gives way along F (1 - exp(-stiffness x / F)), in closed loops;
 - ``load_dependent_friction``: ratio of friction to the torque that the rotor passes on to the link (the command less
   friction and less the rotor's own inertia); where ``input`` is 1, to what enters (friction not taken off), where it
-  is 2, to all that the motor gives, where it is 3, to what holds the link against gravity;
+  is 2, to all that the motor gives, where it is 3, to what holds the link against gravity, where it is 4, to what dry
+  friction leaves of all that the motor gives;
 - ``frictional_lag``: of all friction, or, where ``drop`` is 1, of the part that falls with the speed alone;
 - ``negative_damping``: falls as exp(-v / velocity), or, where ``squared`` is 1, as exp(-(v / velocity)^2);
 - ``asymmetric_friction``: forward minus backward constants, the mean stays;

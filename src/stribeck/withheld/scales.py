@@ -89,8 +89,8 @@ def _trailing(st: Stage) -> Params:
 
 
 def _load(st: Stage) -> Params:
-    # what leaves the gear, what enters it, what the motor gives, what holds the link against gravity
-    of = st.one_of(0.0, 1.0, 2.0, *([3.0] if st.vertical else []))
+    # what leaves the gear, what enters it, what the motor gives, what dry friction leaves of it, what holds the link
+    of = st.one_of(0.0, 1.0, 2.0, 4.0, *([3.0] if st.vertical else []))
     return lambda s: {"ratio": s, "input": of}
 
 

@@ -15,6 +15,7 @@ typedef struct {
     double dwell, rest, warmth, load;
     double weight;         /* torque that holds the link against gravity */
     double drive;          /* torque of the rotor in the last step */
+    double net;            /* what dry friction left of it */
     double torque;         /* friction torque of the last step, opposing the motion */
 } Friction;
 
@@ -45,8 +46,9 @@ static Level level_now(const Joint *j, const Friction *f, int forward, double an
     if (j->wave_amplitude != 0.0) l.constant += j->wave_amplitude * sin(j->wave_harmonic * angle + j->wave_phase);
     if (j->wave_overtone != 0.0)
         l.constant += j->wave_overtone * sin(2.0 * j->wave_harmonic * angle + j->wave_overtone_phase);
-    if (j->load_ratio != 0.0) { /* of what leaves the gear, what enters it (1), what the motor gives (2), the weight (3) */
-        double passed = j->load_input > 2.5 ? f->weight : j->load_input > 1.5 ? f->drive : f->load + j->load_input * f->torque;
+    if (j->load_ratio != 0.0) { /* of what leaves the gear, what enters it (1), the motor's (2), the weight (3), the net (4) */
+        double passed = j->load_input > 3.5 ? f->net : j->load_input > 2.5 ? f->weight : j->load_input > 1.5 ? f->drive
+                                                                           : f->load + j->load_input * f->torque;
         l.constant += j->load_ratio * fabs(passed);
     }
     if (j->sticky_torque != 0.0 && fabs(angle - j->sticky_centre) < j->sticky_width && fabs(f->load) > j->sticky_load)

@@ -235,7 +235,7 @@ static void weigh(Plant *p, const double *x) {
     Pose pose;
     double rest[MAX_BODIES] = {0.0}, spin[MAX_BODIES], held[MAX_BODIES];
     int asked = 0;
-    for (int k = 0; k < p->n; k++) asked += p->joint[k].load_ratio != 0.0 && p->joint[k].load_input > 2.5;
+    for (int k = 0; k < p->n; k++) asked += p->joint[k].load_ratio != 0.0 && p->joint[k].load_input == 3.0;
     if (!asked) return;
     outwards(&p->tree, (Vec){p->world->gravity_x, p->world->gravity_y}, x, rest, NULL, &pose, spin);
     inwards(&p->tree, &pose, spin, NULL, held);
@@ -273,7 +273,9 @@ static int step(Plant *p, double t, double h, const double *command, const doubl
         double w = p->flexible[k] ? p->omega[k] : v[base + k];
         if (p->flexible[k]) p->theta[k] += 0.5 * h * w;
         else f->load = p->rotor_torque[k] - f->torque - p->joint[k].rotor * (w - p->v[base + k]) / h;
+        double slope, fluid = copysign(wet(w >= 0.0 ? &f->forward : &f->backward, fabs(w), &slope), w);
         f->drive = p->rotor_torque[k];
+        f->net = f->drive - (f->torque - fluid);
         remember(&p->joint[k], f, h, w);
         if (!(fabs(w) < 1e4)) return DIVERGED;
     }
