@@ -16,6 +16,8 @@ MOST_LOBES = 6.5  # of which a HALF of a period will do where they are a whole n
 SLOPE = 0.5  # that the error may have
 STEEPEST = 0.95  # slope of an error from which positions are as good as recorded twice
 SMALL = 0.005  # rad, of a start
+LINES = 2e-4  # rad, by which any encoder's reading waves: 40 seconds of arc, of its lines and what is read between them
+SCREWS = 1e-5  # m, the same on an axis in m: of a scale or a screw
 MOST = 0.15  # rad; nine degrees are more than a disc can run off centre: it is inertia and gravity that are meant
 
 
@@ -42,6 +44,11 @@ def is_of_a_disc(size: float, rate: float, scale: Scale) -> bool:
     # much less than a period of another wave is any curve over position
     seen = turns or bent or rate * scale.travel > 0.99 * PERIOD
     return size < MOST and size * rate < SLOPE and seen
+
+
+def as_any_reads(scale: Scale, *parts: float) -> bool:
+    """Return whether waves with these sines and cosines, rad, are no more than any encoder has."""
+    return math.hypot(*parts) < (SCREWS if scale.prismatic else LINES)
 
 
 def _of_position(wave: Wave, scale: Scale) -> Wave:

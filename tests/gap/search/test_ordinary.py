@@ -64,6 +64,12 @@ def test_friction_is_uneven_by_as_much_as_it_varies_along_the_way(
     [
         ("torque_offset", None, {"offset": -0.14}),
         ("encoder_offset", None, {"offset": 0.019}),
+        ("encoder_eccentricity", "one_wave", {"sine": 1.2e-4, "cosine": -1.2e-4, "harmonic": 33.0}),
+        (
+            "encoder_eccentricity",
+            "two_waves",
+            {"sine": 0.0, "cosine": 1.2e-4, "second_sine": 0.0, "second_cosine": -1.2e-4, "harmonic": 1.0},
+        ),
         ("cogging", "one_wave", {"sine": 0.1, "cosine": -0.1, "harmonic": 12.0}),
         (
             "cogging",

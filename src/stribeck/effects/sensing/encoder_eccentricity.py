@@ -8,7 +8,7 @@ from typing import final
 
 import casadi as ca
 
-from stribeck.model.discs import STEEPEST, discs, is_of_a_disc, waves_of_discs
+from stribeck.model.discs import STEEPEST, as_any_reads, discs, is_of_a_disc, waves_of_discs
 from stribeck.model.effect import SensingEffect
 from stribeck.model.scale import Scale
 from stribeck.model.values import Expression, Parameter, Parameters
@@ -41,6 +41,9 @@ class EncoderEccentricity(SensingEffect):
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
         return is_of_a_disc(math.hypot(values["sine"], values["cosine"]), values["harmonic"], scale)
+
+    def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
+        return as_any_reads(scale, *(value for name, value in values.items() if name != "harmonic"))
 
     def measured(self, position: Expression, p: Parameters) -> Expression:
         phase = p["harmonic"] * position

@@ -8,7 +8,7 @@ from typing import final
 
 import numpy as np
 
-from stribeck.model.discs import STEEPEST, discs, is_of_a_disc, waves_of_discs
+from stribeck.model.discs import STEEPEST, as_any_reads, discs, is_of_a_disc, waves_of_discs
 from stribeck.model.effect import SensingEffect
 from stribeck.model.overtones import faster_wave, slower_wave, two_waves
 from stribeck.model.scale import Scale
@@ -50,6 +50,9 @@ class EncoderEccentricityTwoWaves(SensingEffect):
         second = math.hypot(values["second_sine"], values["second_cosine"])
         rate = values["harmonic"]
         return is_of_a_disc(first, rate, scale) and is_of_a_disc(second, 2.0 * rate, scale)
+
+    def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
+        return as_any_reads(scale, *(value for name, value in values.items() if name != "harmonic"))
 
     def measured(self, position: Expression, p: Parameters) -> Expression:
         return position + two_waves(p["harmonic"] * position, p)
