@@ -152,6 +152,7 @@ def test_starts_are_plausible(effect: Effect, scale: Scale) -> None:
         ("encoder_eccentricity/two_waves", OVAL | {"sine": 0.2}),
         ("encoder_eccentricity/two_waves", OVAL | {"second_cosine": 0.2}),  # beyond nine degrees, the second wave too
         ("backlash", {"gap": 1e-5, "stiffness": 200.0, "damping": 0.1}),  # a fiftieth of the wind-up under 0.1 N m
+        ("backlash", {"gap": 1.9e-4, "stiffness": 1e4, "damping": 0.1}),  # any contact gives so much before it slides
         ("joint_flexibility", {"stiffness": 40.0, "damping": 0.3}),  # half as much again as would let it ring
         ("negative_damping", {"amount": 47.0, "velocity": 0.002}),  # the same at rest
         ("dwell_time", {"rise": 0.7, "time": 1.3, "distance": 3e-4}),  # a fall as 1 / v, by a rise beyond all torque

@@ -56,7 +56,8 @@ class Backlash(TransmissionEffect):
         return tuple(trial for trial in trials if self.plausible(trial, scale)) or trials[-1:]
 
     def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
-        return values["gap"] * values["stiffness"] > LEAST_GAP * scale.torque
+        wide = values["gap"] > scale.gives  # any contact gives by so much
+        return wide and values["gap"] * values["stiffness"] > LEAST_GAP * scale.torque
 
     def transmitted(self, deflection: Expression, rate: Expression, p: Parameters) -> Expression:
         half = 0.5 * p["gap"]
