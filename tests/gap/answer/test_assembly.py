@@ -35,6 +35,21 @@ def test_what_hardly_closes_anything_without_the_others_is_idle(monkeypatch: pyt
     assert assembly._idle(tuple(CLOSES), assembly.models) == []  # as the search left it
 
 
+def test_what_sends_the_arm_astray_is_not_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The model that is delivered is made without it, and looked at again."""
+    assembly, chain = object.__new__(Assembly), delivered()
+    found = [Cause(name, 0.25, ("A",), (name,), presence=0.9) for name in ("delay", "cogging")]
+    assembly.steps = ()
+    assembly.prepared = SimpleNamespace(arm=SimpleNamespace(names=()), scales=())  # type: ignore[assignment]
+    monkeypatch.setattr(module, "causes_of", lambda *_: (found, 0.5))
+    monkeypatch.setattr(assembly, "_chain", lambda named, causes: chain[: 1 + len(named)])
+    monkeypatch.setattr(assembly, "_idle", lambda named, chain: [])
+    motions: Any = SimpleNamespace(strayed=lambda chain: {"cogging": 9.0, "payload": 7.0} if len(chain) > 2 else {})
+    causes, left, models, strayed = assembly._standing(motions)
+    assert (causes[0], strayed, len(models)) == (found[0], {"cogging": 9.0}, 2)
+    assert (causes[1].presence, left) == (0.45, 0.625)
+
+
 @pytest.mark.parametrize(("width", "high"), [(0.04, 0.98), (0.4, 1.0)])
 def test_no_effect_closes_more_than_there_is(monkeypatch: pytest.MonkeyPatch, width: float, high: float) -> None:
     assembly, chain = object.__new__(Assembly), delivered()[:2]

@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stribeck.gap.answer.stages import WORSE, missed, told_missed, told_worse
+from stribeck.effects.registry import effect_named
+from stribeck.gap.answer.stages import ASTRAY, WORSE, Motions, missed, told_missed, told_strayed, told_worse
 from stribeck.gap.result import Stage
+from stribeck.model.layout import Placed
 
 from ..conftest import JOINT, TRUE
 
@@ -41,3 +43,28 @@ def test_a_model_that_leaves_most_of_the_torque_has_not_followed_it() -> None:
     assert told_missed([row], ARM)[0].startswith("A: even corrected, the model leaves 4.2 of 5.1 N m rms")
     assert missed(prepared, np.full((20, 2), 2.4), floor) == []
     assert missed(prepared, np.full((20, 2), 4.2), np.array([3.5, 3.5])) == []  # noise that none can follow
+
+
+@pytest.mark.parametrize(
+    ("moved", "strayed"),
+    [
+        ({"A": 0.01, "B": 0.02 * ASTRAY}, {}),
+        ({"A": 0.0, "B": 0.0225 * ASTRAY}, {"delay": pytest.approx(ASTRAY * 0.0225 / np.hypot(0.01, 0.02))}),
+        ({}, {}),  # nothing could be simulated: that says nothing
+    ],
+)
+def test_an_effect_goes_astray_whose_motion_is_another_one(
+    monkeypatch: pytest.MonkeyPatch, moved: dict[str, float], strayed: dict[str, float]
+) -> None:
+    """Whatever it takes of the torque: by how much is counted over all joints, against the model before it."""
+    names, motions = (None, "cogging", "delay"), Motions(SimpleNamespace())  # type: ignore[arg-type]
+    chain: list[Any] = [SimpleNamespace(placed=(Placed(effect_named(name), 0),) if name else ()) for name in names]
+    told = ({"A": 0.3, "B": 0.1}, {"A": 0.01, "B": 0.02}, moved)
+    known = {id(model): motion for model, motion in zip(chain, told, strict=True)}
+    monkeypatch.setattr(motions, "of", lambda model: (known[id(model)], ""))
+    assert motions.strayed(chain) == strayed
+
+
+def test_it_is_said_how_far_it_goes_astray() -> None:
+    (said,) = told_strayed({"backlash": 28.02})
+    assert said.startswith("backlash: simulated forward, the arm with it goes 28 times as far astray as without")

@@ -19,7 +19,15 @@ from stribeck.gap.answer.noise import heard, heard_through
 from stribeck.gap.answer.off_the_line import told_off_the_line
 from stribeck.gap.answer.places import places
 from stribeck.gap.answer.recordings import recordings_of, told_alone
-from stribeck.gap.answer.stages import HORIZON, missed, stages_of, told_missed, told_worse
+from stribeck.gap.answer.stages import (
+    HORIZON,
+    Motions,
+    missed,
+    stages_of,
+    told_missed,
+    told_strayed,
+    told_worse,
+)
 from stribeck.gap.answer.values import laws_of, parameters_of, tuned_of
 from stribeck.gap.answer.verdict import (
     AT_FLOOR,
@@ -106,13 +114,9 @@ class Assembly:
     def diagnosis(self) -> Diagnosis:
         """Return the diagnosis."""
         arm, prepared = self.prepared.arm, self.prepared
-        causes, left_over = causes_of(self.steps, arm.names, prepared.scales)
+        motions = Motions(prepared)
+        causes, left_over, chain, strayed = self._standing(motions)
         in_torque = named_of(causes)
-        chain = self._chain(in_torque, causes)
-        while idle := self._idle(in_torque, chain):
-            causes, left_over = with_idle(causes, idle)
-            in_torque = named_of(causes)
-            chain = self._chain(in_torque, causes)
         if in_torque:
             self.heard = heard_through(prepared, chain, self.steps[-1].floor, self.seed)
         causes = [self._with_details(cause, chain if cause.effect in in_torque else self.models) for cause in causes]
@@ -135,7 +139,7 @@ class Assembly:
         experiment, inseparable = self._experiment(causes, unexplained=unexplained)
         tuned = tuned_of(self.base, prepared, self.floor)
         told = self.heard
-        stages, missing = stages_of(prepared, self.given, chain, [self._held(m) for m in chain], told.floor)
+        stages, missing = stages_of(motions, self.given, chain, [self._held(m) for m in chain], told.floor)
         by_joint, before_measurement = delivered(prepared, self.base, self.steps[-1].floor, self.seed)
         recordings = recordings_of(told.prepared, self.base, final, told.floor)
         return Diagnosis(
@@ -172,6 +176,7 @@ class Assembly:
                 *prepared.warnings,
                 *told_commands(prepared, self.given),
                 *missing,
+                *told_strayed(strayed),
                 *(told_worse(stages, arm) if unexplained else ()),
                 *(told_missed(astray, arm) if named else ()),
                 *loud(told.random, arm.names, self.steps[-1].floor),
@@ -189,6 +194,24 @@ class Assembly:
             random=told.random,
             settings={"seed": self.seed, **band_of(prepared), "horizon_s": HORIZON},
         )
+
+    def _standing(self, motions: Motions) -> tuple[list[Cause], float, list[Model], dict[str, float]]:
+        """Return the causes that stand in the model that would be delivered, and what is left; the models up to it.
+
+        One that is idle there, or with which the arm goes astray, is at half: of the latter, how many times as far.
+        """
+        causes, left_over = causes_of(self.steps, self.prepared.arm.names, self.prepared.scales)
+        strayed: dict[str, float] = {}
+        while True:
+            named = named_of(causes)
+            chain = self._chain(named, causes)
+            gone = self._idle(named, chain)
+            if not gone:
+                strayed |= {effect: times for effect, times in motions.strayed(chain).items() if effect in named}
+                gone = [effect for effect in strayed if effect in named]
+            if not gone:
+                return causes, left_over, chain, strayed
+            causes, left_over = with_idle(causes, gone)
 
     def _idle(self, named: Sequence[str], chain: Sequence[Model]) -> list[str]:
         """Return the named effects that hardly close anything without those that are not: they stood beside them alone.

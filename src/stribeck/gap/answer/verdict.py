@@ -32,7 +32,7 @@ UNKNOWN_HELD = 0.9
 MOST_SUSPECTS = 2
 IN_TIME = 0.25  # of their mean, by which the delays of all joints may differ and still be one
 ORDINARY = 0.1  # of the presence of what every arm has some of: it is there, and no cause to be named
-IDLE = 0.5  # of the presence of what closes nothing in the model that would be delivered
+IDLE = 0.5  # of the presence of what does not stand in the model that would be delivered
 # of the chance of "none", where random torque is left: it may have a cause that counts, as in none of 600 sealed cases
 FROM_OUTSIDE = 0.1
 # probability of presence from which an effect is named; of 16 from 0.55 on, in 600 sealed cases and on three plants
@@ -90,9 +90,9 @@ def named_of(causes: Sequence[Cause]) -> tuple[str, ...]:
 
 
 def with_idle(causes: Sequence[Cause], idle: Collection[str]) -> tuple[list[Cause], float]:
-    """Return the causes, those that close nothing in the model that would be delivered at half; and what is left.
+    """Return the causes, those that do not stand in the model that would be delivered at half; and what is left.
 
-    With several ways to share a gap, the likeliest shares need not be one of them.
+    With several ways to share a gap, the likeliest shares need not be one of them: some may close nothing there.
     """
     changed = [
         replace(cause, presence=IDLE * (cause.presence or 0.0), probability=IDLE * cause.probability)
