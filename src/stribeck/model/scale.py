@@ -27,6 +27,9 @@ RISES = 2.0
 STRAY = 0.015
 """Part of its torque by which any drive or gear strays: offsets, slots, ripples, sides that are not quite alike."""
 
+PLAIN = 3.0
+"""Noise floors, root mean square, from which on the waves of a drive are plain to see, and no habit of any."""
+
 UNEVEN = 0.04
 """Part of its friction by which any joint's varies along its way: of meshing gears it is up to 0.25 (Garcia, 2002)."""
 
@@ -87,6 +90,8 @@ class Scale:
     rhythm : (float, float)
         Frequency at which the joint swings in all recordings, and how far from it others cannot be told, Hz; zeros
         where it does more than swing.
+    noise : float
+        Noise floor of its torque, N m; infinite until it is known.
     """
 
     torque: float
@@ -104,6 +109,7 @@ class Scale:
     needed: float = math.inf
     driven: bool = True
     rhythm: tuple[float, float] = (0.0, 0.0)
+    noise: float = math.inf
 
     def may_limit(self, torque: float) -> bool:
         """Return whether a drive that gives no more than a torque, N m, drives the motion.
@@ -164,6 +170,10 @@ class Scale:
     def stray(self) -> float:
         """Torque by which any drive or gear strays, N m."""
         return STRAY * self.torque
+
+    def ripples(self, amplitude: float) -> bool:
+        """Return whether the drive's torque waves by no more than any one's, N m: of its torque, and of the noise."""
+        return amplitude < min(self.stray, PLAIN * math.sqrt(2.0) * self.noise)
 
     @property
     def gives(self) -> float:

@@ -97,6 +97,16 @@ def test_what_strays_by_a_per_cent_is_ordinary(name: str, law: str | None, littl
             assert not effect.ordinary(little | {part: 2.0 * little[part]}, scale)
 
 
+@pytest.mark.parametrize("law", ["one_wave", "two_waves"])
+@pytest.mark.parametrize(("name", "unit"), [("cogging", SCALE.torque), ("torque_ripple", 1.0)])
+def test_a_drive_s_waves_that_are_plain_to_see_are_not(name: str, unit: float, law: str) -> None:
+    """A per cent of the torque: three noise floors, root mean square."""
+    waves = {"sine": 0.006 * unit, "cosine": -0.008 * unit, "second_sine": 0.0, "second_cosine": 0.0, "harmonic": 9.0}
+    rms = 0.01 * SCALE.torque / math.sqrt(2.0)
+    for part, expected in ((0.34, True), (0.32, False)):
+        assert effect_named(name, law).ordinary(waves, replace(SCALE, noise=part * rms)) == expected
+
+
 @pytest.mark.parametrize("law", ["one_pole", "delay", "falling_part", "whole_curve"])
 def test_friction_that_trails_by_two_samples_is_ordinary(law: str) -> None:
     effect = effect_named("frictional_lag", law)

@@ -51,7 +51,7 @@ class Cogging(ActuatorEffect):
         return self.kin if scale.bends(values["harmonic"]) else ("wave",)
 
     def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
-        return math.hypot(values["sine"], values["cosine"]) < scale.stray
+        return scale.ripples(math.hypot(values["sine"], values["cosine"]))
 
     def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         phase = p["harmonic"] * s.position

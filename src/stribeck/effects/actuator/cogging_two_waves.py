@@ -53,7 +53,7 @@ class CoggingTwoWaves(ActuatorEffect):
         return self.kin if scale.bends(values["harmonic"]) else ("wave",)
 
     def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
-        return math.hypot(*(value for name, value in values.items() if name != "harmonic")) < scale.stray
+        return scale.ripples(math.hypot(*(value for name, value in values.items() if name != "harmonic")))
 
     def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         return torque + two_waves(p["harmonic"] * s.position, p)

@@ -1,10 +1,11 @@
 """What every arm has some of: it belongs to what is re-tuned, and is told of, but is no cause of a gap.
 
 Any drive is a millisecond late; any contact gives way by up to ten micrometres before it slides; no drive is free of
-offset and cogging by one and a half per cent of its torque, no friction even by four; any motor that pulls twice as
-hard as usual loses two of them; friction that is seen through samples trails the speed by up to two of these; no
-encoder is homed to better than a degree, nor a centre of mass known to lie so, and none reads truer than to 40 seconds
-of arc. Where a search finds so little, the model is re-tuned with it, and the search is made anew from there.
+offset and cogging by one and a half per cent of its torque, of the latter as far as it does not stand three noise
+floors out; no friction is even by four; any motor that pulls twice as hard as usual loses two of them; friction that is
+seen through samples trails the speed by up to two of these; no encoder is homed to better than a degree, nor a centre
+of mass known to lie so, and none reads truer than to 40 seconds of arc. Where a search finds so little, the model is
+re-tuned with it, and the search is made anew from there.
 """
 
 from __future__ import annotations

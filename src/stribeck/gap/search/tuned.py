@@ -78,7 +78,8 @@ def _retuned(prepared: Prepared, asked: Asked) -> Retuned:
     given = Residual(path, prepared.held, ())(values_of(path.entries))[0]
     noise = _noise_along(path, base.fit.p, prepared, asked.seed)
     drawn = noise_in_rows(Residual(path, prepared.held, ()), base.fit.p, base.whole, prepared.moved)
-    prepared = replace(prepared, noise=replace(noise, drawn=drawn))
+    scales = tuple(replace(scale, noise=low) for scale, low in zip(prepared.scales, noise.rms, strict=True))
+    prepared = replace(prepared, noise=replace(noise, drawn=drawn), scales=scales)
     return Retuned(prepared, given, noise, on_time(prepared, base, noise.rms, asked.seed, asked.leave_out))
 
 
