@@ -82,6 +82,19 @@ def test_the_only_effect_closes_what_is_closed(monkeypatch: pytest.MonkeyPatch) 
     assert second.low < second.value < second.high < 0.0  # it makes it worse, in every draw
 
 
+def test_a_draw_without_a_gap_tells_no_number(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Little above the floor, any part of nothing: an interval had reached down to -6e9 per cent."""
+    answer, chain = object.__new__(Assembly), delivered()[:2]
+    size = np.random.default_rng(0).uniform(0.2, 1.65, (90, 1))
+    answer.base, answer.heard = chain[0], SimpleNamespace(floor=np.ones(1))  # type: ignore[assignment]
+    answer.block, answer.draws = np.repeat(np.arange(9), 10), bayesian_bootstrap(9, 400, np.random.default_rng(1))
+    for more, low in ((1.01, -1.0), (1.2, None)):
+        monkeypatch.setattr(answer, "_held", lambda model: size * (1.0 if model is chain[0] else more))  # noqa: B023
+        closes = answer._closes(chain[1])
+        assert closes.low == (closes.value if low is None else low)
+        assert closes.low <= closes.value < 0.0
+
+
 def test_a_gain_counts_at_the_joint_that_gains_most() -> None:
     chain = delivered()
     assert gained("delay", chain) == pytest.approx(1.0 - 0.3**2)

@@ -299,9 +299,13 @@ class Assembly:
         return with_interval(value, drawn)
 
     def _closed(self, model: Model) -> np.ndarray:
-        """Return that part for the rows as they are, and for each draw of their blocks: an array (1 + draws,)."""
+        """Return that part for the rows as they are, and for each draw of their blocks: an array (1 + draws,).
+
+        A draw with hardly a gap in it would tell any number: none is below the part itself, or the gap once more.
+        """
         held = self._held(self.base), self._held(model), self.heard.floor
-        return np.array([closure(*held), *closed_again(*held, self.block, self.draws)])
+        value, drawn = closure(*held), closed_again(*held, self.block, self.draws)
+        return np.array([value, *np.maximum(drawn, min(value, -1.0))])
 
     def _any_gap(self) -> bool:
         """Return whether re-tuning leaves more than noise on the held-out runs: of less, nothing is to be closed."""
