@@ -301,7 +301,7 @@ class Assembly:
     def _closed(self, model: Model) -> np.ndarray:
         """Return that part for the rows as they are, and for each draw of their blocks: an array (1 + draws,).
 
-        A draw with hardly a gap in it would tell any number: none is below the part itself, or the gap once more.
+        A draw with hardly a gap in it would tell any number: none counts below -1, as much again, unless the rows do.
         """
         held = self._held(self.base), self._held(model), self.heard.floor
         value, drawn = closure(*held), closed_again(*held, self.block, self.draws)
