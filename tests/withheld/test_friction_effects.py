@@ -107,6 +107,12 @@ def test_warm_up_may_go_by_time_alone(bench):
     assert factor == pytest.approx(1.0 - 0.4 * (1.0 - np.exp(-t[1:] / 3.0)), abs=1e-3)
 
 
+def loaded(bench, values, speed):
+    """A joint with a heavy link and rotor, driven to and fro, whose friction goes with its load."""
+    joint = {"inertia": 20.0, "rotor_inertia": 5.0}
+    return spin(bench, "load_dependent_friction", values, lambda t: 30.0 * np.sin(6 * t), speed=speed, joint=joint)[1]
+
+
 def test_position_and_load_enter_the_level(bench):
     _, trace = spin(bench, "position_dependent_friction", {"amplitude": 1.5, "harmonic": 3.0, "phase": 0.5})
     middle = trace.motor[1:, 0] - trace.motor_rate[1:, 0] * 2e-5
@@ -117,14 +123,7 @@ def test_position_and_load_enter_the_level(bench):
     middle = trace.motor[1:, 0] - trace.motor_rate[1:, 0] * 2e-5
     wave = 1.5 * np.sin(3.0 * middle + 0.5) + 0.4 * np.sin(6.0 * middle + 0.2)
     assert trace.friction[1:, 0] == pytest.approx(level(bench.A, trace.link_rate[1:, 0]) + wave, abs=1e-5)
-    _, trace = spin(
-        bench,
-        "load_dependent_friction",
-        {"ratio": 0.1},
-        lambda t: 30.0 * np.sin(6 * t),
-        speed=2.0,
-        joint={"inertia": 20.0, "rotor_inertia": 5.0},
-    )
+    trace = loaded(bench, {"ratio": 0.1}, 2.0)
     v = trace.link_rate[5:, 0]
     assert trace.friction[5:, 0] == pytest.approx(level(bench.A, v) + 0.1 * np.abs(trace.load[5:, 0]), rel=2e-3)
     link = 20.0 + 1.0 * 0.25**2  # what the rotor passes on is what moves the link
@@ -134,42 +133,21 @@ def test_position_and_load_enter_the_level(bench):
 
 @pytest.mark.parametrize("speed", [2.0, -2.0])
 def test_what_enters_a_gear_is_its_own_friction_too(bench, speed):
-    _, trace = spin(
-        bench,
-        "load_dependent_friction",
-        {"ratio": 0.3, "input": 1.0},
-        lambda t: 30.0 * np.sin(6 * t),
-        speed=speed,
-        joint={"inertia": 20.0, "rotor_inertia": 5.0},
-    )
+    trace = loaded(bench, {"ratio": 0.3, "input": 1.0}, speed)
     friction, load = trace.friction[5:, 0], trace.load[5:, 0]
     entering = np.abs(load + friction)
     assert np.abs(friction) == pytest.approx(level(bench.A, trace.link_rate[5:, 0]) + 0.3 * entering, rel=4e-3)
 
 
 def test_friction_may_go_with_the_motor_s_torque(bench):
-    _, trace = spin(
-        bench,
-        "load_dependent_friction",
-        {"ratio": 0.3, "input": 2.0},
-        lambda t: 30.0 * np.sin(6 * t),
-        speed=2.0,
-        joint={"inertia": 20.0, "rotor_inertia": 5.0},
-    )
+    trace = loaded(bench, {"ratio": 0.3, "input": 2.0}, 2.0)
     more = trace.friction[5:, 0] - level(bench.A, trace.link_rate[5:, 0])
     assert more == pytest.approx(0.3 * np.abs(trace.torque[5:, 0]), abs=0.02)
 
 
 @pytest.mark.parametrize("speed", [2.0, -2.0])
 def test_friction_may_go_with_what_it_leaves_of_the_motor_s_torque(bench, speed):
-    _, trace = spin(
-        bench,
-        "load_dependent_friction",
-        {"ratio": 0.3, "input": 4.0},
-        lambda t: 30.0 * np.sin(6 * t),
-        speed=speed,
-        joint={"inertia": 20.0, "rotor_inertia": 5.0},
-    )
+    trace = loaded(bench, {"ratio": 0.3, "input": 4.0}, speed)
     rate = trace.link_rate[5:, 0]
     dry = np.abs(trace.friction[5:, 0]) - bench.A.C2 * np.abs(rate)
     left = trace.torque[5:, 0] - np.sign(rate) * dry

@@ -46,9 +46,9 @@ def is_of_a_disc(size: float, rate: float, scale: Scale) -> bool:
     return size < MOST and size * rate < SLOPE and seen
 
 
-def as_any_reads(scale: Scale, *parts: float) -> bool:
-    """Return whether waves with these sines and cosines, rad, are no more than any encoder has."""
-    return math.hypot(*parts) < (SCREWS if scale.prismatic else LINES)
+def as_any_reads(size: float, scale: Scale) -> bool:
+    """Return whether waves of that amplitude, rad, are no more than any encoder has."""
+    return size < (SCREWS if scale.prismatic else LINES)
 
 
 def _of_position(wave: Wave, scale: Scale) -> Wave:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
+
 import casadi as ca
 
 from stribeck.model.values import Expression, Parameters
@@ -21,3 +24,8 @@ def slower_wave(sine: float, cosine: float, harmonic: float) -> dict[str, float]
 def faster_wave(sine: float, cosine: float, harmonic: float) -> dict[str, float]:
     """Return the same with the wave taken for the faster one."""
     return {"sine": 0.0, "cosine": 0.0, "second_sine": sine, "second_cosine": cosine, "harmonic": harmonic / 2.0}
+
+
+def size_of(values: Mapping[str, float]) -> float:
+    """Return the amplitude of all waves of a law together, in whatever unit their sines and cosines are."""
+    return math.hypot(*(value for name, value in values.items() if name != "harmonic"))

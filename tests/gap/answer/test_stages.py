@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from stribeck.effects.registry import effect_named
-from stribeck.gap.answer.stages import ASTRAY, WORSE, Motions, missed, told_missed, told_strayed, told_worse
+from stribeck.gap.answer.motion import ASTRAY, Motions, told_strayed
+from stribeck.gap.answer.stages import WORSE, missed, told_missed, told_worse
 from stribeck.gap.result import Stage
 from stribeck.model.layout import Placed
 

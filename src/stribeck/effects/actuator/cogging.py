@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import final
 
@@ -10,6 +9,7 @@ import casadi as ca
 import numpy as np
 
 from stribeck.model.effect import ActuatorEffect, Along
+from stribeck.model.overtones import size_of
 from stribeck.model.scale import Scale
 from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 from stribeck.model.waves import Trace, strongest_waves
@@ -51,7 +51,7 @@ class Cogging(ActuatorEffect):
         return self.kin if scale.bends(values["harmonic"]) else ("wave",)
 
     def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
-        return scale.ripples(math.hypot(values["sine"], values["cosine"]))
+        return scale.ripples(size_of(values))
 
     def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         phase = p["harmonic"] * s.position

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import final
 
 import numpy as np
 
 from stribeck.model.effect import ActuatorEffect, Along
-from stribeck.model.overtones import slower_wave, two_waves
+from stribeck.model.overtones import size_of, slower_wave, two_waves
 from stribeck.model.scale import Scale
 from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 from stribeck.model.waves import Trace, strongest_waves
@@ -53,7 +52,7 @@ class CoggingTwoWaves(ActuatorEffect):
         return self.kin if scale.bends(values["harmonic"]) else ("wave",)
 
     def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
-        return scale.ripples(math.hypot(*(value for name, value in values.items() if name != "harmonic")))
+        return scale.ripples(size_of(values))
 
     def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         return torque + two_waves(p["harmonic"] * s.position, p)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import final
 
 import casadi as ca
 
 from stribeck.model.effect import ActuatorEffect
+from stribeck.model.overtones import size_of
 from stribeck.model.scale import Scale
 from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 from stribeck.model.waves import Trace, strongest_waves
@@ -45,7 +45,7 @@ class TorqueRipple(ActuatorEffect):
         return scale.driven and scale.shows(values["harmonic"])
 
     def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
-        return scale.ripples(math.hypot(values["sine"], values["cosine"]) * scale.torque)
+        return scale.ripples(size_of(values) * scale.torque)
 
     def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         return torque * self.command_scale(s.position, p)

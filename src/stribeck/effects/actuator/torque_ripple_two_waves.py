@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import final
 
 from stribeck.model.effect import ActuatorEffect
-from stribeck.model.overtones import slower_wave, two_waves
+from stribeck.model.overtones import size_of, slower_wave, two_waves
 from stribeck.model.scale import Scale
 from stribeck.model.values import Expression, Parameter, Parameters, Signals, States
 from stribeck.model.waves import Trace, strongest_waves
@@ -46,8 +45,7 @@ class TorqueRippleTwoWaves(ActuatorEffect):
         return scale.driven and scale.shows(values["harmonic"])
 
     def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
-        relative = math.hypot(*(value for name, value in values.items() if name != "harmonic"))
-        return scale.ripples(relative * scale.torque)
+        return scale.ripples(size_of(values) * scale.torque)
 
     def torque(self, torque: Expression, s: Signals, x: States, p: Parameters) -> Expression:
         return torque * self.command_scale(s.position, p)

@@ -10,6 +10,7 @@ import casadi as ca
 
 from stribeck.model.discs import STEEPEST, as_any_reads, discs, is_of_a_disc, waves_of_discs
 from stribeck.model.effect import SensingEffect
+from stribeck.model.overtones import size_of
 from stribeck.model.scale import Scale
 from stribeck.model.values import Expression, Parameter, Parameters
 from stribeck.model.waves import Trace, Wave
@@ -43,7 +44,7 @@ class EncoderEccentricity(SensingEffect):
         return is_of_a_disc(math.hypot(values["sine"], values["cosine"]), values["harmonic"], scale)
 
     def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
-        return as_any_reads(scale, *(value for name, value in values.items() if name != "harmonic"))
+        return as_any_reads(size_of(values), scale)
 
     def measured(self, position: Expression, p: Parameters) -> Expression:
         phase = p["harmonic"] * position

@@ -10,7 +10,7 @@ import numpy as np
 
 from stribeck.model.discs import STEEPEST, as_any_reads, discs, is_of_a_disc, waves_of_discs
 from stribeck.model.effect import SensingEffect
-from stribeck.model.overtones import faster_wave, slower_wave, two_waves
+from stribeck.model.overtones import faster_wave, size_of, slower_wave, two_waves
 from stribeck.model.scale import Scale
 from stribeck.model.values import Expression, Parameter, Parameters
 from stribeck.model.waves import Trace
@@ -52,7 +52,7 @@ class EncoderEccentricityTwoWaves(SensingEffect):
         return is_of_a_disc(first, rate, scale) and is_of_a_disc(second, 2.0 * rate, scale)
 
     def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
-        return as_any_reads(scale, *(value for name, value in values.items() if name != "harmonic"))
+        return as_any_reads(size_of(values), scale)
 
     def measured(self, position: Expression, p: Parameters) -> Expression:
         return position + two_waves(p["harmonic"] * position, p)

@@ -15,19 +15,12 @@ from stribeck.gap.answer.delivered import delivered, told_lacking
 from stribeck.gap.answer.late_alone import told_late_alone
 from stribeck.gap.answer.listing import candidates_of, traces_of
 from stribeck.gap.answer.loads import told_loads
+from stribeck.gap.answer.motion import HORIZON, Motions, told_strayed
 from stribeck.gap.answer.noise import heard, heard_through
 from stribeck.gap.answer.off_the_line import told_off_the_line
 from stribeck.gap.answer.places import places
 from stribeck.gap.answer.recordings import recordings_of, told_alone
-from stribeck.gap.answer.stages import (
-    HORIZON,
-    Motions,
-    missed,
-    stages_of,
-    told_missed,
-    told_strayed,
-    told_worse,
-)
+from stribeck.gap.answer.stages import missed, stages_of, told_missed, told_worse
 from stribeck.gap.answer.values import laws_of, parameters_of, tuned_of
 from stribeck.gap.answer.verdict import (
     AT_FLOOR,

@@ -2,75 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from itertools import pairwise
 
 import numpy as np
 
 from stribeck.arm import Arm, unit_at
-from stribeck.errors import StribeckError
-from stribeck.gap.answer.motion import motion_gap
+from stribeck.gap.answer.motion import Motions
 from stribeck.gap.answer.verdict import AT_FLOOR
-from stribeck.gap.fitted.corrected import arm_of
 from stribeck.gap.fitted.model import Model
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.result import Stage
 
-HORIZON = 0.5  # s
-ASTRAY = 5.0  # times as far, that an arm with what is there never went astray: of 646 right names 4 at most
 FOLLOWED = 0.5  # of the recorded torque, rms: a model that leaves more has not followed it
 WORSE = 1.5  # times what the nominal values leave on held-out runs, that re-tuned ones leave: more than an effect bends
-
-
-class Motions:
-    """How far arms go astray that are simulated forward from what was recorded; a model is simulated but once.
-
-    Parameters
-    ----------
-    prepared : Prepared
-        Its held-out runs are simulated.
-    """
-
-    def __init__(self, prepared: Prepared) -> None:
-        self.prepared = prepared
-        self._known: dict[int, tuple[Model, tuple[dict[str, float], str]]] = {}
-
-    def of(self, model: Model) -> tuple[dict[str, float], str]:
-        """Return the error of a model in motion by joint, rad rms, none where nothing goes; and what did not."""
-        if id(model) not in self._known:
-            self._known[id(model)] = model, self.of_arm(arm_of(self.prepared.arm, model.fit, model.placed))
-        return self._known[id(model)][1]
-
-    def of_arm(self, arm: Arm) -> tuple[dict[str, float], str]:
-        """Return the same of an arm."""
-        try:
-            motion, failed = motion_gap(arm, self.prepared.held, self.prepared.cutoff, HORIZON)
-        except StribeckError as error:
-            return {}, f"no motion gap: {error}"
-        said = f"{failed} windows could not be simulated and are left out of the motion gap" if failed else ""
-        return motion, said
-
-    def strayed(self, chain: Sequence[Model]) -> dict[str, float]:
-        """Return the effects with which the models of a chain go astray, and how many times as far as without.
-
-        Their torque fits, but their motion would be another one: they stand for something else.
-        """
-        out: dict[str, float] = {}
-        for before, after in pairwise(chain):
-            without, beside = (math.hypot(*self.of(model)[0].values()) for model in (before, after))
-            if beside > ASTRAY * without > 0.0:
-                out[after.placed[-1].effect.name] = beside / without
-        return out
-
-
-def told_strayed(strayed: dict[str, float]) -> list[str]:
-    """Return a warning for each effect with which the arm goes astray."""
-    return [
-        f"{effect}: simulated forward, the arm with it goes {times:.2g} times as far astray as without: it stands for "
-        "something else, and is not named"
-        for effect, times in strayed.items()
-    ]
 
 
 def stages_of(
