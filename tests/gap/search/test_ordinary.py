@@ -16,7 +16,9 @@ from stribeck.gap.search import ordinary as ordinary_module
 from stribeck.gap.search import search as search_module
 from stribeck.gap.search.ordinary import _needed_of, retuned_with, told_unnamed
 from stribeck.gap.search.rank import rank
+from stribeck.gap.search.setting import Asked
 from stribeck.gap.search.step import Step
+from stribeck.gap.search.tuned import retuned
 from stribeck.model.effect import Effect
 from stribeck.model.layout import Placed
 from stribeck.model.scale import Scale
@@ -105,6 +107,13 @@ def test_a_drive_s_waves_that_are_plain_to_see_are_not(name: str, unit: float, l
     rms = 0.01 * SCALE.torque / math.sqrt(2.0)
     for part, expected in ((0.34, True), (0.32, False)):
         assert effect_named(name, law).ordinary(waves, replace(SCALE, noise=part * rms)) == expected
+
+
+def test_what_is_plain_to_see_goes_by_the_noise_of_the_recordings() -> None:
+    prepared = prepare(NOMINAL, recorded(noise=1e-6))
+    tuned = retuned(prepared, Asked(0, 1, (), lambda text: None))
+    assert [scale.noise for scale in prepared.scales] == [math.inf]
+    assert [scale.noise for scale in tuned.prepared.scales] == list(tuned.noise.rms)
 
 
 @pytest.mark.parametrize("law", ["one_pole", "delay", "falling_part", "whole_curve"])
