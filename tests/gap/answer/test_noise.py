@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stribeck.effects.registry import effect_named, registry
-from stribeck.gap.answer import assembly, stages
+from stribeck.gap.answer import closing, stages
 from stribeck.gap.answer.noise import heard_through
 from stribeck.gap.diagnose import diagnose
 from stribeck.gap.fitted.model import Model, fit_model, weights_of
@@ -68,7 +68,7 @@ def test_an_answer_has_the_floor_of_what_it_delivers(monkeypatch: pytest.MonkeyP
 
 def test_what_is_closed_is_told_by_the_stages_beside_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """As contract and report have the formula: with the noise put back that a model takes in, here half as much."""
-    monkeypatch.setattr(assembly, "put_back", lambda prepared, rows, noise, floor: 1.5 * rows)
+    monkeypatch.setattr(closing, "put_back", lambda prepared, rows, noise, floor: 1.5 * rows)
     found = answered("cogging")
     assert found.closed is not None
     retuned, corrected, floor = (np.array([*stage.torque.values()]) for stage in found.stages[1:])
@@ -78,7 +78,7 @@ def test_what_is_closed_is_told_by_the_stages_beside_it(monkeypatch: pytest.Monk
 
 
 def test_where_retuning_leaves_no_more_than_noise_nothing_closes(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(assembly, "closable", lambda residual, floor: -0.1)
+    monkeypatch.setattr(closing, "closable", lambda residual, floor: -0.1)
     found = answered("cogging")
     assert found.named == ("cogging",)
     assert found.closed is None

@@ -1,4 +1,4 @@
-"""The arithmetic of the verdict: the closed part by the contract's formula, and probabilities that behave."""
+"""The arithmetic of the verdict: probabilities that behave."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -6,8 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from stribeck.effects.registry import effect_named
 from stribeck.gap.answer.verdict import (
@@ -15,16 +13,11 @@ from stribeck.gap.answer.verdict import (
     NONE_OVER,
     UNKNOWN_HELD,
     causes_of,
-    closable,
-    closed_again,
-    closure,
     named_of,
     no_gap_probability,
     suspected,
     with_idle,
-    with_interval,
 )
-from stribeck.gap.records.blocks import bayesian_bootstrap
 from stribeck.gap.records.spread import Noise
 from stribeck.gap.result import Cause
 from stribeck.gap.search.rank import Ranking
@@ -42,56 +35,6 @@ def rows(*rms: float) -> np.ndarray:
     """Residual (M, n) of given rms (n,), signs mixed."""
     signs = np.where(np.arange(400) % 2, 1.0, -1.0)
     return np.asarray(signs[:, None] * np.array(rms))
-
-
-@given(st.lists(st.floats(0.5, 5.0), min_size=2, max_size=2), st.lists(st.floats(1.05, 20.0), min_size=2, max_size=2))
-def test_closure(after: list[float], factor: list[float]) -> None:
-    """1 - (after^2 - floor^2) / (before^2 - floor^2), joints scaled by their floors, as the contract has it."""
-    first, last = FLOOR * np.array(after) * np.array(factor) * 1.1, FLOOR * np.array(after)
-    found = closure(rows(*first), rows(*last), FLOOR)
-    left, was = (np.sum((x / FLOOR) ** 2 - 1.0) for x in (last, first))
-    if was > 0.01:
-        assert found == pytest.approx(1.0 - max(left, 0.0) / was, abs=1e-9)
-
-
-def test_a_joint_that_brakes_hold_in_all_held_out_runs_takes_nothing_off() -> None:
-    """It leaves nothing, over a floor of nothing."""
-    one, both = FLOOR[:1], np.array([FLOOR[0], 1e-12])
-    before, after = (np.stack([np.full(20, size * FLOOR[0]), np.zeros(20)], axis=1) for size in (2.0, 1.4))
-    assert closable(before, both) == pytest.approx(closable(before[:, :1], one))
-    assert closure(before, after, both) == pytest.approx(closure(before[:, :1], after[:, :1], one))
-    block, draws = np.arange(20) // 5, np.ones((3, 4))
-    alone = closed_again(before[:, :1], after[:, :1], one, block, draws)
-    assert closed_again(before, after, both, block, draws) == pytest.approx(alone)
-    still = closed_again(before[:, 1:], after[:, 1:], both[1:], block, draws)
-    assert np.all(np.isfinite(still))
-
-
-def test_closure_in_numbers() -> None:
-    before, after = rows(0.5, 0.8), rows(0.2, 0.8)
-    assert closure(before, after, FLOOR) == pytest.approx(1.0 - (3.0 + 3.0) / (24.0 + 3.0))
-    assert closure(before, before, FLOOR) == pytest.approx(0.0)
-    assert closure(before, rows(0.1, 0.4), FLOOR) == pytest.approx(1.0)
-    assert closure(before, rows(1.0, 1.6), FLOOR) < 0.0  # worse than before is said as it is
-
-
-def test_nothing_to_close() -> None:
-    """Below the floor there is no gap; nothing is divided by nothing."""
-    assert np.isfinite(closure(rows(0.05, 0.1), rows(0.05, 0.1), FLOOR))
-    assert closable(rows(0.05, 0.4), FLOOR) < 0.0 < closable(rows(0.15, 0.4), FLOOR)
-
-
-def test_interval_of_the_closed_part() -> None:
-    rng = np.random.default_rng(0)
-    block = np.arange(400) // 20
-    draws = bayesian_bootstrap(20, 400, rng)
-    uneven = np.repeat(rng.uniform(0.2, 2.0, 20), 20)[:, None]
-    before, after = rows(0.5, 0.8) * uneven, rows(0.2, 0.8)
-    found = with_interval(closure(before, after, FLOOR), closed_again(before, after, FLOOR, block, draws))
-    assert found.low < found.value < found.high
-    even = closed_again(rows(0.5, 0.8), after, FLOOR, block, draws)
-    assert np.ptp(even) < 1e-9  # blocks that are all alike leave nothing unsure
-    assert even == pytest.approx(closure(rows(0.5, 0.8), after, FLOOR))
 
 
 def test_what_came_nearest_is_suspected() -> None:

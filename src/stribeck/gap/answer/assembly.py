@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 
 from stribeck.effects.placing import stated_effects
 from stribeck.gap.answer.as_sampled import told_as_sampled
+from stribeck.gap.answer.closing import Closing
 from stribeck.gap.answer.commands import told_commands
 from stribeck.gap.answer.delivered import delivered, told_lacking
 from stribeck.gap.answer.late_alone import told_late_alone
@@ -21,23 +21,18 @@ from stribeck.gap.answer.off_the_line import told_off_the_line
 from stribeck.gap.answer.places import places
 from stribeck.gap.answer.recordings import recordings_of, told_alone
 from stribeck.gap.answer.stages import missed, stages_of, told_missed, told_worse
+from stribeck.gap.answer.standing import standing
 from stribeck.gap.answer.values import laws_of, parameters_of, tuned_of
 from stribeck.gap.answer.verdict import (
     AT_FLOOR,
     EXPLAINED,
     NAMED_OVER,
     NONE_OVER,
-    causes_of,
-    closable,
-    closed_again,
-    closure,
     late_as_one,
     named_of,
     no_gap_probability,
     shaken,
     suspected,
-    with_idle,
-    with_interval,
     with_observed,
 )
 from stribeck.gap.answer.where import regions
@@ -46,20 +41,17 @@ from stribeck.gap.experiment.proposal import Experiment, next_experiment, open_q
 from stribeck.gap.experiment.wording import told_inseparable, told_late, told_swung
 from stribeck.gap.fitted.band import band_of, told_band
 from stribeck.gap.fitted.corrected import arm_of
-from stribeck.gap.fitted.model import Model, fit_model, weights_of
-from stribeck.gap.fitted.noisy import put_back
+from stribeck.gap.fitted.model import Model
 from stribeck.gap.records.blocks import resampled
 from stribeck.gap.records.observed import Observation
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.records.sequence import on_average
 from stribeck.gap.records.unsaid import told_of
 from stribeck.gap.result import Cause, Diagnosis, Estimate
-from stribeck.gap.search.gates import LEAST_GAIN
 from stribeck.gap.search.look_alike import doubt, told_alike
-from stribeck.gap.search.ordinary import is_ordinary, told_ordinary, told_unnamed
+from stribeck.gap.search.ordinary import told_ordinary, told_unnamed
 from stribeck.gap.search.random_torque import loud
 from stribeck.gap.search.step import Step, last_model
-from stribeck.model.layout import Placed
 from stribeck.model.path import SignalPath
 
 
@@ -102,23 +94,25 @@ class Assembly:
         taken = [step.best for step in steps if step.taken and step.best is not None]
         again = [step.base for step in self.steps[1:]]  # what was taken, fitted once more with weights of its own
         self.models: list[Model] = [self.base, *again, *taken[len(again) :]]
-        self.block, self.draws = resampled(prepared.held, 400, seed)
+        self.closing = Closing(self.base, self.heard, *resampled(prepared.held, 400, seed))
 
     def diagnosis(self) -> Diagnosis:
         """Return the diagnosis."""
         arm, prepared = self.prepared.arm, self.prepared
         motions = Motions(prepared)
-        causes, left_over, chain, strayed = self._standing(motions)
+        stands = standing(prepared, self.steps, self.models, self.floor, self.closing, motions)
+        causes, chain = stands.causes, stands.chain
         in_torque = named_of(causes)
         if in_torque:
             self.heard = heard_through(prepared, chain, self.steps[-1].floor, self.seed)
+            self.closing = replace(self.closing, heard=self.heard)
         causes = [self._with_details(cause, chain if cause.effect in in_torque else self.models) for cause in causes]
         final = chain[-1]
-        astray = missed(prepared, self._held(final), self.heard.floor)
-        verdict, causes = self._verdict(final, in_torque, causes, left_over, followed=not astray)
+        astray = missed(prepared, self.closing.left(final), self.heard.floor)
+        verdict, causes = self._verdict(final, in_torque, causes, stands.left_over, followed=not astray)
         silent = verdict == "no_gap"
         alike = {(cause.effect, joint): names for cause in causes for joint, names in cause.alike.items()}
-        closed = self._closes(final) if in_torque and self._any_gap() else None
+        closed = self.closing.by(final) if in_torque and self.closing.any_gap() else None
         unexplained = verdict == "unexplained"  # in torque, whatever is seen in the records themselves
         verdict, causes = with_observed(verdict, causes, self.seen.causes, len(in_torque))
         named = (*(cause.effect for cause in self.seen.causes), *in_torque)
@@ -132,7 +126,7 @@ class Assembly:
         experiment, inseparable = self._experiment(causes, unexplained=unexplained)
         tuned = tuned_of(self.base, prepared, self.floor)
         told = self.heard
-        stages, missing = stages_of(motions, self.given, chain, [self._held(m) for m in chain], told.floor)
+        stages, missing = stages_of(motions, self.given, chain, [self.closing.left(m) for m in chain], told.floor)
         by_joint, before_measurement = delivered(prepared, self.base, self.steps[-1].floor, self.seed)
         recordings = recordings_of(told.prepared, self.base, final, told.floor)
         return Diagnosis(
@@ -169,7 +163,7 @@ class Assembly:
                 *prepared.warnings,
                 *told_commands(prepared, self.given),
                 *missing,
-                *told_strayed(strayed),
+                *told_strayed(stands.strayed),
                 *(told_worse(stages, arm) if unexplained else ()),
                 *(told_missed(astray, arm) if named else ()),
                 *loud(told.random, arm.names, self.steps[-1].floor),
@@ -188,68 +182,6 @@ class Assembly:
             settings={"seed": self.seed, **band_of(prepared), "horizon_s": HORIZON},
         )
 
-    def _standing(self, motions: Motions) -> tuple[list[Cause], float, list[Model], dict[str, float]]:
-        """Return the causes that stand in the model that would be delivered, and what is left; the models up to it.
-
-        One that is idle there, or with which the arm goes astray, is at half: of the latter, how many times as far.
-        """
-        causes, left_over = causes_of(self.steps, self.prepared.arm.names, self.prepared.scales)
-        strayed: dict[str, float] = {}
-        while True:
-            named = named_of(causes)
-            chain = self._chain(named, causes)
-            gone = self._idle(named, chain)
-            if not gone:
-                strayed |= {effect: times for effect, times in motions.strayed(chain).items() if effect in named}
-                gone = [effect for effect in strayed if effect in named]
-            if not gone:
-                return causes, left_over, chain, strayed
-            causes, left_over = with_idle(causes, gone)
-
-    def _idle(self, named: Sequence[str], chain: Sequence[Model]) -> list[str]:
-        """Return the named effects that hardly close anything without those that are not: they stood beside them alone.
-
-        So little that the search would not have taken them.
-        """
-        if chain is self.models:
-            return []
-        return [
-            effect
-            for effect in named
-            if self._closed_by(effect, chain).value <= 0.0 or gained(effect, chain) < LEAST_GAIN
-        ]
-
-    def _chain(self, named: Sequence[str], causes: Sequence[Cause]) -> list[Model]:
-        """Return the models from the re-tuned one to that with all named effects, one effect more each.
-
-        Each at the joints that its cause tells of; and beside them what was taken that is no more than every arm has.
-        Those of the search, as far as it took the same.
-        """
-        first, names, scales = len(self.base.placed), self.prepared.arm.names, self.prepared.scales
-        added = self.models[-1].placed[first:]
-        told = {cause.effect: cause.joints for cause in causes if cause.effect in named}
-        kept = [
-            place
-            for place in added
-            if names[place.joint] in told.get(place.effect.name, ()) or (told and is_ordinary(place, scales))
-        ]
-        if len(kept) == len(added):
-            return self.models
-        chain = [self.base]
-        for i in range(len(kept)):
-            known = self.models[i + 1]
-            if _laws(known.placed[first:]) == _laws(kept[: i + 1]):
-                chain.append(known)
-                continue
-            placed = (*self.base.placed, *kept[: i + 1])
-            model, start = chain[-1], self.models[-1].fit  # what an effect that is missing bends leads astray
-            for evaluations in (40, 20, 20):  # weights of what is left before, then of what is left after
-                weights = weights_of(model, self.prepared, self.floor)
-                model = fit_model(self.prepared, placed, weights, start, evaluations=evaluations)
-                start = model.fit
-            chain.append(model)
-        return chain
-
     def _verdict(
         self, final: Model, named: tuple[str, ...], causes: list[Cause], left_over: float, *, followed: bool
     ) -> tuple[str, list[Cause]]:
@@ -257,9 +189,9 @@ class Assembly:
 
         A model that has not ``followed`` the recorded torque explains no gap, however much it closes.
         """
-        ratio = float(np.max(np.sqrt(np.mean(self._held(final) ** 2, axis=0)) / self.heard.floor))
+        ratio = float(np.max(np.sqrt(np.mean(self.closing.left(final) ** 2, axis=0)) / self.heard.floor))
         if named:
-            closed = ratio < AT_FLOOR or self._closes(final).value > EXPLAINED
+            closed = ratio < AT_FLOOR or self.closing.by(final).value > EXPLAINED
             verdict = "explained" if closed and followed else "partly_explained"
             return verdict, [*causes, Cause("unknown", left_over)]
         silent = no_gap_probability(self.steps[0], self.prepared.noise, self.floor, self.prepared.scales)
@@ -286,61 +218,18 @@ class Assembly:
         undriven = told_swung(swung(self.prepared)) if several else []
         return found, [*none, *undriven, *told_late(late)]
 
-    def _closes(self, model: Model) -> Estimate:
-        """Return the part of the closable gap that a model closes, joints scaled by their floor."""
-        value, *drawn = self._closed(model)
-        return with_interval(value, drawn)
-
-    def _closed(self, model: Model) -> np.ndarray:
-        """Return that part for the rows as they are, and for each draw of their blocks: an array (1 + draws,).
-
-        A draw with hardly a gap in it would tell any number: none counts below -1, as much again, unless the rows do.
-        """
-        held = self._held(self.base), self._held(model), self.heard.floor
-        value, drawn = closure(*held), closed_again(*held, self.block, self.draws)
-        return np.array([value, *np.maximum(drawn, min(value, -1.0))])
-
-    def _any_gap(self) -> bool:
-        """Return whether re-tuning leaves more than noise on the held-out runs: of less, nothing is to be closed."""
-        return closable(self._held(self.base), self.heard.floor) > 0.0
-
-    def _held(self, model: Model) -> np.ndarray:
-        """Return a model's residual (M, n) on the held-out runs with all noise in it: less of it closes no gap."""
-        told = self.heard
-        return put_back(told.prepared, model.whole, model.noise, told.floor)[-len(model.held) :]
-
     def _with_details(self, cause: Cause, chain: Sequence[Model]) -> Cause:
         """Return a cause with its parameters from the last of a chain of models, and what its own steps close."""
         parameters = parameters_of(cause, chain[-1], self.prepared, self.floor)
-        closes = self._closed_by(cause.effect, chain) if self._any_gap() else Estimate(0.0, 0.0, 0.0)
+        closes = self.closing.by_effect(cause.effect, chain) if self.closing.any_gap() else Estimate(0.0, 0.0, 0.0)
         added = self.models[-1].placed[len(self.base.placed) :]
         return replace(cause, parameters=parameters, closes=closes, law=laws_of(cause, added, self.prepared.arm))
-
-    def _closed_by(self, effect: str, chain: Sequence[Model]) -> Estimate:
-        """Return the part of the whole closable gap that an effect's own steps close, joints scaled by their floor."""
-        closed = [np.zeros(1 + len(self.draws)), *(self._closed(model) for model in chain[1:])]
-        steps = zip(chain[1:], pairwise(closed), strict=True)
-        own = [after - before for model, (before, after) in steps if model.placed[-1].effect.name == effect]
-        value, *drawn = np.minimum(np.sum(own, axis=0), 1.0)  # nothing closes more than the whole
-        return with_interval(value, drawn)
 
 
 def _as_late(causes: Sequence[Cause], late: Collection[str]) -> list[str]:
     """Return those effects of a class of named ones of which all joints may be ``late`` by the same."""
     named = [cause for cause in causes if (cause.presence or 0.0) > NAMED_OVER and cause.effect in late]
     return list(dict.fromkeys(effect for cause in named for effect in cause.equivalent if effect in late))
-
-
-def _laws(placed: Sequence[Placed]) -> list[tuple[str, int, str]]:
-    return [(*place.key, place.effect.law) for place in placed]
-
-
-def gained(effect: str, chain: Sequence[Model]) -> float:
-    """Return the largest part of the squared residual that a model of a chain gains by an effect, at any joint."""
-    pairs = [(before, after) for before, after in pairwise(chain) if after.placed[-1].effect.name == effect]
-    powers = [[np.mean(model.held**2, axis=0) for model in pair] for pair in pairs]
-    gains = [1.0 - after[before > 0.0] / before[before > 0.0] for before, after in powers]  # no brake held the joint
-    return max((float(np.max(gain)) for gain in gains if len(gain)), default=-np.inf)
 
 
 def _limits(model: Model) -> list[str]:

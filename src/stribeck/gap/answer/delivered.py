@@ -20,7 +20,8 @@ from scipy.stats import t as student
 
 from stribeck.arm import unit_at
 from stribeck.effects.registry import effect_named
-from stribeck.gap.answer.verdict import AT_FLOOR, closed_again, closure, with_interval
+from stribeck.gap.answer.closing import closed_again, closure, with_interval
+from stribeck.gap.answer.verdict import AT_FLOOR
 from stribeck.gap.fitted.model import Model, retune
 from stribeck.gap.records.blocks import block_of_rows, block_sums, resampled
 from stribeck.gap.records.prepare import Prepared

@@ -10,9 +10,8 @@ import numpy as np
 from scipy.special import expit
 
 from stribeck.effects.registry import registry
-from stribeck.gap.records.blocks import block_sums
 from stribeck.gap.records.spread import Noise, noise_power
-from stribeck.gap.result import Cause, Estimate
+from stribeck.gap.result import Cause
 from stribeck.gap.search.kin import FILLING, filling_in, simpler_than
 from stribeck.gap.search.ordinary import is_ordinary
 from stribeck.gap.search.presence import evidence, presence
@@ -39,23 +38,6 @@ FROM_OUTSIDE = 0.1
 # that others wrote, 7 were there
 NAMED_OVER = 0.6
 NONE_OVER = 0.5  # probability of nothing, from which there is no gap
-
-
-def closable(residual: np.ndarray, floor: np.ndarray) -> float:
-    """Return what a residual (M, n) has over its floor (n,), in squared floors, summed over joints: a gap above 0.
-
-    Not over those that leave nothing at all, held by brakes.
-    """
-    told = np.any(residual != 0.0, axis=0)
-    return float(np.sum((np.mean(residual**2, axis=0) / floor**2 - 1.0)[told]))
-
-
-def closure(before: np.ndarray, after: np.ndarray, floor: np.ndarray) -> float:
-    """Return the part of the closable squared gap that is closed, 1 - (after^2 - floor^2) / (before^2 - floor^2).
-
-    Of residuals (M, n), all joints scaled by their floor (n,); negative where it has grown.
-    """
-    return 1.0 - max(closable(after, floor), 0.0) / max(closable(before, floor), 1e-9)
 
 
 def causes_of(steps: Sequence[Step], names: Sequence[str], scales: Sequence[Scale]) -> tuple[list[Cause], float]:
@@ -240,32 +222,3 @@ def no_gap_probability(step: Step, noise: Noise | None, floor: np.ndarray, scale
     # a rival that the search turned down says little against: it closes nothing above the floor
     chance = max(float(step.ranking.probability[0]), 0.5) ** 0.25
     return float(chance * expit(8.0 * np.min(silent_to - ratio)))
-
-
-def with_interval(value: float, drawn: np.ndarray | Sequence[float]) -> Estimate:
-    """Return a value with the 95 % interval of what it is where the blocks are drawn again."""
-    return Estimate(float(value), float(np.quantile(drawn, 0.025)), float(np.quantile(drawn, 0.975)))
-
-
-def closed_again(
-    before: np.ndarray, after: np.ndarray, floor: np.ndarray, block: np.ndarray, draws: np.ndarray
-) -> np.ndarray:
-    """Return the closed part for each of the weights (draws, blocks) by which the blocks are drawn again.
-
-    Parameters
-    ----------
-    before, after : array (M, n)
-        Residuals of two models, N m.
-    floor : array (n,)
-        Noise floor, N m rms.
-    block : array (M,) of int
-        The block of each row.
-    draws : array (draws, blocks)
-        Weights of the blocks, as of :func:`stribeck.gap.records.blocks.resampled`.
-    """
-    told = np.any(before != 0.0, axis=0)
-    before, after, floor = before[:, told], after[:, told], floor[told]
-    count = np.bincount(block).astype(float)
-    first = draws @ block_sums(before**2, block) / (draws @ count)[:, None] / floor**2 - 1.0
-    last = draws @ block_sums(after**2, block) / (draws @ count)[:, None] / floor**2 - 1.0
-    return np.asarray(1.0 - np.maximum(last.sum(axis=1), 0.0) / np.maximum(first.sum(axis=1), 1e-9))

@@ -6,8 +6,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from stribeck.gap.answer.closing import closure
 from stribeck.gap.answer.stages import FOLLOWED
-from stribeck.gap.answer.verdict import AT_FLOOR, EXPLAINED, closure
+from stribeck.gap.answer.verdict import AT_FLOOR, EXPLAINED
 from stribeck.gap.result import Diagnosis
 from stribeck.report import words
 from stribeck.report.numbers import number, unit_text
