@@ -116,6 +116,6 @@ def test_only_so_much_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     runs = [condition(pendulum(), recorded(duration=2.0, noise=1e-5, seed=seed), 20.0) for seed in (0, 1)]
     residual = Residual(path(), runs)
     kept = residual(values_of(path().entries))
-    assert len(residual._kept._of) == 1
+    assert len(residual._kept[frozenset()]._of) == 1
     monkeypatch.setattr(module, "MOST_KEPT", 10**9)
     assert all((a == b).all() for a, b in zip(kept, Residual(path(), runs)(values_of(path().entries)), strict=True))

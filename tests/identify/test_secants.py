@@ -115,8 +115,8 @@ def test_drives_that_stay_late_are_made_once(monkeypatch: pytest.MonkeyPatch) ->
     own = [i for i, entry in enumerate(path.entries) if entry.owner == 1]
     secants = Secants(path, [run], np.full(len(p), 0.1), own)
     first = secants(p)
-    (known,) = secants._kept._of
+    (known,) = secants._kept[frozenset()]._of
     monkeypatch.setattr(CubicSpline, "__init__", None)
     again = secants(p)
-    assert list(secants._kept._of) == [known]
+    assert list(secants._kept[frozenset()]._of) == [known]
     assert all((one == other).all() for one, other in zip(first, again, strict=True))

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from stribeck.arm import Arm
+from stribeck.effects.placing import stated_effects
 from stribeck.errors import InputError
 from stribeck.gap.answer.assembly import Assembly
 from stribeck.gap.answer.recordings import alike_now, held_alone, recordings_of
+from stribeck.gap.fitted.carrying import LOAD, carrying, told_apart
 from stribeck.gap.records.observed import observe
 from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.records.standing import check_motion
@@ -64,7 +66,7 @@ def diagnose(
     progress("conditioning the recordings")
     prepared = prepare(arm, runs, held_out)
     check_motion(arm, (*prepared.fit, *prepared.held))
-    tuned = retuned(prepared, asked)
+    tuned = _told_apart(retuned(prepared, asked), arm, () if held_out else runs, asked)
     first = recordings_of(tuned.prepared, tuned.base, tuned.base, tuned.noise.rms)
     found = None
     if not held_out:
@@ -135,9 +137,25 @@ def _with_alone(arm: Arm, runs: Sequence[Run], before: Sequence[Recording], aske
     if {run.name for run in prepared.held} & set(alone):
         return None
     asked.progress(f"once more, with {', '.join(alone)} among what is fitted")
-    again = retuned(prepared, asked)
-    found = searched_from(again, asked)
+    found = searched_from(_told_apart(retuned(prepared, asked), arm, (), asked), asked)
     return found if alike_now(before, _left_by(found)) else None
+
+
+def _told_apart(tuned: Retuned, arm: Arm, runs: Sequence[Run], asked: Asked) -> Retuned:
+    """Return re-tuned recordings of which some are told to be without a load that the others carry, if they are.
+
+    Some of each kind are fitted, if need be by keeping back others of the ``runs`` that may be.
+    """
+    if LOAD in (*asked.leave_out, *(place.effect.name for place in stated_effects(arm))):
+        return tuned
+    found = carrying(tuned.prepared, tuned.base, tuned.noise.rms)
+    if found is None:
+        return tuned
+    fitted = {run.name for run in tuned.prepared.fit}
+    missing = [kind[0] for kind in (found.loaded, found.unloaded) if not fitted & set(kind)]
+    if missing and runs:
+        return _told_apart(retuned(prepare(arm, runs, fitted=missing), asked), arm, (), asked)
+    return replace(tuned, prepared=told_apart(tuned.prepared, found))
 
 
 def _left_by(found: Searched) -> tuple[Recording, ...]:

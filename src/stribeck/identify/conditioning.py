@@ -57,6 +57,8 @@ class Conditioned:
     hard stop and at a hard turn; ``noise`` (n,) is the encoder's own;
     ``undriven`` (n,) tells which joints have no torque all along, and ``braked`` (n,) which are held; ``instant`` is
     the time to either side for which a sample stands, s; ``analysis_time`` (M,); ``taps`` the low-pass (odd length).
+    ``without`` are the names of effects that are not there in it, whatever the model has (set in
+    ``gap.fitted.carrying``).
     ``clock`` is the time of the first sample by the clock of what acts from outside, s (set in ``gap.fitted.clocks``);
     None: its own. ``past`` is what was recorded before it (set in ``gap.records.sequence``). The low-pass is flat up to
     the ``cutoff``, Hz, or rolled off from a ``corner`` on (set in ``gap.fitted.band``).
@@ -84,6 +86,7 @@ class Conditioned:
     corner: float = math.inf
     clock: float | None = None
     past: Past = Past()
+    without: frozenset[str] = frozenset()
 
     @property
     def told_time(self) -> np.ndarray:
@@ -92,8 +95,8 @@ class Conditioned:
 
     def as_recorded(self, run: Conditioned) -> Conditioned:
         """Return a run in the place among all recordings that another conditioning of it was given, and its band."""
-        own = replace(self, clock=run.clock, past=run.past, braked=run.braked, undriven=run.undriven)
-        return own.rolled_off(run.corner)
+        told = {name: getattr(run, name) for name in ("clock", "past", "braked", "undriven", "without")}
+        return replace(self, **told).rolled_off(run.corner)
 
     def rolled_off(self, corner: float) -> Conditioned:
         """Return the run with a low-pass that is rolled off from a corner on, Hz; a flat one where that is infinite."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from copy import copy
 from functools import cached_property
 from typing import Any, TypeVar
@@ -26,8 +26,9 @@ SAME_STEP = 1e-4  # of it, by which the steps of two runs may differ and still b
 class Residual:
     """Residual torque of a path along conditioned runs, in N m of command, at the analysis samples.
 
-    None is left at a joint that a run holds by a brake. At one that a run does not drive it is told for the inertia of
-    the arm file: else smaller masses would leave less of everything, noise and gap alike.
+    None is left at a joint that a run holds by a brake; an effect that a run is without is null along it. At a joint
+    that a run does not drive it is told for the inertia of the arm file: else smaller masses would leave less of
+    everything, noise and gap alike.
 
     Parameters
     ----------
@@ -62,8 +63,8 @@ class Residual:
         self._inertia, self._drives = MovedInertia(path), Drives(path, self.runs)
         self._moving = self.columns if self.columns and not delayers(path).keys() & set(self.columns) else None
         self._machines: dict[float, Machine] = {}
-        self._abreast: dict[Machine, Abreast] = {}
-        self._kept = Kept()
+        self._abreast: dict[Hashable, Abreast] = {}
+        self._kept: dict[Hashable, Kept] = {}
 
     def _machine(self, run: Conditioned) -> Machine:
         for step, machine in self._machines.items():
@@ -87,7 +88,7 @@ class Residual:
         other = copy(self)
         for what in ("rows", "reuses"):
             other.__dict__.pop(what, None)
-        other.runs, other.known, other._abreast, other._kept = tuple(runs), None, {}, Kept()
+        other.runs, other.known, other._abreast, other._kept = tuple(runs), None, {}, {}
         other._drives = Drives(self.path, other.runs)
         return other
 
@@ -108,8 +109,9 @@ class Residual:
     ) -> tuple[np.ndarray, np.ndarray]:
         n = self.path.n
         outputs = []
-        half, machine = len(run.taps), self._machine(run)
-        kept = self._kept.along(machine, drive, p, delays) if len(run.time) <= SAMPLES else None
+        half, machine, p = len(run.taps), self._machine(run), self.path.without(run.without, p)
+        known = self._kept.setdefault(run.without, Kept())
+        kept = known.along(machine, drive, p, delays) if len(run.time) <= SAMPLES else None
         for begin in range(0, len(run.time), SAMPLES):
             lo, hi = max(0, begin - half), min(len(run.time), begin + SAMPLES + half)
             values = machine.evaluate.map([drive[:, lo:hi], states[:, lo:hi], p, delays], kept).T
@@ -124,6 +126,9 @@ class Residual:
             change = np.where(run.undriven, slopes[:, self._derived].T, 0.0)
             rows[:, 1:] = times * rows[:, 1:] + change * rows[:, :1]
             rows[:, 0] *= times
+        if run.without:
+            gone = self.path.of(run.without)
+            rows[:, [1 + k for k, i in enumerate(self._derived) if i in gone]] = 0.0
         return rows[:, 0], rows[:, 1:].transpose(0, 2, 1)
 
     def stages(self, run: Conditioned, p: np.ndarray) -> dict[str, np.ndarray]:
@@ -138,7 +143,7 @@ class Residual:
         delays = delays_of(self.path, p)
         drive = self._drives.along(run, delays)
         (states,) = self._states([run], [drive], p, delays)
-        return function(drive, states, p, delays)
+        return function(drive, states, self.path.without(run.without, p), delays)
 
     def states(self, run: Conditioned, p: np.ndarray) -> np.ndarray:
         """Return the states (N, nx) of the cut along one run.
@@ -157,8 +162,8 @@ class Residual:
         if self.known and runs is self.runs and self.reuses:
             return [states.T for states in self.known]
 
-        def states(machine: Machine, drives: Sequence[np.ndarray], abreast: Abreast) -> list[np.ndarray]:
-            return machine.states(drives, p, delays, abreast)
+        def states(run: Conditioned, drives: Sequence[np.ndarray], abreast: Abreast) -> list[np.ndarray]:
+            return self._machine(run).states(drives, self.path.without(run.without, p), delays, abreast)
 
         return self._by_machine(runs, drives, states)
 
@@ -167,8 +172,9 @@ class Residual:
     ) -> list[list[np.ndarray]]:
         """Return states (nx, N) along each run at each of some parameter values, all of them side by side."""
 
-        def states(machine: Machine, drives: Sequence[np.ndarray], abreast: Abreast) -> list[list[np.ndarray]]:
-            return machine.states_at(drives, values, delays, abreast)
+        def states(run: Conditioned, drives: Sequence[np.ndarray], abreast: Abreast) -> list[list[np.ndarray]]:
+            there = [self.path.without(run.without, p) for p in values]
+            return self._machine(run).states_at(drives, there, delays, abreast)
 
         return self._by_machine(self.runs, drives, states)
 
@@ -176,14 +182,14 @@ class Residual:
         self,
         runs: Sequence[Conditioned],
         drives: Sequence[np.ndarray],
-        states: Callable[[Machine, Sequence[np.ndarray], Abreast], list[Found]],
+        states: Callable[[Conditioned, Sequence[np.ndarray], Abreast], list[Found]],
     ) -> list[Found]:
-        """Return what runs of one machine have side by side, run by run."""
-        machines = [self._machine(run) for run in runs]
+        """Return what runs of one machine, and without the same effects, have side by side, run by run."""
+        alike = [(self._machine(run), run.without) for run in runs]
         out: dict[int, Found] = {}
-        for machine in dict.fromkeys(machines):
-            mine = [i for i, its in enumerate(machines) if its is machine]
-            found = states(machine, [drives[i] for i in mine], self._abreast.setdefault(machine, Abreast()))
+        for one in dict.fromkeys(alike):
+            mine = [i for i, its in enumerate(alike) if its == one]
+            found = states(runs[mine[0]], [drives[i] for i in mine], self._abreast.setdefault(one, Abreast()))
             out |= dict(zip(mine, found, strict=True))
         return [out[i] for i in range(len(runs))]
 

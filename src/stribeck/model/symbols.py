@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Collection, Hashable, Sequence
 from typing import Any
 
 import casadi as ca
+import numpy as np
 
 from stribeck.arm import Arm
 from stribeck.errors import StribeckError
@@ -88,6 +89,21 @@ class Symbols:
         links = [f"link[{j}].{what}" for j in self.flexible for what in ("position", "velocity")]
         own = [f"{k}.{state}" for k, place in enumerate(self.placed) for state in place.effect.states]
         return tuple(links + own)
+
+    def of(self, names: Collection[str]) -> dict[int, float]:
+        """Return which parameters (by index) the placed effects of some names have, and the null value of each."""
+        own = {k: place.effect for k, place in enumerate(self.placed) if place.effect.name in names}
+        null = {(k, one.name): one.null for k, effect in own.items() for one in effect.parameters}
+        return {i: null[entry.owner, entry.name] for i, entry in enumerate(self.entries) if entry.owner in own}
+
+    def without(self, names: Collection[str], p: np.ndarray) -> np.ndarray:
+        """Return parameter values (p,) with which the effects of some names are not there."""
+        gone = self.of(names) if names else {}
+        if not gone:
+            return p
+        p = p.copy()
+        p[list(gone)] = list(gone.values())
+        return p
 
     def parameter(self, key: str) -> ca.SX:
         """Return the symbol of one parameter by its key."""

@@ -11,7 +11,7 @@ from stribeck.model.values import Body, Parameter, Parameters
 
 @final
 class Payload(RigidBodyEffect):
-    """A point mass at the tip of the last link."""
+    """A point mass at the tip of the last link; in some recordings alone, where these fall in two groups by it."""
 
     name = "payload"
     channel = "rigid_body"

@@ -14,7 +14,7 @@ from stribeck.gap.answer.commands import told_commands
 from stribeck.gap.answer.delivered import delivered, told_lacking
 from stribeck.gap.answer.late_alone import told_late_alone
 from stribeck.gap.answer.listing import candidates_of, traces_of
-from stribeck.gap.answer.loads import told_loads
+from stribeck.gap.answer.loads import told_carried, told_loads
 from stribeck.gap.answer.motion import HORIZON, Motions, told_strayed
 from stribeck.gap.answer.noise import heard, heard_through
 from stribeck.gap.answer.off_the_line import told_off_the_line
@@ -155,6 +155,7 @@ class Assembly:
                 *told_ordinary(self.base, stated_effects(arm), arm),
                 *told_unnamed(self.steps, prepared.scales, arm, beside=bool(in_torque)),
                 *told_off_the_line(arm, causes, named),
+                *told_carried(prepared, in_torque),
                 *told_as_sampled(causes, named, max(run.run.sample_time for run in every)),
                 *inseparable,
                 *told_lacking(prepared),
@@ -170,7 +171,7 @@ class Assembly:
                 *told_of(tuned),
                 *told_alone(recordings),
                 *told_late_alone(told.prepared, (self.base, final), told.floor),
-                *told_loads(told.prepared, (self.base, final), told.floor),
+                *told_loads(told.prepared, (self.base, final), told.floor, in_torque),
                 *(told_alike(self.steps, arm.names) if verdict != "no_gap" else ()),
                 *_limits(final),
             ),

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stribeck.gap.answer.each_recording import NOTHING, recording_of_rows, slope_of_each
 from stribeck.gap.fitted.model import Model
+from stribeck.gap.records.each_recording import NOTHING, recording_of_rows, slope_of_each
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.records.spread import noise_power, spread
 from stribeck.identify.blocks import block_of_rows

@@ -76,14 +76,14 @@ def motion_gap(arm: Arm, runs: Sequence[Conditioned], cutoff: float, horizon: fl
     """Return the rms position error (rad) per joint over windows of a horizon (s), and the windows that failed.
 
     A window that the simulation could not finish is left out of every joint's figure and counted. A joint that a brake
-    holds in a run is held.
+    holds in a run is held, and an effect that a run is without is not there in it.
     """
     path = path_of(arm)
     engine = Engine(path)
     squares, count, failed = np.zeros(arm.n), 0, 0
     for thinned in runs:
         run = condition(arm, thinned.run, cutoff, thinned.noise).as_recorded(thinned)
-        prediction = predict_conditioned(engine, _with_brakes(engine, run), run, horizon)
+        prediction = predict_conditioned(engine, _as_in(engine, run), run, horizon)
         good = ~np.isin(prediction.window, prediction.failed)
         failed += len(prediction.failed)
         error = (prediction.q - run.position)[good]
@@ -94,8 +94,11 @@ def motion_gap(arm: Arm, runs: Sequence[Conditioned], cutoff: float, horizon: fl
     return {name: float(np.sqrt(squares[j] / count)) for j, name in enumerate(arm.names)}, failed
 
 
-def _with_brakes(engine: Engine, run: Conditioned) -> np.ndarray:
-    """Return the parameter values (p,) with friction that nothing overcomes at the joints that a run holds."""
+def _as_in(engine: Engine, run: Conditioned) -> np.ndarray:
+    """Return the parameter values (p,) as they are in a run: null those of effects that it is without.
+
+    With friction that nothing overcomes at the joints that it holds.
+    """
     level = [entry.owner == "friction" and entry.name == "C0" for entry in engine.path.entries]
     joint = [entry.joint for entry in engine.path.entries]
-    return np.where(level & run.braked[joint], BRAKE, engine.p)
+    return np.where(level & run.braked[joint], BRAKE, engine.path.without(run.without, engine.p))
