@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+WARNING = "warning: "  # with which a text about what is being done begins that is to stay in sight
 _LONGEST_FOUND = 160
 
 

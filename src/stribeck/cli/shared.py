@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from stribeck.arm import Arm, doubtful_values, load_arm
+from stribeck.errors import WARNING
 from stribeck.run import Run, check_apart, load_runs
 from stribeck.stopping import stop_if_asked
 
@@ -29,7 +30,14 @@ def progress(task: str) -> Iterator[Callable[[str], None]]:
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True) as bar:
         number = bar.add_task(task)
-        yield unless_asked(lambda text: bar.update(number, description=text))
+
+        def show(text: str) -> None:
+            if text.startswith(WARNING):
+                console.print(text, highlight=False, markup=False, soft_wrap=True)
+            else:
+                bar.update(number, description=text)
+
+        yield unless_asked(show)
 
 
 def unless_asked(show: Callable[[str], None]) -> Callable[[str], None]:
@@ -78,7 +86,7 @@ def doubts(runs: Sequence[Run]) -> list[str]:
 def warn(texts: Sequence[str]) -> None:
     """Show warnings on standard error, a line each."""
     for text in texts:
-        print(f"warning: {text}", file=sys.stderr)
+        print(f"{WARNING}{text}", file=sys.stderr)
 
 
 def tell(notes: Sequence[str]) -> None:

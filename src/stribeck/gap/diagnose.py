@@ -9,8 +9,9 @@ import numpy as np
 
 from stribeck.arm import Arm
 from stribeck.effects.placing import stated_effects
-from stribeck.errors import InputError
+from stribeck.errors import WARNING, InputError
 from stribeck.gap.answer.assembly import Assembly
+from stribeck.gap.answer.conventions import told_recorded
 from stribeck.gap.answer.recordings import alike_now, held_alone, recordings_of
 from stribeck.gap.fitted.carrying import LOAD, carrying, told_apart
 from stribeck.gap.records.observed import observe
@@ -51,7 +52,7 @@ def diagnose(
     leave_out : sequence of str
         Effects that are no candidates.
     progress : callable
-        Told in words what is being done.
+        Told in words what is being done; what begins with "warning: " is to stay in sight.
 
     Raises
     ------
@@ -67,6 +68,8 @@ def diagnose(
     prepared = prepare(arm, runs, held_out)
     check_motion(arm, (*prepared.fit, *prepared.held))
     tuned = _told_apart(retuned(prepared, asked), arm, () if held_out else runs, asked)
+    for text in told_recorded(tuned.prepared, tuned.given):  # before the search, which takes long and for nothing
+        progress(f"{WARNING}{text}")
     first = recordings_of(tuned.prepared, tuned.base, tuned.base, tuned.noise.rms)
     found = None
     if not held_out:

@@ -10,6 +10,7 @@ import pytest
 from stribeck.arm import Arm, load_arm
 from stribeck.effects.placing import entries_of
 from stribeck.effects.registry import effect_named, registry
+from stribeck.errors import WARNING
 from stribeck.gap.answer.conventions import told_conventions
 from stribeck.gap.diagnose import diagnose
 from stribeck.gap.records.prepare import Prepared, prepare
@@ -112,6 +113,11 @@ def test_a_brake_goes_with_its_columns() -> None:
 
 def test_a_diagnosis_warns_of_it() -> None:
     runs = [replace(run, tau=-run.tau) for run in recorded()]
-    found = diagnose(NOMINAL, runs, jobs=1, leave_out=[name for name in registry() if name != "delay"])
+    said: list[str] = []
+    others = [name for name in registry() if name != "delay"]
+    found = diagnose(NOMINAL, runs, jobs=1, leave_out=others, progress=said.append)
     assert any("with the torque of A turned the other way" in text for text in found.warnings)
     assert not any("check the signs of its torque" in text for text in found.warnings)  # said once
+    (first,) = (text for text in said if text.startswith(WARNING))
+    assert first.removeprefix(WARNING) in found.warnings
+    assert said.index(first) < next(k for k, text in enumerate(said) if text.startswith("screening"))

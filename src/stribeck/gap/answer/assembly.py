@@ -10,8 +10,7 @@ import numpy as np
 from stribeck.effects.placing import stated_effects
 from stribeck.gap.answer.as_sampled import told_as_sampled
 from stribeck.gap.answer.closing import Closing
-from stribeck.gap.answer.commands import told_commands
-from stribeck.gap.answer.conventions import told_conventions
+from stribeck.gap.answer.conventions import told_recorded
 from stribeck.gap.answer.delivered import delivered, told_lacking
 from stribeck.gap.answer.late_alone import told_late_alone
 from stribeck.gap.answer.listing import candidates_of, traces_of
@@ -163,7 +162,7 @@ class Assembly:
             ),
             warnings=(
                 *prepared.warnings,
-                *(told_conventions(prepared, self.given) or told_commands(prepared, self.given)),
+                *told_recorded(prepared, self.given),
                 *missing,
                 *told_strayed(stands.strayed),
                 *(told_worse(stages, arm) if unexplained else ()),

@@ -13,6 +13,7 @@ import numpy as np
 
 from stribeck.arm import Arm
 from stribeck.effects.placing import stated_effects
+from stribeck.gap.answer.commands import told_commands
 from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.records.regions import analysis_signals
 from stribeck.identify.conditioning import Conditioned, condition
@@ -58,6 +59,18 @@ def conventions(arm: Arm) -> Iterator[Convention]:
         yield Convention(f"{both} exchanged", same[order], same[order])
     if n > 1:
         yield Convention("positions taken as angles against the base", same - np.eye(n, k=-1), same)
+
+
+def told_recorded(prepared: Prepared, given: np.ndarray) -> list[str]:
+    """Return what makes recordings doubtful beside the arm file: another convention, else another unit.
+
+    Parameters
+    ----------
+    prepared : Prepared
+    given : array (M, n)
+        Residual of that model on the held-out runs, N m.
+    """
+    return told_conventions(prepared, given) or told_commands(prepared, given)
 
 
 def told_conventions(prepared: Prepared, given: np.ndarray) -> list[str]:
