@@ -1,13 +1,17 @@
 """A load that some recordings carry is named, and which they are; where it is not, a warning says what to do."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
-from stribeck.effects.registry import registry
+from stribeck.effects.placing import entries_of
+from stribeck.effects.registry import effect_named, registry
 from stribeck.gap.diagnose import diagnose
+from stribeck.gap.records.prepare import prepare
 from stribeck.gap.result import Diagnosis
+from stribeck.model.layout import Placed
 from stribeck.run import Run
 
 from ..conftest import NOMINAL, recorded
@@ -15,8 +19,8 @@ from ..conftest import NOMINAL, recorded
 MASS = 0.5  # kg
 
 
-def with_load_in(*loaded: int) -> list[Run]:
-    with_it = recorded(("payload", {"mass": MASS}))
+def with_load_in(*loaded: int, mass: float = MASS) -> list[Run]:
+    with_it = recorded(("payload", {"mass": mass}))
     return [with_it[k] if k in loaded else run for k, run in enumerate(recorded())]
 
 
@@ -59,3 +63,24 @@ def test_recordings_that_are_given_as_held_out_stay_held_out() -> None:
     assert found.held_out_runs == (runs[1].name,)
     assert not any(text.startswith("payload: in") for text in found.notes)
     assert any(text.startswith(f"{runs[1].name}: as with 0.") for text in found.warnings)
+
+
+def test_the_only_recording_with_it_is_not_kept_back() -> None:
+    """That is known before a search, which would find nothing."""
+    runs, said = with_load_in(2, mass=0.1), list[str]()
+    assert [run.name for run in prepare(NOMINAL, runs).held] == [runs[2].name]
+    found = answered(runs, "payload", "delay", progress=said.append)
+    assert found.named == ("payload",)
+    assert not any(text.startswith("once more") for text in said)
+    assert runs[2].name not in found.held_out_runs
+
+
+def test_a_payload_of_the_arm_file_is_in_all_recordings() -> None:
+    """A load beyond it is told of, as where it is no candidate."""
+    stated = Placed(effect_named("payload"), 0, {"mass": 0.2})
+    arm = replace(NOMINAL, effects=entries_of(NOMINAL, [stated]))
+    runs = with_load_in(1)
+    others = [name for name in registry() if name not in ("payload", "delay")]
+    found = diagnose(arm, runs, jobs=1, leave_out=others)
+    assert any(text.startswith(f"{runs[1].name}: as with 0.") for text in found.warnings)
+    assert not any(text.startswith("payload: in") for text in found.notes)
