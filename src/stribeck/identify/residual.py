@@ -127,7 +127,7 @@ class Residual:
             rows[:, 1:] = times * rows[:, 1:] + change * rows[:, :1]
             rows[:, 0] *= times
         if run.without:
-            gone = self.path.of(run.without)
+            gone = self.path.owned_by(run.without)
             rows[:, [1 + k for k, i in enumerate(self._derived) if i in gone]] = 0.0
         return rows[:, 0], rows[:, 1:].transpose(0, 2, 1)
 

@@ -90,7 +90,7 @@ class Symbols:
         own = [f"{k}.{state}" for k, place in enumerate(self.placed) for state in place.effect.states]
         return tuple(links + own)
 
-    def of(self, names: Collection[str]) -> dict[int, float]:
+    def owned_by(self, names: Collection[str]) -> dict[int, float]:
         """Return which parameters (by index) the placed effects of some names have, and the null value of each."""
         own = {k: place.effect for k, place in enumerate(self.placed) if place.effect.name in names}
         null = {(k, one.name): one.null for k, effect in own.items() for one in effect.parameters}
@@ -98,7 +98,7 @@ class Symbols:
 
     def without(self, names: Collection[str], p: np.ndarray) -> np.ndarray:
         """Return parameter values (p,) with which the effects of some names are not there."""
-        gone = self.of(names) if names else {}
+        gone = self.owned_by(names) if names else {}
         if not gone:
             return p
         p = p.copy()
