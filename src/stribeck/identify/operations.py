@@ -48,35 +48,35 @@ def numbered(function: ca.Function) -> tuple[list[Operation], list[int]]:
     What is the same twice has one number (value numbering, Cocke & Schwartz 1970).
     """
     operations: list[Operation] = []
-    number: dict[Operation, int] = {}
+    number: dict[tuple[int, int, int, float], int] = {}
     holds: dict[int, int] = {}
     results = [-1] * function.numel_out(0)
 
-    def number_of(operation: Operation) -> int:
-        if operation not in number:
-            number[operation] = len(operations)
-            operations.append(operation)
-        return number[operation]
+    def number_of(kind: int, a: int, b: int, value: float = 0.0) -> int:
+        key = kind, a, b, value  # to make an operation of it takes longer than to look it up
+        if key not in number:
+            number[key] = len(operations)
+            operations.append(Operation(kind, a, b, value))
+        return number[key]
 
     for k in range(function.n_instructions()):
         op, target, source = function.instruction_id(k), function.instruction_output(k), function.instruction_input(k)
-        if op == ca.OP_OUTPUT:
+        if op in _KIND:
+            kind, first = _KIND[op], holds[source[0]]
+            second = holds[source[1]] if kind in _PAIRS else first
+            if first > second and kind in _EITHER_WAY:
+                first, second = second, first
+            holds[target[0]] = number_of(kind, first, second)
+        elif op == ca.OP_OUTPUT:
             results[target[1]] = holds[source[0]]
-            continue
-        if op == ca.OP_INPUT:
-            operation = Operation(LOAD, source[0], source[1])
+        elif op == ca.OP_INPUT:
+            holds[target[0]] = number_of(LOAD, source[0], source[1])
         elif op == ca.OP_CONST:
-            operation = _constant(function.instruction_constant(k))
-        elif op in _KIND:
-            kind, operands = _KIND[op], [holds[i] for i in source]
-            first, second = operands[0], operands[1] if _KIND[op] in _PAIRS else operands[0]
-            turned = kind in _EITHER_WAY and first > second
-            operation = Operation(kind, second, first) if turned else Operation(kind, first, second)
+            holds[target[0]] = number_of(*_constant(function.instruction_constant(k)))
         else:
             raise StribeckError("an operation that the vector machine has not", f"CasADi operation {op}")
-        holds[target[0]] = number_of(operation)
     if -1 in results:  # an output that nothing sets is zero
-        zero = number_of(_constant(0.0))
+        zero = number_of(*_constant(0.0))
         results = [zero if number < 0 else number for number in results]
     return operations, results
 

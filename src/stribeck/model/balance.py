@@ -9,6 +9,7 @@ from typing import Any
 
 import casadi as ca
 
+from stribeck.model.asked import asked_once
 from stribeck.model.drive import Drive
 from stribeck.model.effect import Along, FrictionEffect
 from stribeck.model.links import Links, Motors
@@ -82,6 +83,7 @@ class Balance:
             angles.append(effect.deflection(HARDLY_ANY * ca.sign(towards[i]), self.path.parameters(k)))
         return ca.vertcat(*angles)
 
+    @asked_once
     def signals(self, d: Drive, x: Any, slowing: Any | None = None) -> tuple[list[Signals], dict[int, Expression]]:
         """Return the signals of every joint, load included, and the link accelerations of flexible joints.
 
@@ -120,6 +122,7 @@ class Balance:
         here = [motion[j] for j in self.path.flexible]
         return Motors(ca.vertcat(*[s.position for s in here]), ca.vertcat(*[s.velocity for s in here]))
 
+    @asked_once
     def links(self, d: Drive, x: Any) -> Links:
         """Return what moves the links of the flexible joints."""
         flexible = list(self.path.flexible)
@@ -151,7 +154,7 @@ class Balance:
 
         The last two are of the flexible joints: what their torque accelerates, and what of it carries the motor.
         """
-        path, body = self.path, self.path.body()
+        path, body = self.path, self.path.body
         q, dq = path.angles(motion, x, level=True)
         external = path.external(motion, x)
         known = [0.0 if j in path.flexible else s.acceleration for j, s in enumerate(motion)]
@@ -201,6 +204,7 @@ class Balance:
         quick = ca.jtimes(needed, told, flutter)
         return ca.fmin(ca.fmax(needed - quick, lower), upper) + (high - low) * quick
 
+    @asked_once
     def residual(self, d: Drive, x: Any, *, settled: bool = True) -> tuple[Any, dict[str, Any]]:
         """Return the unbalanced torque (n, 1) in units of the command, and the torques of each stage (n, 1).
 
@@ -238,7 +242,7 @@ class Balance:
         """Return the states (nx, 1) with which a recording starts."""
         path = self.path
         motion = self._told.motion(d)
-        body = path.body()
+        body = path.body
         still = [0.0] * self.n
         static = inverse_dynamics(body, [s.position for s in motion], still, still, prismatic=path.prismatic)
         resting = [s.at(velocity=0.0, link_velocity=0.0) for s in motion]

@@ -79,7 +79,7 @@ class Cut:
         rows = ca.jacobian_sparsity(ca.vertcat(*moves), self.path.p)
         return tuple(sorted({int(c) for c in rows.get_triplet()[1]} & set(self.columns)))
 
-    @property
+    @cached_property
     def _started(self) -> Any:
         start = self._sample.start(self.drive)
         return begun(self._sample, self.drive, start) if self.observe else start
@@ -102,7 +102,7 @@ class Cut:
         active = [self.columns.index(i) for i in self.active]
         state, later = (ca.vertcat(s.states, ca.vec(s.columns[:, active])) for s in (carried, moved))
         inputs = [state, self.drive.stacked, after.stacked, self.path.p, self._sample.delay_at]
-        return ca.Function("follow", inputs, [ca.cse(ca.densify(later))])
+        return ca.Function("follow", inputs, [ca.densify(later)])
 
     def settled(self, states: np.ndarray) -> np.ndarray:
         """Return states and sensitivities (nx (1 + active), N) along a recording as the residual takes them.
@@ -135,7 +135,7 @@ class Cut:
             jacobian[:, place] += ca.mtimes(ca.jacobian(residual, self._sample.x), carried)
         state = ca.vertcat(self._sample.x, ca.vec(carried))
         inputs = [self.drive.stacked, state, self.path.p, self._sample.delay_at]
-        return ca.Function("evaluate", inputs, [ca.cse(ca.densify(ca.vertcat(residual, ca.vec(jacobian))))])
+        return ca.Function("evaluate", inputs, [ca.densify(ca.vertcat(residual, ca.vec(jacobian)))])
 
     @cached_property
     def balance(self) -> ca.Function:

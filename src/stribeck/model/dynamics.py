@@ -89,7 +89,7 @@ class Dynamics:
     @cached_property
     def _mass(self) -> Any:
         path, stand = self.path, self._stand
-        mass = mass_matrix(path.body(), path.angles(self.signals, path.x)[0], prismatic=path.prismatic)
+        mass = mass_matrix(path.body, path.angles(self.signals, path.x)[0], prismatic=path.prismatic)
         return mass if stand is None else stand.inertia(mass)
 
     @cached_property
@@ -102,7 +102,7 @@ class Dynamics:
         path, signals = self.path, self.signals
         positions, velocities = path.angles(signals, path.x)
         still = [0.0] * self.n
-        bias = inverse_dynamics(path.body(), positions, velocities, still, prismatic=path.prismatic)
+        bias = inverse_dynamics(path.body, positions, velocities, still, prismatic=path.prismatic)
         external = path.external(signals, path.x)
         bias = [bias[j] + external[j] for j in range(self.n)]
         return bias if self._stand is None else self._stand.loads(bias, still)

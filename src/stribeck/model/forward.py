@@ -136,9 +136,8 @@ class Forward:
         seen, speed = ca.SX.sym("seen", self.n), ca.SX.sym("speed", self.n)
         position, velocity = [], []
         for j in range(self.n):
-            at, true = ca.SX.sym("position"), self.path.true_position(j, seen[j])
-            position.append(true)
-            velocity.append(speed[j] / ca.substitute(self.path.sensed(j, at)[0], at, true))
+            position.append(self.path.true_position(j, seen[j]))
+            velocity.append(speed[j] / self.path.sensed(j, position[j])[0])
         return ca.Function("true_motion", [seen, speed, self.path.p], [ca.vertcat(*position), ca.vertcat(*velocity)])
 
     @cached_property

@@ -7,6 +7,7 @@ stages from here, so that no law is written twice.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -43,8 +44,9 @@ class SignalPath(Sensors):
         """Return the rotor inertia's symbol; a prismatic axis carries it as reflected mass."""
         return self.parameter(f"{self.arm.names[joint]}.rotor_inertia")
 
+    @cached_property
     def body(self) -> Body:
-        """Return the rigid body after all rigid-body effects."""
+        """The rigid body after all rigid-body effects."""
         names, joints = self.arm.names, self.arm.joints
         column = {
             key: tuple(self.parameter(f"{name}.{key}") for name in names)
@@ -58,7 +60,7 @@ class SignalPath(Sensors):
 
     def moved_inertia(self, pose: ca.SX) -> ca.SX:
         """Return the inertia (n, 1) that each joint moves in a pose (n, 1), the others held, rotors included."""
-        mass = mass_matrix(self.body(), ca.vertsplit(pose), prismatic=self.prismatic)
+        mass = mass_matrix(self.body, ca.vertsplit(pose), prismatic=self.prismatic)
         return ca.diag(mass) + ca.vertcat(*[self.rotor(j) for j in range(self.n)])
 
     def actuated(self, joint: int, command: Expression, s: Signals, x: Any) -> Expression:
@@ -160,7 +162,7 @@ class SignalPath(Sensors):
                 for j in place.joints(self.n):
                     torques[j] = torques[j] + place.effect.torque(motion[j], *given)
                 if place.effect.everywhere:
-                    tip, levers = tip_of(self.body().length, motion)
+                    tip, levers = tip_of(self.body.length, motion)
                     fx, fy = place.effect.tip_force(tip, *given)
                     torques = [torque + rx * fy - ry * fx for torque, (rx, ry) in zip(torques, levers, strict=True)]
         return torques
@@ -170,7 +172,7 @@ class SignalPath(Sensors):
         if not any(isinstance(place.effect, FrictionEffect) and place.effect.uses_weight for place in self.placed):
             return list(motion)
         still, q = [0.0] * self.n, self.angles(motion, x, level=level)[0]
-        weights = inverse_dynamics(self.body(), q, still, still, prismatic=self.prismatic)
+        weights = inverse_dynamics(self.body, q, still, still, prismatic=self.prismatic)
         return [s.at(weight=weight) for s, weight in zip(motion, weights, strict=True)]
 
     def stand(self, motion: Sequence[Signals], x: Any, *, level: bool = False) -> Stand | None:
@@ -179,11 +181,11 @@ class SignalPath(Sensors):
         if found is None:
             return None
         k, effect = found
-        p, body = self.parameters(k), self.body()
+        p, body = self.parameters(k), self.body
         q, dq = self.angles(motion, x, level=level)
         force, across, mass = base_force(body, q, dq, effect.way(p))
         still = [0.0] * self.n
-        turn, coupling, whole = effect.turn(p), ca.SX(ca.vertcat(*across)), mass + effect.mass(p)
+        turn, coupling, whole = effect.turn(p), across, mass + effect.mass(p)
         inertia = mass_matrix(body, q)[:, 0]
         force = force + turn * inverse_dynamics(body, q, dq, still)[0]
         whole = whole + turn * (2.0 * coupling[0] + turn * inertia[0])

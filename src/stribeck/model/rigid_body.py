@@ -6,12 +6,13 @@ Luh, Walker & Paul (1980), "On-line computational scheme for mechanical manipula
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import cache
 
 import casadi as ca
 
 from stribeck.model.values import Body, Expression
+
+LINKS = ("mass", "com_x", "com_y", "inertia", "length")
 
 
 def inverse_dynamics(
@@ -35,20 +36,53 @@ def inverse_dynamics(
     """
     if prismatic:
         return [body.mass[0] * (acceleration[0] - body.gravity[0])]
-    links = (body.mass, body.com_x, body.com_y, body.inertia, body.length, body.gravity)
-    given = [ca.SX(ca.vertcat(*values)) for values in (*links, position, velocity, acceleration)]
-    return list(ca.vertsplit(_newton_euler(len(position))(*given)))
+    motion = [_column(values) for values in (position, velocity, acceleration)]
+    return list(ca.vertsplit(_newton_euler(len(position))(*_links(body), _column(body.gravity), *motion)))
+
+
+# as functions they are called many times faster than they are written down again
 
 
 @cache
 def _newton_euler(n: int) -> ca.Function:
-    """Return the recursion as a function: to call it is many times faster than to write it down again."""
-    links = [ca.SX.sym(name, n) for name in ("mass", "com_x", "com_y", "inertia", "length")]
-    gravity = ca.SX.sym("gravity", 2)
-    motion = [ca.SX.sym(name, n) for name in ("position", "velocity", "acceleration")]
+    """Return (links, gravity, position, velocity, acceleration) -> torques (n, 1)."""
+    links, gravity = _symbols(n, *LINKS), ca.SX.sym("gravity", 2)
+    motion = _symbols(n, "position", "velocity", "acceleration")
     body = Body(*[ca.vertsplit(values) for values in (*links, gravity)])
     frames = _outward(body, *[ca.vertsplit(values) for values in motion])
     return ca.Function("newton_euler", [*links, gravity, *motion], [ca.vertcat(*_inward(body, frames))])
+
+
+@cache
+def _mass_matrix(n: int) -> ca.Function:
+    """Return (links, position) -> mass matrix (n, n): the torques at unit accelerations, column by column."""
+    links, position, zero = _symbols(n, *LINKS), ca.SX.sym("position", n), ca.DM.zeros(n)
+    columns = [_newton_euler(n)(*links, ca.DM.zeros(2), position, zero, one) for one in ca.horzsplit(ca.DM.eye(n))]
+    return ca.Function("mass_matrix", [*links, position], [ca.horzcat(*columns)])
+
+
+@cache
+def _base_force(n: int) -> ca.Function:
+    """Return (links, position, velocity, way) -> force, coupling (n, 1) and mass of :func:`base_force`."""
+    links, (position, velocity), way = _symbols(n, *LINKS), _symbols(n, "position", "velocity"), ca.SX.sym("way", 2)
+    body = Body(*[ca.vertsplit(values) for values in (*links, ca.DM.zeros(2))])
+    frames = _outward(body, ca.vertsplit(position), ca.vertsplit(velocity), [0.0] * n)
+    force = sum(m * (cx * way[0] + cy * way[1]) for m, (_, _, _, _, cx, cy, _) in zip(body.mass, frames, strict=True))
+    zero = ca.DM.zeros(n)
+    coupling = _newton_euler(n)(*links, -way, position, zero, zero)
+    return ca.Function("base_force", [*links, position, velocity, way], [force, coupling, ca.sum1(links[0])])
+
+
+def _symbols(n: int, *names: str) -> list[ca.SX]:
+    return [ca.SX.sym(name, n) for name in names]
+
+
+def _links(body: Body) -> list[ca.SX]:
+    return [_column(getattr(body, name)) for name in LINKS]
+
+
+def _column(values: Sequence[Expression]) -> ca.SX:
+    return ca.SX(ca.vertcat(*values))
 
 
 _Frame = tuple[Expression, Expression, Expression, Expression, Expression, Expression, Expression]
@@ -91,21 +125,14 @@ def _inward(body: Body, frames: Sequence[_Frame]) -> list[Expression]:
 
 def mass_matrix(body: Body, position: Sequence[Expression], *, prismatic: bool = False) -> ca.SX:
     """Return the mass matrix (n, n), kg m^2, without rotors; symmetric positive definite."""
-    n = len(position)
-    zero = [0.0] * n
-    still = _no_gravity(body)
-    columns = [
-        ca.vertcat(
-            *inverse_dynamics(still, position, zero, [1.0 if i == k else 0.0 for i in range(n)], prismatic=prismatic)
-        )
-        for k in range(n)
-    ]
-    return ca.horzcat(*columns)
+    if prismatic:
+        return ca.SX(body.mass[0])
+    return _mass_matrix(len(position))(*_links(body), _column(position))
 
 
 def base_force(
     body: Body, position: Sequence[Expression], velocity: Sequence[Expression], way: tuple[Expression, Expression]
-) -> tuple[Expression, list[Expression], Expression]:
+) -> tuple[Expression, ca.SX, Expression]:
     """Return what the arm asks of a base that slides: force, torque at the joints by its acceleration, and mass.
 
     Parameters
@@ -121,20 +148,11 @@ def base_force(
     -------
     force : expression
         Along the way, N, that the joints' velocities need; weight, which never changes, and accelerations apart.
-    coupling : list of n expressions
+    coupling : casadi.SX (n, 1)
         Torque at each joint by the base's acceleration, and force by that of the joint, N m/(m/s^2).
     mass : expression
         The arm's, kg.
     """
-    still = [0.0] * len(position)
-    frames = _outward(_no_gravity(body), position, velocity, still)
-    force: Expression = 0.0
-    mass: Expression = 0.0
-    for k, (_, _, _, _, cx, cy, _) in enumerate(frames):
-        force, mass = force + body.mass[k] * (cx * way[0] + cy * way[1]), mass + body.mass[k]
-    pushed = replace(body, gravity=(-way[0], -way[1]))
-    return force, inverse_dynamics(pushed, position, still, still), mass
-
-
-def _no_gravity(body: Body) -> Body:
-    return Body(body.mass, body.com_x, body.com_y, body.inertia, body.length, (0.0, 0.0))
+    given = (*_links(body), _column(position), _column(velocity), _column(way))
+    force, coupling, mass = _base_force(len(position))(*given)
+    return force, coupling, mass

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 
+from stribeck.model.asked import asked_once
 from stribeck.model.drive import PAST, Drive
 from stribeck.model.effect import ActuatorEffect, SensingEffect
 from stribeck.model.path import SignalPath
@@ -31,6 +32,7 @@ class Told:
                 command = command - d.command_rate[joint] * (self.path.parameters(k)["time"] - self.delay_at[k])
         return command
 
+    @asked_once
     def motion(self, d: Drive) -> list[Signals]:
         """Return the true signals of each joint on the motor side; the link's where it is rigid."""
         signals = []
@@ -45,9 +47,8 @@ class Told:
         """Return true position, velocity and acceleration from what the sensor gave."""
         if not self.path.at(joint, SensingEffect):
             return y, dy, ddy
-        at, q = ca.SX.sym("position"), self.path.true_position(joint, ca.SX(y))
-        slope, curve = self.path.sensed(joint, at)
-        slope, curve = ca.substitute([slope, curve], [at], [q])
+        q = self.path.true_position(joint, ca.SX(y))
+        slope, curve = self.path.sensed(joint, q)
         dq = dy / slope
         return q, dq, (ddy - curve * dq**2) / slope
 

@@ -206,7 +206,7 @@ def needed_torque(arm: Arm, runs: Sequence[Conditioned]) -> np.ndarray:
     path = SignalPath(arm)
     motion = [ca.SX.sym(name, arm.n) for name in ("position", "velocity", "acceleration")]
     q, dq, ddq = (ca.vertsplit(values) for values in motion)
-    torque = inverse_dynamics(path.body(), q, dq, ddq, prismatic=path.prismatic)
+    torque = inverse_dynamics(path.body, q, dq, ddq, prismatic=path.prismatic)
     turning = [torque[j] + path.rotor(j) * ddq[j] for j in range(arm.n)]
     function = ca.Function("needed", [*motion, path.p], [ca.vertcat(*turning)])
     names = ("position", "velocity", "acceleration")
