@@ -260,6 +260,16 @@ def test_heat_comes_of_all_of_frictions_power(speed: float) -> None:
         assert float(rate(heat, values_of(path.entries))) == pytest.approx((power - heat) / 6.0)
 
 
+def test_a_tilt_turns_gravity_and_makes_no_more_of_it() -> None:
+    tilt = laws()["gravity_tilt", ""]
+    scale = Scale(torque=10.0, friction=2.0, speed=1.5, travel=2.0, inertia=0.1, sample_time=0.01, gravity=(9.81, 0.0))
+    assert tilt.plausible({"x": -0.21, "y": 2.02}, scale)
+    assert tilt.plausible({"x": 0.0, "y": -1.22}, scale)  # to first order
+    assert tilt.plausible({"x": -19.62, "y": 0.0}, scale)  # the arm file has it upside down
+    assert not tilt.plausible({"x": 0.78, "y": 0.0}, scale)
+    assert tilt.plausible({"x": 9.81, "y": 0.0}, replace(scale, gravity=(0.0, 0.0)))  # the file leaves it out
+
+
 def test_heat_that_would_have_no_end_is_not_plausible() -> None:
     effect = laws()["history", "heat"]
     scale = Scale(torque=10.0, friction=2.0, speed=1.5, travel=2.0, inertia=0.1, sample_time=0.01, length=0.3)

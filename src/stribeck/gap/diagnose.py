@@ -18,6 +18,7 @@ from stribeck.gap.records.observed import observe
 from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.records.standing import check_motion
 from stribeck.gap.result import Diagnosis, Recording
+from stribeck.gap.search.lengths import of_asked_lengths
 from stribeck.gap.search.search import search
 from stribeck.gap.search.setting import Asked, Progress
 from stribeck.gap.search.step import Step, last_model
@@ -70,6 +71,7 @@ def diagnose(
     tuned = _told_apart(retuned(prepared, asked), arm, () if held_out else runs, asked)
     for text in told_recorded(tuned.prepared, tuned.given):  # before the search, which takes long and for nothing
         progress(f"{WARNING}{text}")
+    tuned = of_asked_lengths(tuned, asked)
     first = recordings_of(tuned.prepared, tuned.base, tuned.base, tuned.noise.rms)
     found = None
     if not held_out:
@@ -140,7 +142,8 @@ def _with_alone(arm: Arm, runs: Sequence[Run], before: Sequence[Recording], aske
     if {run.name for run in prepared.held} & set(alone):
         return None
     asked.progress(f"once more, with {', '.join(alone)} among what is fitted")
-    found = searched_from(_told_apart(retuned(prepared, asked), arm, (), asked), asked)
+    tuned = of_asked_lengths(_told_apart(retuned(prepared, asked), arm, (), asked), asked)
+    found = searched_from(tuned, asked)
     return found if alike_now(before, _left_by(found)) else None
 
 

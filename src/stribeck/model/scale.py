@@ -92,6 +92,8 @@ class Scale:
         where it does more than swing.
     noise : float
         Noise floor of its torque, N m; infinite until it is known.
+    gravity : (float, float)
+        The nominal arm's, in its plane, m/s^2.
     """
 
     torque: float
@@ -110,6 +112,7 @@ class Scale:
     driven: bool = True
     rhythm: tuple[float, float] = (0.0, 0.0)
     noise: float = math.inf
+    gravity: tuple[float, float] = (0.0, 0.0)
 
     def may_limit(self, torque: float) -> bool:
         """Return whether a drive that gives no more than a torque, N m, drives the motion.

@@ -12,6 +12,8 @@ from stribeck.model.scale import Scale
 from stribeck.model.values import Body, Parameter, Parameters
 
 LEVEL = 0.05  # m/s^2: no stand is level to better than 5 mrad
+STANDARD = 9.81  # m/s^2
+MORE = 1.05  # of it, that no tilt makes: gravity is turned, and rounded at most
 
 
 @final
@@ -38,6 +40,15 @@ class GravityTilt(RigidBodyEffect):
 
     def ordinary(self, values: Mapping[str, float], scale: Scale) -> bool:
         return math.hypot(values["x"], values["y"]) < LEVEL
+
+    def plausible(self, values: Mapping[str, float], scale: Scale) -> bool:
+        """Return whether there is no more gravity than on earth: a tilt turns it.
+
+        More of it stands for something else, such as a link that is shorter than in the arm file: beside masses that
+        are re-tuned it does the same.
+        """
+        x, y = scale.gravity
+        return math.hypot(x + values["x"], y + values["y"]) < MORE * STANDARD
 
     def body(self, body: Body, joint: int, p: Parameters) -> Body:
         return replace(body, gravity=(body.gravity[0] + p["x"], body.gravity[1] + p["y"]))

@@ -48,6 +48,7 @@ from stribeck.gap.records.prepare import Prepared
 from stribeck.gap.records.sequence import on_average
 from stribeck.gap.records.unsaid import told_of
 from stribeck.gap.result import Cause, Diagnosis, Estimate
+from stribeck.gap.search.lengths import told_lengths
 from stribeck.gap.search.look_alike import doubt, told_alike
 from stribeck.gap.search.ordinary import told_ordinary, told_unnamed
 from stribeck.gap.search.random_torque import loud
@@ -119,7 +120,7 @@ class Assembly:
         every = (*prepared.fit, *prepared.held)
         worn = on_average(SignalPath(arm, final.placed), final.fit.p, every)
         arms = {
-            "as_given": arm,
+            "as_given": prepared.file_arm,
             "retuned": arm_of(arm, self.base.fit, self.base.placed),
             "corrected": arm_of(arm, final.fit, (*worn, *self.seen.placed)),
         }
@@ -163,6 +164,7 @@ class Assembly:
             warnings=(
                 *prepared.warnings,
                 *told_recorded(prepared, self.given),
+                *told_lengths(prepared),
                 *missing,
                 *told_strayed(stands.strayed),
                 *(told_worse(stages, arm) if unexplained else ()),

@@ -85,9 +85,10 @@ def told_conventions(prepared: Prepared, given: np.ndarray) -> list[str]:
     recorded = _part(given, prepared.held)
     if recorded < MUCH:
         return []
-    path = SignalPath(prepared.arm, [place for place in stated_effects(prepared.arm) if not place.effect.direct])
+    arm = prepared.file_arm
+    path = SignalPath(arm, [place for place in stated_effects(arm) if not place.effect.direct])
     p, found = values_of(path.entries), []
-    for meant in conventions(prepared.arm):
+    for meant in conventions(arm):
         runs = [_as(meant, prepared, run) for run in prepared.held]
         found.append((_part(Residual(path, runs, ()).value(p), runs), meant.text))
     left = min(found)[0]

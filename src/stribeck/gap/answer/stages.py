@@ -34,7 +34,7 @@ def stages_of(
     floor : array (n,)
         Noise floor, N m rms.
     """
-    arm = motions.prepared.arm
+    arm = motions.prepared.file_arm
     names = ("as_given", "retuned", *(model.placed[-1].effect.name for model in chain[1:]))
     moved = [motions.of_arm(arm), *map(motions.of, chain)]
     stages = [

@@ -82,6 +82,11 @@ class Prepared:
         """Return the path of the arm with effects, for a fit: their places are looked for where the joints move."""
         return SignalPath(self.arm, placed, [scale.middle for scale in self.scales])
 
+    @property
+    def file_arm(self) -> Arm:
+        """The arm as its file has it: ``arm`` has more tolerances, and may have other lengths."""
+        return self.stated or self.arm
+
     def as_stated(self, arm: Arm) -> Arm:
         """Return an arm with no other tolerances than those of the arm file."""
         if self.stated is None:
@@ -247,6 +252,7 @@ def typical(arm: Arm, runs: Sequence[Conditioned], inertia: np.ndarray, gone: np
             distance=float(gone[j]) + 1e-6,
             rotor=arm.joints[j].rotor_inertia,
             rhythm=rhythm(runs, j),
+            gravity=arm.gravity,
         )
         for j in range(arm.n)
     )

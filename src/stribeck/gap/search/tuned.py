@@ -75,7 +75,8 @@ def _retuned(prepared: Prepared, asked: Asked) -> Retuned:
     if own and told is not prepared:  # one of them may read the clock
         base = retune(replace(told, noise=noise), noise.rms, own)
     prepared = told
-    given = Residual(path, prepared.held, ())(values_of(path.entries))[0]
+    as_given = SignalPath(prepared.file_arm, own)
+    given = Residual(as_given, prepared.held, ())(values_of(as_given.entries))[0]
     noise = _noise_along(path, base.fit.p, prepared, asked.seed)
     drawn = noise_in_rows(Residual(path, prepared.held, ()), base.fit.p, base.whole, prepared.moved)
     scales = tuple(replace(scale, noise=low) for scale, low in zip(prepared.scales, noise.rms, strict=True))

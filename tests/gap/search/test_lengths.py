@@ -1,0 +1,124 @@
+"""A link of another length than the arm file has is told of, with its length; what arms lack is no length."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from stribeck.arm import Arm, Friction, Joint
+from stribeck.gap import diagnose
+from stribeck.gap.fitted.model import Model
+from stribeck.gap.records.prepare import Prepared, prepare
+from stribeck.gap.search.lengths import asked_lengths, told_lengths
+from stribeck.gap.search.setting import Asked
+from stribeck.gap.search.tuned import Retuned, retuned
+from stribeck.identify.residual import Residual
+from stribeck.model.layout import values_of
+from stribeck.model.path import SignalPath
+from stribeck.run import Run
+from stribeck.withheld.arms import misinformed
+from stribeck.withheld.excitation import programme
+from stribeck.withheld.injections import Injection
+from stribeck.withheld.recorder import default_gains, record
+
+UPPER, LOWER = Friction(2.6, 0.9, 0.8, 0.06), Friction(1.1, 0.4, 0.3, 0.05)
+TRUE = Arm(
+    "two links that hang",
+    (9.81, 0.0),
+    (
+        Joint("A", "revolute", 0.36, 4.0, (0.17, 0.0), 0.05, 0.1, UPPER, UPPER, 80.0, 2e-5),
+        Joint("B", "revolute", 0.3, 2.2, (0.14, 0.0), 0.02, 0.03, LOWER, LOWER, 40.0, 2e-5),
+    ),
+    sample_time=0.004,
+)
+NOMINAL = misinformed(TRUE, np.random.default_rng(3), 0.05, 0.2)
+
+
+@cache
+def recorded(effect: str = "", joint: str = "A", **values: float) -> tuple[Run, ...]:
+    """Four runs, 5 s each, by the independent plant, with an effect hidden in them."""
+    motions = programme(
+        NOMINAL, np.random.default_rng(1), ("multisine", "via points", "multisine", "slow reversals"), 5.0
+    )
+    hidden = [Injection(effect, joint, values)] if effect else []
+    return record(TRUE, hidden, motions, rate=250.0, noise=1e-5, gains=default_gains(NOMINAL), model=NOMINAL, seed=5)
+
+
+def longer(times: float, joint: int = 0) -> Arm:
+    """The arm file with a link that is so many times as long."""
+    joints = list(NOMINAL.joints)
+    joints[joint] = replace(joints[joint], length=times * joints[joint].length)
+    return replace(NOMINAL, joints=tuple(joints))
+
+
+def begun(arm: Arm, runs: tuple[Run, ...]) -> Retuned:
+    return retuned(prepare(arm, runs), Asked(0, 1, (), lambda text: None))
+
+
+def asked_of(arm: Arm, runs: tuple[Run, ...]) -> np.ndarray | None:
+    found = begun(arm, runs)
+    return asked_lengths(found.prepared, found.base, found.noise.rms)
+
+
+@pytest.mark.parametrize("times", [1.1, 0.92])
+def test_the_length_that_recordings_ask_for_is_the_true_one(times: float) -> None:
+    asked = asked_of(longer(times), recorded())
+    assert asked is not None
+    assert asked[0] == pytest.approx(TRUE.joints[0].length, rel=0.01)
+    assert asked[1] == NOMINAL.joints[1].length
+
+
+def test_nothing_is_asked_for_where_lengths_are_right_or_make_no_difference() -> None:
+    assert asked_of(NOMINAL, recorded()) is None
+    assert asked_of(longer(1.1, joint=1), recorded()) is None  # nothing hangs from the tip
+
+
+@pytest.mark.parametrize(
+    ("effect", "joint", "values"),
+    [
+        ("gravity_tilt", "A", {"x": -0.08, "y": 1.2}),
+        ("payload", "B", {"mass": 1.0}),
+        ("base_flexibility", "A", {"stiffness": 3000.0}),
+        ("joint_flexibility", "A", {"stiffness": 1500.0}),
+        ("torque_gain", "A", {"gain": 0.8}),
+        ("encoder_offset", "B", {"offset": 0.08}),
+        ("cable_spring", "B", {"stiffness": 3.0, "rest": 0.4}),
+        ("delay", "B", {"time": 0.012}),
+    ],
+)
+def test_what_an_arm_lacks_is_no_length(effect: str, joint: str, values: dict[str, float]) -> None:
+    assert asked_of(NOMINAL, recorded(effect, joint, **values)) is None
+
+
+@pytest.mark.long
+def test_the_gap_is_judged_with_the_length_asked_for_and_the_file_s_stands_beside_it() -> None:
+    arm = longer(1.1)
+    found = diagnose(arm, recorded(), jobs=1)
+    assert (found.verdict, found.named) == ("no_gap", ())
+    assert [text for text in found.warnings if "A: the recordings ask for a length of 0.36 m" in text]
+    assert found.models["as_given"].joints[0].length == arm.joints[0].length
+    assert found.models["corrected"].joints[0].length == pytest.approx(TRUE.joints[0].length, rel=0.01)
+    given = next(stage.torque["A"] for stage in found.stages if stage.stage == "as_given")
+    assert given == pytest.approx(_as_given(arm, recorded()), rel=0.3)  # by the file's length, whatever the band
+
+
+def _as_given(arm: Arm, runs: tuple[Run, ...]) -> float:
+    prepared = prepare(arm, runs)
+    path = SignalPath(arm)
+    return float(np.sqrt(np.mean(Residual(path, prepared.held, ()).value(values_of(path.entries))[:, 0] ** 2)))
+
+
+def test_no_warning_without_another_length() -> None:
+    assert told_lengths(prepare(NOMINAL, recorded())) == []
+
+
+def test_a_fit_that_runs_away_asks_for_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    def astray(prepared: Prepared, floor: np.ndarray, placed: object, known: object) -> Model:
+        return replace(found.base, held=np.full_like(found.base.held, np.inf))
+
+    found = begun(longer(1.1), recorded())
+    monkeypatch.setattr("stribeck.gap.search.lengths.retune", astray)
+    assert asked_lengths(found.prepared, found.base, found.noise.rms) is None
