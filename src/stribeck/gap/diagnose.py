@@ -71,7 +71,7 @@ def diagnose(
     tuned = _told_apart(retuned(prepared, asked), arm, () if held_out else runs, asked)
     for text in told_recorded(tuned.prepared, tuned.given):  # before the search, which takes long and for nothing
         progress(f"{WARNING}{text}")
-    tuned = of_asked_lengths(tuned, asked)
+    tuned = _measured(tuned, asked)
     first = recordings_of(tuned.prepared, tuned.base, tuned.base, tuned.noise.rms)
     found = None
     if not held_out:
@@ -142,8 +142,7 @@ def _with_alone(arm: Arm, runs: Sequence[Run], before: Sequence[Recording], aske
     if {run.name for run in prepared.held} & set(alone):
         return None
     asked.progress(f"once more, with {', '.join(alone)} among what is fitted")
-    tuned = of_asked_lengths(_told_apart(retuned(prepared, asked), arm, (), asked), asked)
-    found = searched_from(tuned, asked)
+    found = searched_from(_measured(_told_apart(retuned(prepared, asked), arm, (), asked), asked), asked)
     return found if alike_now(before, _left_by(found)) else None
 
 
@@ -162,6 +161,11 @@ def _told_apart(tuned: Retuned, arm: Arm, runs: Sequence[Run], asked: Asked) -> 
     if missing and runs:
         return _told_apart(retuned(prepare(arm, runs, fitted=missing), asked), arm, (), asked)
     return replace(tuned, prepared=told_apart(tuned.prepared, found))
+
+
+def _measured(tuned: Retuned, asked: Asked) -> Retuned:
+    """Return re-tuned recordings of an arm whose links are as long as they ask for."""
+    return of_asked_lengths(tuned, [tuned.base], tuned.noise.rms, asked) or tuned
 
 
 def _left_by(found: Searched) -> tuple[Recording, ...]:

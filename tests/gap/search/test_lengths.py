@@ -12,7 +12,7 @@ from stribeck.arm import Arm, Friction, Joint
 from stribeck.gap import diagnose
 from stribeck.gap.fitted.model import Model
 from stribeck.gap.records.prepare import Prepared, prepare
-from stribeck.gap.search.lengths import asked_lengths, told_lengths
+from stribeck.gap.search.lengths import asked_lengths, of_asked_lengths, told_lengths
 from stribeck.gap.search.setting import Asked
 from stribeck.gap.search.tuned import Retuned, retuned
 from stribeck.identify.residual import Residual
@@ -76,6 +76,7 @@ def test_nothing_is_asked_for_where_lengths_are_right_or_make_no_difference() ->
     assert asked_of(longer(1.1, joint=1), recorded()) is None  # nothing hangs from the tip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("effect", "joint", "values"),
     [
@@ -91,6 +92,27 @@ def test_nothing_is_asked_for_where_lengths_are_right_or_make_no_difference() ->
 )
 def test_what_an_arm_lacks_is_no_length(effect: str, joint: str, values: dict[str, float]) -> None:
     assert asked_of(NOMINAL, recorded(effect, joint, **values)) is None
+
+
+@pytest.mark.parametrize(
+    ("effect", "joint", "values"),
+    [("cogging", "A", {"amplitude": 1.0, "harmonic": 9.0, "phase": 0.0}), ("torque_dead_zone", "B", {"width": 0.5})],
+)
+def test_what_an_effect_makes_at_one_joint_hides_no_length(effect: str, joint: str, values: dict[str, float]) -> None:
+    asked = asked_of(longer(1.1), recorded(effect, joint, **values))
+    assert asked is not None
+    assert asked[0] == pytest.approx(TRUE.joints[0].length, rel=0.02)
+
+
+def test_any_of_several_models_may_show_it_and_once_is_enough() -> None:
+    asked = Asked(0, 1, (), lambda text: None)
+    found, right = begun(longer(1.1), recorded()), begun(NOMINAL, recorded())
+    assert of_asked_lengths(right, [right.base], right.noise.rms, asked) is None
+    astray = replace(found.base, held=np.full_like(found.base.held, np.inf))
+    again = of_asked_lengths(found, [astray, found.base], found.noise.rms, asked)
+    assert again is not None
+    assert len(told_lengths(again.prepared)) == 1
+    assert of_asked_lengths(again, [found.base], found.noise.rms, asked) is None
 
 
 @pytest.mark.long

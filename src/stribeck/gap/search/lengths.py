@@ -20,38 +20,48 @@ from stribeck.gap.search.tuned import Retuned, retuned
 from stribeck.identify.residual import Residual
 from stribeck.model.path import SignalPath
 
-STANDS_OUT = 2.0  # noise floors, squared: joints with less have no gap to close
-LEFT = 0.2  # of what stands out of the floor, squared, that other lengths may leave at any such joint
+STANDS_OUT = 3.0  # noise floors, squared: joints with less have no gap to close
+LEFT = 0.2  # of what stands out of the floor, squared, that other lengths may leave at one such joint
+WORSE = 1.05  # times what is left, squared, that they may leave at any other
 LEAST, MOST = 0.01, 0.3  # of a length: no drawing is further off, and a tape measure no nearer
 USUAL = 0.1  # of a length, that wrong ones are off
-HALF = 0.5  # of the cost, that the first step must promise
+MUCH = 0.2  # of the cost, that the first step must promise
 ROUNDS, SETTLED = 5, 2e-3  # steps at most, and one so small, of a length, that it is the last
 TWITCH = 1e-4  # of a length, by which it is changed to see what that does
 
 
-def of_asked_lengths(tuned: Retuned, asked: Asked) -> Retuned:
-    """Return recordings re-tuned to an arm of the lengths that they ask for; as they were where the file's will do.
+def of_asked_lengths(tuned: Retuned, models: Sequence[Model], floor: np.ndarray, asked: Asked) -> Retuned | None:
+    """Return recordings re-tuned to an arm of the lengths that they ask for; None where the file's will do.
 
     Parameters
     ----------
     tuned : Retuned
+    models : sequence of Model
+        Each lacks something: the re-tuned one, or, of a search, the last one without each effect that was taken.
+    floor : array (n,)
+        Noise floor, N m rms.
     asked : Asked
     """
-    lengths = asked_lengths(tuned.prepared, tuned.base, tuned.noise.rms)
+    if told_lengths(tuned.prepared):  # once is enough
+        return None
+    found = (asked_lengths(tuned.prepared, model, floor) for model in models if finite(model))
+    lengths = next((lengths for lengths in found if lengths is not None), None)
     if lengths is None:
-        return tuned
+        return None
     asked.progress("again, with links of other lengths")
     return retuned(replace(tuned.prepared, arm=_with(tuned.prepared.arm, lengths)), asked)
 
 
 def asked_lengths(prepared: Prepared, base: Model, floor: np.ndarray) -> np.ndarray | None:
-    """Return the lengths (n,) that recordings ask for, m; None where other ones do not close all of a gap.
+    """Return the lengths (n,) that recordings ask for, m; None where other ones do not close all of a joint's gap.
+
+    What an effect makes at one joint is not in the way at another.
 
     Parameters
     ----------
     prepared : Prepared
     base : Model
-        Re-tuned with the lengths of the arm file.
+        Fitted with the lengths of the arm file.
     floor : array (n,)
         Noise floor, N m rms.
     """
@@ -65,7 +75,7 @@ def asked_lengths(prepared: Prepared, base: Model, floor: np.ndarray) -> np.ndar
     lengths, model = given.copy(), base
     for number in range(ROUNDS):
         promise, step = _step(replace(prepared, arm=_with(arm, lengths)), model, floor, inner)
-        if number == 0 and promise < HALF * model.fit.cost:
+        if number == 0 and promise < MUCH * model.fit.cost:
             return None
         lengths[inner] *= 1.0 + step
         if np.any(np.abs(lengths - given) > MOST * given):
@@ -75,8 +85,11 @@ def asked_lengths(prepared: Prepared, base: Model, floor: np.ndarray) -> np.ndar
             return None
         if np.max(np.abs(step)) < SETTLED:
             break
-    closed = np.all(np.maximum(_over(model, floor) - 1.0, 0.0)[out] < LEFT * (before[out] - 1.0))
-    return lengths if closed and np.any(np.abs(lengths - given) > LEAST * given) else None
+    after = _over(model, floor)
+    closed = np.maximum(after - 1.0, 0.0) < LEFT * (before - 1.0)
+    kept = after < np.maximum(WORSE * before, 1.0)
+    other = np.abs(lengths - given) > LEAST * given
+    return lengths if np.any(out & closed) and np.all(kept) and np.any(other) else None
 
 
 def told_lengths(prepared: Prepared) -> list[str]:

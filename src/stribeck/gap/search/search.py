@@ -14,6 +14,7 @@ from stribeck.gap.search.beside import idle, misleading, stands_in, weighed, wit
 from stribeck.gap.search.each_joint import with_lags
 from stribeck.gap.search.forward import forward, hardly
 from stribeck.gap.search.instead import SURELY, Instead, instead, outdone, with_as_good
+from stribeck.gap.search.lengths import of_asked_lengths
 from stribeck.gap.search.look_alike import with_look_alikes
 from stribeck.gap.search.ordinary import is_ordinary, ordinary, retuned_with
 from stribeck.gap.search.other_ways import another_way, passed_over
@@ -39,7 +40,7 @@ def search(tuned: Retuned, asked: Asked) -> tuple[Retuned, tuple[Step, ...]]:
     was taken leaves little but the encoder's noise in the upper part of the band, by a lower one, unless it then lies
     above that. Then each effect is tried without: what it is worth beside the others. One that was taken for the sake
     of a later one (masking) is not needed any more, and the search is made again without it; so it is where the only
-    one leaves much that nothing closes.
+    one leaves much that nothing closes, and where links of other lengths do what one of them does.
 
     Parameters
     ----------
@@ -55,6 +56,9 @@ def search(tuned: Retuned, asked: Asked) -> tuple[Retuned, tuple[Step, ...]]:
             steps, without = _believed(setting, other)
         setting, steps, without, others = _without_the_needless(setting, base, steps, without)
         prepared, seed = setting.prepared, setting.seed
+        longer = of_asked_lengths(replace(tuned, prepared=prepared), without, steps[-1].floor, asked)
+        if longer is not None:
+            return search(longer, asked)
         steps = with_as_good(prepared, steps, without, others, seed)
         steps = with_lags(prepared, steps, without, pool, seed, setting.leave_out)
         steps = with_together(prepared, steps, pool, seed)
