@@ -1110,6 +1110,21 @@ def test_what_was_taken_comes_first_again_and_not_what_the_base_has_by_now(
     assert [trial.effect.name for trial in forward_module._as_before(same, tryout)] == ["delay", "torque_offset"]
 
 
+def test_a_base_that_runs_away_when_it_is_fitted_anew_stays_as_it_was(
+    late: tuple[Prepared, Model, Weights], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A stand that slides and turns far had no numbers left where it was judged, and a diagnosis ended there."""
+    prepared, base, _ = late
+
+    def astray(*given: Any) -> Model:
+        return replace(base, held=np.full_like(base.held, np.nan))
+
+    setting = Setting(prepared, FLOOR, 0, None, (), frozenset(), lambda text: None)
+    assert Tryout(setting, base, {}).base is not base
+    monkeypatch.setattr(tryout_module, "fit_model", astray)
+    assert Tryout(setting, base, {}).base is base
+
+
 def test_other_laws_of_an_earlier_best_are_tried(late: tuple[Prepared, Model, Weights]) -> None:
     prepared, base, _ = late
     tryout = Tryout(Setting(prepared, FLOOR, 0, None, (), frozenset(), lambda text: None), base, {})

@@ -43,7 +43,7 @@ class Tryout:
     ----------
     setting : Setting
     base : Model
-        Is fitted anew, with weights of its own.
+        Is fitted anew, with weights of its own; it stays as it is where that runs away.
     known : dict
         Values that laws came to in screening before; those of this one are added.
 
@@ -59,7 +59,8 @@ class Tryout:
     def __init__(self, setting: Setting, base: Model, known: Known) -> None:
         self._setting, self._known = setting, known
         self._weights = weights_of(base, setting.prepared, setting.floor)
-        self.base = fit_model(setting.prepared, base.placed, self._weights, base.fit)
+        anew = fit_model(setting.prepared, base.placed, self._weights, base.fit)
+        self.base = anew if finite(anew) else base  # by other weights it may run away where it is judged
         every = candidates(setting.prepared.arm, self.base.placed, setting.leave_out)
         self.possible = [(effect, joint) for effect, joint in every if (effect.name, joint) not in setting.barred]
         # a joint with a slow gap has few independent rows; counted joint by joint, another's noise would outbid it
