@@ -1210,6 +1210,7 @@ def test_the_search_without_what_is_needless_starts_from_what_every_arm_has_as_w
     monkeypatch.setattr(search_module, "with_look_alikes", lambda prepared, steps, *_: steps)
     monkeypatch.setattr(search_module, "in_lower_band", lambda *_: None)
     given: Any = SimpleNamespace(arm=NOMINAL), np.zeros((1, 1)), SimpleNamespace(rms=FLOOR), SimpleNamespace()
+    monkeypatch.setattr(search_module, "of_asked_lengths", lambda *_: None)
     tuned, _ = search_module.search(Retuned(*given), Asked(jobs=1))
     assert barred == [frozenset(), frozenset({("cogging", 0)}), frozenset({("cogging", 0), ("payload", 0)})]
     assert tuned.prepared.rounds == 3  # type: ignore[attr-defined]
@@ -1245,6 +1246,7 @@ def test_where_a_search_anew_leaves_more_what_came_after_the_needless_one_is_tak
         monkeypatch.setattr(search_module, name, lambda *_: [])
     tuned: Any = SimpleNamespace(prepared="prepared", base=base)
     wanted = at_once if taken_at_once else first if anew < 0.0 else other
+    monkeypatch.setattr(search_module, "of_asked_lengths", lambda *_: None)
     assert search_module.search(tuned, Asked(jobs=1))[1] == wanted
 
 
@@ -1282,8 +1284,39 @@ def test_by_a_lower_band_what_was_re_tuned_along_is_looked_for_again(monkeypatch
     for name in ("idle", "outdone", "misleading"):
         monkeypatch.setattr(search_module, name, lambda *_: None)
     tuned: Any = SimpleNamespace(prepared="first", base=SimpleNamespace(placed=()))
+    monkeypatch.setattr(search_module, "of_asked_lengths", lambda *_: None)
     assert search_module.search(tuned, Asked(jobs=1))[1] == (last,)
     assert told == [(), [first]]
+
+
+def test_links_of_other_lengths_that_do_what_an_effect_does_start_the_search_anew(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Told the models without each effect, and by the last floor."""
+    last = taken("gravity_tilt", 0.9, 12.0)
+    asked_with: list[object] = []
+
+    def lengths(tuned: Any, models: object, floor: object, _: object) -> Any:
+        asked_with.append((models, floor))
+        return SimpleNamespace(prepared="longer") if tuned.prepared == "first" else None
+
+    def by_the_band(tuned: Any, *_: object) -> Any:
+        return tuned, bare_setting(tuned.prepared), None, (replace(last, floor=tuned.prepared),)
+
+    monkeypatch.setattr(search_module, "_forward_by_the_band", by_the_band)
+    monkeypatch.setattr(search_module, "replace", lambda tuned, **_: tuned)
+    monkeypatch.setattr(search_module, "_believed", lambda setting, steps: (steps, ["without it"]))
+    monkeypatch.setattr(search_module, "another_way", lambda setting, base, steps: steps)
+    monkeypatch.setattr(search_module, "_without_the_needless", lambda setting, _, steps, without: (
+        setting, steps, without, []
+    ))  # fmt: skip
+    for name in ("with_as_good", "with_lags", "with_together", "with_look_alikes"):
+        monkeypatch.setattr(search_module, name, lambda *given: given[1] if isinstance(given[1], tuple) else given[0])
+    monkeypatch.setattr(search_module, "of_asked_lengths", lengths)
+    tuned: Any = SimpleNamespace(prepared="first")
+    again, steps = search_module.search(tuned, Asked(jobs=1))
+    assert (again.prepared, steps[0].floor) == ("longer", "longer")
+    assert asked_with == [(["without it"], "first"), (["without it"], "longer")]
 
 
 def test_only_the_search_for_the_band_ends_where_a_lower_one_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
