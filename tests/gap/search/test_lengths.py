@@ -12,6 +12,7 @@ from stribeck.arm import Arm, Friction, Joint
 from stribeck.gap import diagnose
 from stribeck.gap.fitted.model import Model
 from stribeck.gap.records.prepare import Prepared, prepare
+from stribeck.gap.search import lengths as module
 from stribeck.gap.search.lengths import asked_lengths, of_asked_lengths, told_lengths
 from stribeck.gap.search.setting import Asked
 from stribeck.gap.search.tuned import Retuned, retuned
@@ -104,15 +105,58 @@ def test_what_an_effect_makes_at_one_joint_hides_no_length(effect: str, joint: s
     assert asked[0] == pytest.approx(TRUE.joints[0].length, rel=0.02)
 
 
-def test_any_of_several_models_may_show_it_and_once_is_enough() -> None:
-    asked = Asked(0, 1, (), lambda text: None)
-    found, right = begun(longer(1.1), recorded()), begun(NOMINAL, recorded())
-    assert of_asked_lengths(right, [right.base], right.noise.rms, asked) is None
-    astray = replace(found.base, held=np.full_like(found.base.held, np.inf))
-    again = of_asked_lengths(found, [astray, found.base], found.noise.rms, asked)
+@pytest.mark.parametrize(
+    ("before", "after", "promise", "step", "found"),
+    [
+        ((10.0, 10.0), (10.0, 1.0), 0.5, 0.1, True),  # at one joint will do
+        ((10.0, 10.0), (10.0, 3.0), 0.5, 0.1, False),  # closes too little
+        ((10.0, 10.0), (12.0, 1.0), 0.5, 0.1, False),  # at the cost of the other
+        ((10.0, 0.5), (1.0, 0.9), 0.5, 0.1, True),  # noise is no cost
+        ((2.0, 2.0), (1.0, 1.0), 0.5, 0.1, False),  # nothing stands out
+        ((10.0, 10.0), (1.0, 1.0), 0.1, 0.1, False),  # looked for no further
+        ((10.0, 10.0), (1.0, 1.0), 0.5, 0.005, False),  # as drawn
+        ((10.0, 10.0), (1.0, 1.0), 0.5, 0.35, False),  # no such arm
+    ],
+)
+def test_each_bar_alone_keeps_it_silent(
+    before: tuple[float, float],
+    after: tuple[float, float],
+    promise: float,
+    step: float,
+    found: bool,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    tuned = begun(NOMINAL, recorded())
+    fitted = replace(tuned.base)
+    steps = iter((step, *[0.0] * 9))
+    monkeypatch.setattr(module, "_over", lambda model, floor: np.array(before if model is tuned.base else after))
+    monkeypatch.setattr(module, "_step", lambda *_: (promise * tuned.base.fit.cost, np.array([next(steps)])))
+    monkeypatch.setattr(module, "retune", lambda *_, **__: fitted)
+    asked = asked_lengths(tuned.prepared, tuned.base, tuned.noise.rms)
+    assert (asked is not None) is found
+    if asked is not None:
+        assert asked == pytest.approx([1.1 * NOMINAL.joints[0].length, NOMINAL.joints[1].length])
+
+
+def test_any_of_several_models_may_show_it_and_once_is_enough(monkeypatch: pytest.MonkeyPatch) -> None:
+    tuned, asked, seen = begun(NOMINAL, recorded()), Asked(0, 1, (), lambda text: None), list[Model]()
+    lengths = 1.1 * np.array([joint.length for joint in NOMINAL.joints])
+
+    def some(prepared: Prepared, model: Model, floor: np.ndarray) -> np.ndarray | None:
+        seen.append(model)
+        return lengths if model is right else None
+
+    monkeypatch.setattr(module, "asked_lengths", some)
+    astray = replace(tuned.base, held=np.full_like(tuned.base.held, np.inf))
+    other, right = replace(tuned.base), replace(tuned.base)
+    again = of_asked_lengths(tuned, [astray, other, right], tuned.noise.rms, asked)
+    assert seen[0] is other
     assert again is not None
-    assert len(told_lengths(again.prepared)) == 1
-    assert of_asked_lengths(again, [found.base], found.noise.rms, asked) is None
+    assert [joint.length for joint in again.prepared.arm.joints] == lengths.tolist()
+    assert np.allclose(again.given, tuned.given)  # the file's model leaves what it left
+    assert len(told_lengths(again.prepared)) == 2
+    assert of_asked_lengths(again, [right], tuned.noise.rms, asked) is None
+    assert of_asked_lengths(tuned, [other], tuned.noise.rms, asked) is None
 
 
 @pytest.mark.long
@@ -142,5 +186,5 @@ def test_a_fit_that_runs_away_asks_for_nothing(monkeypatch: pytest.MonkeyPatch) 
         return replace(found.base, held=np.full_like(found.base.held, np.inf))
 
     found = begun(longer(1.1), recorded())
-    monkeypatch.setattr("stribeck.gap.search.lengths.retune", astray)
+    monkeypatch.setattr(module, "retune", astray)
     assert asked_lengths(found.prepared, found.base, found.noise.rms) is None
