@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from stribeck.arm import Arm, Friction, Joint
 from stribeck.gap import diagnose
+from stribeck.gap.answer import conventions as conventions_module
+from stribeck.gap.answer.conventions import Convention, told_conventions
+from stribeck.gap.answer.stages import stages_of
 from stribeck.gap.fitted.model import Model
 from stribeck.gap.records.prepare import Prepared, prepare
 from stribeck.gap.search import lengths as module
@@ -175,6 +181,31 @@ def _as_given(arm: Arm, runs: tuple[Run, ...]) -> float:
     prepared = prepare(arm, runs)
     path = SignalPath(arm)
     return float(np.sqrt(np.mean(Residual(path, prepared.held, ()).value(values_of(path.entries))[:, 0] ** 2)))
+
+
+def test_the_file_s_arm_is_what_is_given_wherever_it_is_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
+    prepared = prepare(longer(1.1), recorded())
+    other = replace(prepared, arm=longer(1.0))
+    simulated: list[Arm] = []
+
+    def of_arm(arm: Arm) -> tuple[dict[str, float], str]:
+        simulated.append(arm)
+        return {}, ""
+
+    motions: Any = SimpleNamespace(prepared=other, of_arm=of_arm, of=lambda model: ({}, ""))
+    none = np.zeros((1, 2))
+    stages_of(motions, none, [begun(NOMINAL, recorded()).base], [none], np.ones(2))
+    asked: list[Arm] = []
+
+    def as_recorded(arm: Arm) -> Iterator[Convention]:
+        asked.append(arm)
+        yield Convention("", np.eye(2), np.eye(2))
+
+    monkeypatch.setattr(conventions_module, "conventions", as_recorded)
+    given = np.full((sum(len(run.analysis_index) for run in other.held), 2), 1e3)
+    told = told_conventions(other, given)
+    assert simulated == asked == [longer(1.1)]
+    assert len(told) == 1
 
 
 def test_no_warning_without_another_length() -> None:
