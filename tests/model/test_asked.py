@@ -8,9 +8,9 @@ class Counted:
         self.made = 0
 
     @asked_once
-    def sum(self, values: list[float], *, more: float = 0.0) -> list[float]:
+    def sum(self, values: list[float], *, more: float = 0.0, less: float = 0.0) -> list[float]:
         self.made += 1
-        return [sum(values) + more]
+        return [sum(values) + more - less]
 
 
 def test_the_very_same_arguments_give_what_they_gave() -> None:
@@ -24,6 +24,7 @@ def test_the_very_same_arguments_give_what_they_gave() -> None:
 def test_other_arguments_and_other_objects_have_their_own() -> None:
     counted, values, more = Counted(), [1.0], 1.0
     assert counted.sum(values, more=more) == [2.0]
+    assert counted.sum(values, less=more) == [0.0]
     assert counted.sum(values) == [1.0]
     assert Counted().sum(values) is not counted.sum(values)
 
