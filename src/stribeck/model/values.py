@@ -15,6 +15,7 @@ Expression = Any
 Parameters = Mapping[str, Expression]
 States = Mapping[str, Expression]
 
+STANDARD_GRAVITY = 9.81  # m/s^2
 IN_TIME = "Hz"
 OVER_POSITION = ("1/rad", "1/m")  # a rate is in 1/s, and no wave
 

@@ -9,11 +9,10 @@ from typing import final
 
 from stribeck.model.effect import RigidBodyEffect
 from stribeck.model.scale import Scale
-from stribeck.model.values import Body, Parameter, Parameters
+from stribeck.model.values import STANDARD_GRAVITY, Body, Parameter, Parameters
 
 LEVEL = 0.05  # m/s^2: no stand is level to better than 5 mrad
-STANDARD = 9.81  # m/s^2
-MORE = 1.05  # of it, that no tilt makes: gravity is turned, and rounded at most
+MORE = 1.05  # of gravity, that no tilt makes: it is turned, and rounded at most
 
 
 @final
@@ -48,7 +47,7 @@ class GravityTilt(RigidBodyEffect):
         are re-tuned it does the same.
         """
         x, y = scale.gravity
-        return math.hypot(x + values["x"], y + values["y"]) < MORE * STANDARD
+        return math.hypot(x + values["x"], y + values["y"]) < MORE * STANDARD_GRAVITY
 
     def body(self, body: Body, joint: int, p: Parameters) -> Body:
         return replace(body, gravity=(body.gravity[0] + p["x"], body.gravity[1] + p["y"]))

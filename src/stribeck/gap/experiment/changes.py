@@ -11,10 +11,9 @@ from stribeck.effects.rigid_body.payload import Payload
 from stribeck.model.effect import ActuatorEffect, Along, RigidBodyEffect
 from stribeck.model.layout import Placed
 from stribeck.model.scale import Scale
-from stribeck.model.values import Body, Expression, Parameter, Parameters, Signals, States
+from stribeck.model.values import STANDARD_GRAVITY, Body, Expression, Parameter, Parameters, Signals, States
 
 PAYLOAD = 0.3  # of the last link's mass
-STANDARD_GRAVITY = 9.81  # m/s^2
 
 
 class _Known:
